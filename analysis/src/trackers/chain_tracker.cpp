@@ -74,13 +74,26 @@ bool ChainTracker::is_published(const ChainNode& node) const {
   return publisher && find_message(*publisher, node.source_timestamp) != nullptr;
 }
 
+std::optional<std::uint32_t> ChainTracker::writer_of(const ChainNode& node) {
+  auto& last = lately_[node.callback];
+  const auto told = registry_.publishers_told();
+  if (last.writer_gid == node.writer_gid && last.publishers_told == told) return last.publisher;
+  const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
+  if (publisher) {
+    last.writer_gid = node.writer_gid;
+    last.publisher = *publisher;
+    last.publishers_told = told;
+  }
+  return publisher;
+}
+
 void ChainTracker::resolve(ChainNode& node) {
   if (node.writer_gid == 0 || node.source_timestamp == 0) return;
   if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside ||
       node.link == ChainNode::Link::forgotten) {
     return;
   }
-  const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
+  const auto publisher = writer_of(node);
   if (!publisher) {
     node.link = ChainNode::Link::source;  // written by somebody who is not traced
     return;
@@ -119,18 +132,20 @@ void ChainTracker::resolve(ChainNode& node) {
 void ChainTracker::link(ChainNode& node) {
   resolve(node);
   // What it will be measured by when it ends.
-  if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
-    const auto& facts = (*path)->second.facts;
-    prefetch_head(&facts.instances);
-    facts.path_latency.expect();
-    facts.reaction_time.expect();
-    facts.data_age.expect();
-    prefetch_to_write(&(*path)->second.progress);
-    for (const auto& quantity : facts.processing)
-      quantity.expect();
-    for (const auto& quantity : facts.communication)
-      quantity.expect();
-  }
+  const auto* last = lately_.find(node.callback);
+  if (last == nullptr) return;
+  prefetch_to_write(last->edge);
+  if (last->path == nullptr) return;
+  const auto& facts = last->path->second.facts;
+  prefetch_head(&facts.instances);
+  facts.path_latency.expect();
+  facts.reaction_time.expect();
+  facts.data_age.expect();
+  prefetch_to_write(&last->path->second.progress);
+  for (const auto& quantity : facts.processing)
+    quantity.expect();
+  for (const auto& quantity : facts.communication)
+    quantity.expect();
 }
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
@@ -184,7 +199,7 @@ void ChainTracker::note_edge(const ChainNode& node) {
   std::optional<CallbackIndex> from;
   if (node.link == ChainNode::Link::resolved && node.parent) from = node.parent->callback;
   // Most often a message comes from where the one before it came from.
-  auto*& edge = last_edge_to_[node.callback];
+  auto*& edge = lately_[node.callback].edge;
   if (edge == nullptr || edge->from != from) {
     edge = &edges_[{node.callback, from}];
     edge->from = from;
@@ -254,7 +269,7 @@ ChainTracker::Walk ChainTracker::walk(const ChainNode& node) {
 
 ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
   // Most often an instance ends the same path as the one before it.
-  auto*& last = last_path_to_[nodes.back()->callback];
+  auto*& last = lately_[nodes.back()->callback].path;
   const auto is_hop = [](const ChainNode* node, CallbackIndex hop) {
     return node->callback == hop;
   };

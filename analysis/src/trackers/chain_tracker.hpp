@@ -122,8 +122,18 @@ class ChainTracker {
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
   using Nodes = std::vector<const ChainNode*>;
+  // What a callback's last instance was of, as the next one most often is.
+  struct Lately {
+    Paths::value_type* path = nullptr;  // that it ended; null: none yet
+    MessageEdgeFacts* edge = nullptr;   // that it ended; null: none yet
+    std::uint64_t writer_gid = 0;       // of the message it took; 0: none yet
+    std::uint32_t publisher = 0;        // that has it
+    std::uint32_t publishers_told = 0;  // as many had told theirs then
+  };
 
   void resolve(ChainNode& node);
+  // The publisher of the message that it took. Empty: nobody who is known.
+  std::optional<std::uint32_t> writer_of(const ChainNode& node);
   void note_edge(const ChainNode& node);
   const Message* find_message(std::uint32_t publisher, std::int64_t source_timestamp) const;
   // The instances that led to this one, first to last: whether they are one of the chain that the
@@ -166,10 +176,9 @@ class ChainTracker {
   ByIndex<CallbackIndex, Reads> reads_;
   std::vector<Chain> specified_;
   Paths paths_;
-  ByIndex<CallbackIndex, Paths::value_type*> last_path_to_;                // null: none yet
+  ByIndex<CallbackIndex, Lately> lately_;
   using EdgeKey = std::pair<CallbackIndex, std::optional<CallbackIndex>>;  // to, from
   std::map<EdgeKey, MessageEdgeFacts> edges_;
-  ByIndex<CallbackIndex, MessageEdgeFacts*> last_edge_to_;  // null: none yet
   Nodes scratch_;
   bool has_spec_ = false;
   std::uint32_t most_hops_;  // of a chain

@@ -358,6 +358,7 @@ void Registry::apply(const EventHead& head, const PublisherInit& event) {
   facts.writer_gid = event.writer_gid;
   facts.node = event.node;
   facts.is_accounted = !head.is_derived;
+  ++publishers_told_;
   publisher_by_gid_[event.writer_gid] = index;
   const auto host = model_.processes[at(*process)].host;
   publisher_by_host_gid_[{scope(host), static_cast<std::int64_t>(event.writer_gid)}] = index;

@@ -157,6 +157,8 @@ class Registry {
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any
   // (machines that are copies of each other may give equal ones). Empty if unknown.
   std::optional<std::uint32_t> publisher_by_gid(HostIndex reader, std::uint64_t gid) const;
+  // How many told their gids: while no other one does, a gid is of the same publisher.
+  std::uint32_t publishers_told() const noexcept { return publishers_told_; }
 
   // It will publish soon, as it did last.
   void expect_publication(const KnownEmitter& publisher) const noexcept {
@@ -220,6 +222,7 @@ class Registry {
   KeyMap<std::uint32_t> node_by_id_;
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
+  std::uint32_t publishers_told_ = 0;
   ByIndex<CallbackIndex, SequenceTracker> start_numbers_;
   ByIndex<CallbackIndex, SequenceTracker> end_numbers_;
   ByIndex<std::uint32_t, SequenceTracker> publish_numbers_;

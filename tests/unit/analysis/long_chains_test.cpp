@@ -116,15 +116,16 @@ class Loop : public testing::Test {
   static constexpr std::uint64_t kGid = 7;
 
   Loop() {
+    announce(PublisherId{});
+    callback_ = registry_.callback(ProcessIndex{}, CallbackId{});
+  }
+  // From here on that one publishes, with the same gid.
+  void announce(PublisherId id) {
     EventHead head;
     head.pid = 100;
     head.tid = 100;
-    const auto process = registry_.process_of(head);
-    PublisherInit announced;
-    announced.writer_gid = kGid;
-    registry_.apply(head, announced);
-    publisher_ = registry_.publisher(*process, PublisherId{});
-    callback_ = registry_.callback(*process, CallbackId{});
+    registry_.apply(head, PublisherInit{.publisher = id, .topic = "/t", .writer_gid = kGid});
+    publisher_ = registry_.publisher(ProcessIndex{}, id);
   }
   // `takes`: the source timestamp of its message; 0: none.
   ChainNodeRef instance(std::int64_t takes) {
@@ -177,6 +178,14 @@ TEST_F(Loop, KeepsNoMoreInstancesWhereTheyAreLinkedLate) {
     ASSERT_TRUE(second->parent);
   }
   EXPECT_LE(most_in_use_, kMost);
+}
+
+TEST_F(Loop, TakesMessagesOfWhoToldTheirGidLast) {
+  publish(instance(0), 1);
+  ASSERT_TRUE(instance(1)->parent);
+  announce(PublisherId{1});
+  publish(instance(0), 2);
+  EXPECT_TRUE(instance(2)->parent);
 }
 
 }  // namespace
