@@ -1,6 +1,7 @@
 #include "subjects.hpp"
 
-#include <algorithm>
+#include "sort_rows.hpp"
+
 #include <tuple>
 
 namespace cie::analysis {
@@ -104,8 +105,7 @@ std::vector<CallbackIndex> callbacks_in_order(const Model& model) {
     return std::make_tuple(at(process.host), process.pid, at(callback.process),
                            to_number(callback.id));
   };
-  std::sort(order.begin(), order.end(),
-            [&key](CallbackIndex a, CallbackIndex b) { return key(a) < key(b); });
+  sort_rows(order, {}, key);
   return order;
 }
 

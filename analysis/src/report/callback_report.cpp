@@ -75,12 +75,18 @@ std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& fac
   return longest;
 }
 
-}  // namespace
+// Its quantities will be asked for soon: they lie far from each other.
+void expect(const CallbackFacts& facts) {
+  for (const auto* quantity :
+       {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
+    quantity->expect();
+  }
+}
 
-CallbackReport callback_report(const RuleContext& context, CallbackIndex index, bool keep_buckets) {
+void fill(CallbackReport& report, const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
-  CallbackReport report;
+  const bool keep_buckets = context.options.keep_buckets;
   report.index = index;
   report.process = facts.process;
   report.logical_id = facts.logical_id;
@@ -137,7 +143,19 @@ CallbackReport callback_report(const RuleContext& context, CallbackIndex index, 
   report.blocked = facts.blocked.summary(keep_buckets);
   report.wake_delay = facts.wake_delay.summary(keep_buckets);
   report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);
-  return report;
+}
+
+}  // namespace
+
+std::vector<CallbackReport> callback_reports(const RuleContext& context) {
+  const auto& order = context.callbacks;
+  std::vector<CallbackReport> reports;
+  reports.reserve(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + 1 < order.size()) expect(context.model.callbacks[at(order[i + 1])]);
+    fill(reports.emplace_back(), context, order[i]);
+  }
+  return reports;
 }
 
 }  // namespace cie::analysis

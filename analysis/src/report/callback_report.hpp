@@ -1,13 +1,15 @@
-// A callback's row of the report.
+// The callbacks' rows of the report.
 #pragma once
 
-#include <cie/analysis/identity.hpp>
 #include <cie/analysis/report.hpp>
 
 #include "rules/rule_context.hpp"
 
+#include <vector>
+
 namespace cie::analysis {
 
-CallbackReport callback_report(const RuleContext& context, CallbackIndex index, bool keep_buckets);
+// In the order that verdicts are named by.
+std::vector<CallbackReport> callback_reports(const RuleContext& context);
 
 }  // namespace cie::analysis

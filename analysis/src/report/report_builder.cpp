@@ -143,6 +143,40 @@ ThreadReport report_of(const Model& model, ThreadIndex index) {
   return report;
 }
 
+// Those that were announced or ran callbacks.
+std::vector<ThreadIndex> threads_in_order(const Model& model) {
+  std::vector<ThreadIndex> order;
+  order.reserve(model.threads.size());
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.announced || !thread.ran.empty())
+      order.push_back(ThreadIndex{static_cast<std::uint32_t>(i)});
+  }
+  sort_rows(order, {}, [&model](ThreadIndex index) {
+    const auto& thread = model.threads[at(index)];
+    const auto& process = model.processes[at(thread.process)];
+    return std::tuple(process.host, process.pid, thread.process, thread.tid);
+  });
+  return order;
+}
+
+std::vector<const MessageEdgeFacts*> edges_in_order(const Model& model) {
+  std::vector<const MessageEdgeFacts*> order;
+  order.reserve(model.edges.size());
+  for (const auto& edge : model.edges)
+    order.push_back(&edge);
+  const auto place_of = [&model](CallbackIndex index) {
+    const auto& callback = model.callbacks[at(index)];
+    return std::tuple(std::string_view(callback.logical_id),
+                      model.processes[at(callback.process)].pid, index);
+  };
+  sort_rows(order, {}, [&place_of](const MessageEdgeFacts* edge) {
+    return std::tuple(place_of(edge->to),
+                      edge->from ? std::optional(place_of(*edge->from)) : std::nullopt);
+  });
+  return order;
+}
+
 GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
   GraphEdge edge;
   edge.from = facts.from;
@@ -296,7 +330,6 @@ std::string_view label(ReleaseSource source) noexcept {
 
 Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto& model = context.model;
-  const bool keep_buckets = context.options.keep_buckets;
   Report report;
   report.trace = summary_of(model, verdicts);
   report.defects = trace_defects(model);
@@ -331,39 +364,20 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                      return std::tie(a.host, a.pid) < std::tie(b.host, b.pid);
                    });
 
-  report.callbacks.reserve(context.callbacks.size());
-  for (const auto index : context.callbacks) {
-    report.callbacks.push_back(callback_report(context, index, keep_buckets));
-  }
-  report.threads.reserve(model.threads.size());
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (thread.announced || !thread.ran.empty()) {
-      report.threads.push_back(report_of(model, ThreadIndex{static_cast<std::uint32_t>(i)}));
-    }
-  }
-  sort_rows(report.threads, {}, [&model](const ThreadReport& thread) {
-    const auto& process = model.processes[at(thread.process)];
-    return std::tuple(process.host, process.pid, thread.process, thread.tid);
-  });
+  report.callbacks = callback_reports(context);
+  const auto threads = threads_in_order(model);
+  report.threads.reserve(threads.size());
+  for (const auto index : threads)
+    report.threads.push_back(report_of(model, index));
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
     report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
-  report.edges.reserve(model.edges.size());
-  for (const auto& edge : model.edges)
-    report.edges.push_back(report_of(model, edge));
-  const auto place_of = [&model](CallbackIndex index) {
-    const auto& callback = model.callbacks[at(index)];
-    return std::tuple(std::string_view(callback.logical_id),
-                      model.processes[at(callback.process)].pid, index);
-  };
-  sort_rows(report.edges, {}, [&place_of](const GraphEdge& edge) {
-    return std::tuple(place_of(edge.to),
-                      edge.from ? std::optional(place_of(*edge.from)) : std::nullopt,
-                      std::string_view(edge.topic));
-  });
+  const auto edges = edges_in_order(model);
+  report.edges.reserve(edges.size());
+  for (const auto* edge : edges)
+    report.edges.push_back(report_of(model, *edge));
   return report;
 }
 

@@ -7,6 +7,7 @@ namespace cie::analysis {
 template <typename Rows>
 ReportRows::Places ReportRows::places_of(const Rows& rows) {
   Places places;
+  places.reserve(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto number = at(rows[i].index);
     if (number >= places.size()) places.resize(number + 1);

@@ -116,6 +116,9 @@ TEST(SortRows, IsStable) {
     order += row.text;
   EXPECT_EQ(order, "daecb");
   EXPECT_EQ(rows.capacity(), 5U);
+  const auto* const first = rows.data();
+  sort_rows(rows, {}, &Row::key);
+  EXPECT_EQ(rows.data(), first) << "they are sorted";
   std::vector<Row> none;
   sort_rows(none, [](const Row&, const Row&) { return true; });
   EXPECT_TRUE(none.empty());
