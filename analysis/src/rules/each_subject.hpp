@@ -21,6 +21,7 @@ namespace cie::analysis {
 template <typename Judge>
 std::vector<SubjectVerdict> judge_callbacks(const RuleContext& context, const Judge& judge) {
   std::vector<SubjectVerdict> verdicts;
+  verdicts.reserve(context.callbacks.size());
   for (const auto index : context.callbacks) {
     Judgement judgement(context.names.callback(index));
     judge(index, context.model.callbacks[at(index)], judgement);

@@ -2,6 +2,7 @@
 
 #include "judgement.hpp"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <utility>
@@ -36,6 +37,9 @@ std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
 }  // namespace
 
 HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
+  if (std::ranges::all_of(model.processes, &std::vector<HiddenCallback>::empty,
+                          &ProcessFacts::hidden))
+    return;
   const auto groups = threads_of_groups(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];

@@ -1,24 +1,28 @@
 #include "isolated_threads.hpp"
 
+#include "model/sort_rows.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
 #include <set>
-#include <span>
 
 namespace cie::analysis {
-namespace {
 
-template <typename Map>
-std::span<const ThreadIndex> found_in(const Map& threads, const typename Map::key_type& key) {
-  const auto found = threads.find(key);
-  if (found == threads.end()) return {};
-  return found->second;
+void IsolatedThreads::Lists::sort() {
+  sort_rows(entries_, {}, &decltype(entries_)::value_type::first);
 }
 
-}  // namespace
+std::vector<ThreadIndex> IsolatedThreads::Lists::of(Key key) const {
+  std::vector<ThreadIndex> threads;
+  const auto found =
+      std::ranges::equal_range(entries_, key, {}, &decltype(entries_)::value_type::first);
+  threads.reserve(found.size());
+  for (const auto& entry : found)
+    threads.push_back(entry.second);
+  return threads;
+}
 
 IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
   std::vector<ThreadIndex> isolated;
@@ -27,16 +31,17 @@ IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
     if (is_isolated(model.threads[i])) isolated.push_back(index);
   }
   const auto by_order = [this](ThreadIndex index) { return order(index); };
-  std::ranges::sort(isolated, {}, by_order);
+  sort_rows(isolated, {}, by_order);
   for (const auto index : isolated) {
     const auto& thread = model.threads[at(index)];
-    if (thread.callback)
-      by_callback_[{thread.process, to_number(*thread.callback)}].push_back(index);
+    if (thread.callback) by_callback_.add({thread.process, to_number(*thread.callback)}, index);
     if (!thread.group) continue;
-    const std::pair group(thread.process, to_number(*thread.group));
-    by_group_[group].push_back(index);
-    if (!thread.callback) without_callback_[group].push_back(index);
+    const Lists::Key group(thread.process, to_number(*thread.group));
+    by_group_.add(group, index);
+    if (!thread.callback) without_callback_.add(group, index);
   }
+  for (auto* lists : {&by_callback_, &by_group_, &without_callback_})
+    lists->sort();
   find_idle_owners(isolated);
 }
 
@@ -68,9 +73,10 @@ std::tuple<Timestamp, std::int64_t, ThreadIndex> IsolatedThreads::order(ThreadIn
 }
 
 std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
-  const auto own = found_in(by_callback_, {callback.process, to_number(callback.id)});
-  if (!callback.group) return {own.begin(), own.end()};
-  const auto group = found_in(without_callback_, {callback.process, to_number(*callback.group)});
+  auto own = by_callback_.of({callback.process, to_number(callback.id)});
+  if (!callback.group) return own;
+  const auto group = without_callback_.of({callback.process, to_number(*callback.group)});
+  if (group.empty()) return own;
   std::vector<ThreadIndex> threads;
   const auto by_order = [this](ThreadIndex index) { return order(index); };
   std::ranges::merge(own, group, std::back_inserter(threads), {}, by_order, by_order);
@@ -78,11 +84,10 @@ std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) cons
 }
 
 std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
-  const auto members = found_in(by_group_, {group.process, to_number(group.id)});
-  std::vector<ThreadIndex> threads(members.begin(), members.end());
+  auto threads = by_group_.of({group.process, to_number(group.id)});
   for (const auto index : group.callbacks) {
     const auto& callback = model_.callbacks[at(index)];
-    const auto own = found_in(by_callback_, {callback.process, to_number(callback.id)});
+    const auto own = by_callback_.of({callback.process, to_number(callback.id)});
     threads.insert(threads.end(), own.begin(), own.end());
   }
   std::ranges::sort(threads, {}, [this](ThreadIndex index) { return order(index); });

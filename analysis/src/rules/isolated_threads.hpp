@@ -22,16 +22,27 @@ class IsolatedThreads {
   std::optional<CallbackIndex> idle_owner(ThreadIndex thread) const;
 
  private:
-  using Threads = std::map<std::pair<ProcessIndex, std::uint32_t>, std::vector<ThreadIndex>>;
+  // Of each callback or group a list, in the order in which they were added.
+  class Lists {
+   public:
+    using Key = std::pair<ProcessIndex, std::uint32_t>;
+    void add(Key key, ThreadIndex thread) { entries_.push_back({key, thread}); }
+    // After the last one was added.
+    void sort();
+    std::vector<ThreadIndex> of(Key key) const;
+
+   private:
+    std::vector<std::pair<Key, ThreadIndex>> entries_;
+  };
 
   std::tuple<Timestamp, std::int64_t, ThreadIndex> order(ThreadIndex index) const;
   void find_idle_owners(const std::vector<ThreadIndex>& isolated);
 
   const Model& model_;
   // Each list in order.
-  Threads by_callback_;
-  Threads by_group_;          // announced for it
-  Threads without_callback_;  // of them, those that name no callback
+  Lists by_callback_;
+  Lists by_group_;          // announced for it
+  Lists without_callback_;  // of them, those that name no callback
   std::map<ThreadIndex, CallbackIndex> idle_owners_;
 };
 

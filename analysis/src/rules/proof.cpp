@@ -81,6 +81,14 @@ std::optional<Evidence> lost_start(const CallbackFacts& facts) {
   return std::nullopt;
 }
 
+template <typename Index>
+const std::optional<Evidence>& found_loss(const std::map<Index, std::optional<Evidence>>& losses,
+                                          Index index) {
+  static const std::optional<Evidence> nothing;
+  const auto found = losses.find(index);
+  return found == losses.end() ? nothing : found->second;
+}
+
 }  // namespace
 
 Proof::Proof(const Model& model, const ThreadLives& lives)
@@ -88,9 +96,7 @@ Proof::Proof(const Model& model, const ThreadLives& lives)
       lives_(lives),
       holes_(model),
       user_losses_(model),
-      processes_(model.processes.size()),
-      callbacks_(model.callbacks.size()),
-      threads_(model.threads.size()) {
+      processes_(model.processes.size()) {
   for (const auto& callback : model.callbacks) {
     const auto host = model.processes[at(callback.process)].host;
     if (callback.first_release) with_releases_.insert(host);
@@ -151,11 +157,11 @@ std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
 }
 
 const std::optional<Evidence>& Proof::loss(CallbackIndex callback) const {
-  return callbacks_[at(callback)];
+  return found_loss(callbacks_, callback);
 }
 
 const std::optional<Evidence>& Proof::loss(ThreadIndex thread) const {
-  return threads_[at(thread)];
+  return found_loss(threads_, thread);
 }
 
 std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {
@@ -198,7 +204,7 @@ bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> 
   const auto first = numbers.first.value_or(0);
   if (!before) {
     const auto known = first + numbers.count + numbers.missing;
-    if (facts.fini ? facts.fini_read_backs > known : threads_[at(thread)].has_value()) return true;
+    if (facts.fini ? facts.fini_read_backs > known : loss(thread).has_value()) return true;
   }
   if (!after && has_begun_in_trace(facts.process) && first > 0) return true;
   if (!numbers.first_gap) return false;
@@ -241,12 +247,13 @@ std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
                 "publisher_init", "publishers whose messages were not seen: ");
 }
 
-void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
+template <std::invocable Total>
+void Proof::compare(ProcessIndex process, const Total& total, std::uint64_t expected,
                     std::uint64_t seen) {
   auto& proof = processes_[at(process)];
   ++proof.compared;
   if (expected == seen) return;
-  proof.disagreements.push_back(total);
+  proof.disagreements.push_back(total());
   proof.disagreements.back().note += ": " + counted_and_seen(expected, seen);
 }
 
@@ -285,7 +292,7 @@ std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
 void Proof::prove(CallbackIndex index) {
   const auto& facts = model_.callbacks[at(index)];
   auto& process = processes_[at(facts.process)];
-  auto& loss = callbacks_[at(index)];
+  std::optional<Evidence> loss;
   ++process.callbacks_named;
   if (facts.registered) ++process.callbacks_registered;
 
@@ -301,7 +308,11 @@ void Proof::prove(CallbackIndex index) {
       return evidence("callback_fini", facts.fini->at, name + " " + what);
     };
     const auto started = first + facts.starts.count;
-    compare(facts.process, total("started"), facts.fini->started, started);
+    const auto compare_total = [&](const char* what, std::uint64_t expected, std::uint64_t seen) {
+      compare(
+          facts.process, [&] { return total(what); }, expected, seen);
+    };
+    compare_total("started", facts.fini->started, started);
     if (!loss && facts.fini->started != started) {
       loss = total("started: ");
       loss->note += counted_and_seen(facts.fini->started, started);
@@ -310,8 +321,8 @@ void Proof::prove(CallbackIndex index) {
     const auto open = open_instances(facts);
     const bool is_end_lost = tells_lost_end(facts, *facts.fini);
     const bool is_surplus = first == 0 && open < unended(*facts.fini);
-    compare(facts.process, total("ended"), facts.fini->ended,
-            is_end_lost || is_surplus ? started - open : facts.fini->ended);
+    compare_total("ended", facts.fini->ended,
+                  is_end_lost || is_surplus ? started - open : facts.fini->ended);
     if (!loss && is_end_lost) {
       loss = total("ended: ");
       loss->note += counted_and_seen(facts.fini->ended, started - open);
@@ -321,7 +332,7 @@ void Proof::prove(CallbackIndex index) {
     const auto compare_running = [&](const char* what, const std::set<HostIndex>& recorded_on,
                                      std::uint64_t total_count, std::uint64_t seen) {
       if (!has_begun_in_trace(facts.process) || !recorded_on.contains(host)) return;
-      compare(facts.process, total(what), total_count, seen);
+      compare_total(what, total_count, seen);
       if (loss || total_count == seen) return;
       loss = total(what);
       loss->note += ": " + counted_and_seen(total_count, seen);
@@ -345,7 +356,9 @@ void Proof::prove(CallbackIndex index) {
     if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
     if (!loss) loss = untold_loss(facts.process, last);
   }
-  is_anything_lost_ = is_anything_lost_ || loss.has_value();
+  if (!loss) return;
+  is_anything_lost_ = true;
+  callbacks_.emplace(index, std::move(loss));
 }
 
 std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
@@ -388,23 +401,23 @@ void Proof::prove(const PublisherFacts& publisher) {
 void Proof::prove(ThreadIndex index) {
   const auto& facts = model_.threads[at(index)];
   auto& process = processes_[at(facts.process)];
-  auto& loss = threads_[at(index)];
   const auto name = "thread " + std::to_string(facts.tid);
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
-      loss = evidence("thread_init", facts.fini ? *facts.fini : facts.read_backs.first_at,
-                      name + " was never seen to be announced");
+      threads_.emplace(index,
+                       evidence("thread_init", facts.fini ? *facts.fini : facts.read_backs.first_at,
+                                name + " was never seen to be announced"));
     }
     return;
   }
   ++process.threads_announced;
-  loss = gap(facts);
+  auto loss = gap(facts);
   if (facts.fini) {
     const auto seen = facts.read_backs.first.value_or(0) + facts.read_backs.count;
-    const auto total = evidence("thread_fini", *facts.fini, name + " read back");
+    const auto total = [&] { return evidence("thread_fini", *facts.fini, name + " read back"); };
     compare(facts.process, total, facts.fini_read_backs, seen);
     if (!loss && facts.fini_read_backs != seen) {
-      loss = total;
+      loss = total();
       loss->note += ": " + counted_and_seen(facts.fini_read_backs, seen);
     }
   } else if (!is_interrupted(facts.process)) {
@@ -416,7 +429,9 @@ void Proof::prove(ThreadIndex index) {
                                                    ? facts.read_backs.last_at.time
                                                    : facts.announced->time);
   }
-  is_anything_lost_ = is_anything_lost_ || loss.has_value();
+  if (!loss) return;
+  is_anything_lost_ = true;
+  threads_.emplace(index, std::move(loss));
 }
 
 void Proof::prove(ProcessIndex index) {
@@ -424,11 +439,14 @@ void Proof::prove(ProcessIndex index) {
   auto& process = processes_[at(index)];
   if (facts.run_end) {
     const auto& totals = *facts.run_end;
-    const auto total = [&totals](const char* what) { return evidence("run_end", totals.at, what); };
-    compare(index, total("callbacks"), totals.callbacks, process.callbacks_registered);
-    compare(index, total("threads"), totals.threads, process.threads_announced);
-    compare(index, total("groups"), totals.groups, process.groups_known);
-    compare(index, total("publishers"), totals.publishers, process.publishers_registered);
+    const auto compare_total = [&](const char* what, std::uint64_t expected, std::uint64_t seen) {
+      compare(
+          index, [&] { return evidence("run_end", totals.at, what); }, expected, seen);
+    };
+    compare_total("callbacks", totals.callbacks, process.callbacks_registered);
+    compare_total("threads", totals.threads, process.threads_announced);
+    compare_total("groups", totals.groups, process.groups_known);
+    compare_total("publishers", totals.publishers, process.publishers_registered);
     if (!process.disagreements.empty()) is_anything_lost_ = true;
   }
   std::ranges::stable_sort(process.disagreements, {}, [](const Evidence& item) {

@@ -9,6 +9,7 @@
 #include "thread_lives.hpp"
 #include "user_losses.hpp"
 
+#include <concepts>
 #include <map>
 #include <optional>
 #include <set>
@@ -85,7 +86,9 @@ class Proof {
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                  std::uint64_t seen, const char* event, const char* what) const;
-  void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
+  // `total()` names the first of the two numbers.
+  template <std::invocable Total>
+  void compare(ProcessIndex process, const Total& total, std::uint64_t expected,
                std::uint64_t seen);
   void prove(CallbackIndex index);
   void prove(const PublisherFacts& publisher);
@@ -105,8 +108,9 @@ class Proof {
   const KernelHoles holes_;
   const UserLosses user_losses_;
   std::vector<ProcessProof> processes_;
-  std::vector<std::optional<Evidence>> callbacks_;
-  std::vector<std::optional<Evidence>> threads_;
+  // Of those that lost something.
+  std::map<CallbackIndex, std::optional<Evidence>> callbacks_;
+  std::map<ThreadIndex, std::optional<Evidence>> threads_;
   bool is_anything_lost_ = false;
   // Machines of which events of these classes were recorded.
   std::set<HostIndex> with_releases_;

@@ -35,7 +35,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       lives(facts),
       proof(facts, lives),
       isolated(facts),
-      losses(facts, proof, isolated),
+      losses(facts, callbacks, proof, isolated),
       hidden(facts),
       lost_ends(facts),
       unknown_threads(find_unknown(facts, proof)) {}

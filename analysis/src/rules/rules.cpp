@@ -169,6 +169,13 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   conclude(std::move(judgement), subjects);
 }
 
+void leave_out_passes(std::vector<SubjectVerdict>& subjects) {
+  std::erase_if(subjects, [](const SubjectVerdict& subject) {
+    return subject.verdict < Verdict::inconclusive;
+  });
+  subjects.shrink_to_fit();
+}
+
 RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids& shared,
                   const std::optional<std::string>& missing) {
   RuleVerdict verdict{
@@ -178,11 +185,12 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids
   }
   doubt_shared_pids(rule, context.model, shared, verdict.subjects);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
-  sort_rows(verdict.subjects, comes_before);
+  if (context.options.is_judged) sort_rows(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
     locate(context.model, subject.evidence);
   }
+  if (!context.options.is_judged) leave_out_passes(verdict.subjects);
   return verdict;
 }
 

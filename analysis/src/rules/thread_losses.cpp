@@ -1,6 +1,5 @@
 #include "thread_losses.hpp"
 
-#include "model/subjects.hpp"
 #include "thread_questions.hpp"
 
 namespace cie::analysis {
@@ -10,9 +9,10 @@ const std::optional<Evidence> kNone;
 
 }  // namespace
 
-ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated)
+ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks,
+                           const Proof& proof, const IsolatedThreads& isolated)
     : model_(model), on_threads_(model.threads.size()) {
-  for (const auto index : callbacks_in_order(model)) {
+  for (const auto index : callbacks) {
     const auto& loss = proof.loss(index);
     if (!loss) continue;
     const auto lose = [this, &loss](ThreadIndex thread) {

@@ -9,6 +9,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace cie::analysis {
@@ -18,7 +19,9 @@ namespace cie::analysis {
 // may have run on any thread, isolated ones too. Refers to the proof's losses.
 class ThreadLosses {
  public:
-  ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated);
+  // `callbacks`: in the order that verdicts are named by.
+  ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks, const Proof& proof,
+               const IsolatedThreads& isolated);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
   // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
   // them may have been elsewhere; or anywhere.

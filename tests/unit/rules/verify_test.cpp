@@ -43,8 +43,11 @@ TEST(Verify, JudgesForAReportAloneWhatItRestsOn) {
   const Verified all(kTwoTimers);
   const Verified few(trace_of(kTwoTimers), {}, {.is_judged = false});
   std::vector<std::string> judged;
-  for (const auto& rule : few.result.verdicts.rules)
+  for (const auto& rule : few.result.verdicts.rules) {
     judged.push_back(rule.id);
+    EXPECT_EQ(rule.verdict, Verdict::pass) << rule.id;
+    EXPECT_TRUE(rule.subjects.empty()) << rule.id;
+  }
   EXPECT_THAT(judged, ElementsAre("T2", "T3", "T4"));
   EXPECT_TRUE(all.result.report.trace.complete);
   EXPECT_TRUE(few.result.report.trace.complete);

@@ -35,7 +35,8 @@ struct AnalysisOptions {
   // The events come from a system that runs: no stream's silence or end holds others up or cuts
   // them off, a running process is not an interrupted one, and losses are kept in bounded memory.
   bool is_live = false;
-  // False: of all rules only those judge that the report rests on.
+  // False: of all rules only those judge that the report rests on, and only subjects that do not
+  // pass are kept, as they come.
   bool is_judged = true;
   // Summaries of callbacks have their histograms (Summary::buckets).
   bool keep_buckets = false;
