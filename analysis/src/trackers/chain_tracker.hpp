@@ -9,6 +9,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
+#include "prefetch.hpp"
 #include "recent.hpp"
 #include "registry.hpp"
 
@@ -35,6 +36,8 @@ class ChainTracker {
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
                   ChainNodeRef node);
+  // An instance of the callback will begin soon.
+  void expect(CallbackIndex callback) const noexcept { prefetch_to_write(reads_.find(callback)); }
   // An instance began in the window. Returns the number of its read.
   std::uint64_t add_read(CallbackIndex callback, Timestamp start) {
     return reads_[callback].add(start);

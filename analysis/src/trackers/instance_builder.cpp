@@ -63,6 +63,7 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
                             const ThreadWakeup& /*event*/) {
   if (!who.thread) return;
+  if (who.known != nullptr && who.known->ran.is_any()) expect_start(who.known->ran.index);
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
@@ -72,6 +73,13 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
     on_thread.busy_since = std::max(on_thread.busy_since, *on_thread.waited_since);
   }
   on_thread.waited_since = on_thread.last_activity;
+}
+
+// What lies where only that tells which expect() asked for.
+inline void InstanceBuilder::expect_start(CallbackIndex index) const noexcept {
+  const auto* callback = callbacks_.find(index);
+  if (callback != nullptr && callback->last_on != nullptr) prefetch_head(callback->last_on);
+  chains_.expect(index);
 }
 
 void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {

@@ -100,6 +100,8 @@ class InstanceBuilder {
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
+  // The callback will begin at once.
+  inline void expect_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.

@@ -160,10 +160,15 @@ class Registry {
   // How many told their gids: while no other one does, a gid is of the same publisher.
   std::uint32_t publishers_told() const noexcept { return publishers_told_; }
 
-  // It will publish soon, as it did last.
+  // It will publish soon, as it did last, and release what it released then.
   void expect_publication(const KnownEmitter& publisher) const noexcept {
-    if (!publisher.published.is_any()) return;
-    prefetch_to_write(&model_.publishers[publisher.published.index]);
+    if (publisher.published.is_any()) {
+      prefetch_to_write(&model_.publishers[publisher.published.index]);
+    }
+    if (publisher.released.is_any()) {
+      const auto& released = model_.callbacks[at(publisher.released.index)];
+      prefetch_lines(&released, &released.ended);
+    }
   }
   const SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   // Facts of a callback that an instance of that number begins and ends.
