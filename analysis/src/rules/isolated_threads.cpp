@@ -16,11 +16,11 @@ void IsolatedThreads::Lists::sort() {
 
 std::vector<ThreadIndex> IsolatedThreads::Lists::of(Key key) const {
   std::vector<ThreadIndex> threads;
-  const auto found =
-      std::ranges::equal_range(entries_, key, {}, &decltype(entries_)::value_type::first);
-  threads.reserve(found.size());
-  for (const auto& entry : found)
-    threads.push_back(entry.second);
+  // Not equal_range: what it returns is more than clang 14 knows of libstdc++'s concepts.
+  for (auto entry =
+           std::ranges::lower_bound(entries_, key, {}, &decltype(entries_)::value_type::first);
+       entry != entries_.end() && entry->first == key; ++entry)
+    threads.push_back(entry->second);
   return threads;
 }
 
