@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <ctime>
+#include <limits>
 #include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 namespace cie::test {
 namespace {
@@ -170,12 +172,18 @@ std::int64_t processor_ns() {
   return now.tv_sec * 1'000'000'000 + now.tv_nsec;
 }
 
+// The least of several: the first one makes the heap as large as it has to be, which costs what the machine
+// makes of page faults.
 std::int64_t cost_of_verify(const Model& model) {
   const AnalysisOptions options;
-  const auto begin = processor_ns();
-  const auto report = verify(RuleContext(model, options));
-  EXPECT_FALSE(report.rules.empty());
-  return processor_ns() - begin;
+  auto least = std::numeric_limits<std::int64_t>::max();
+  for (int i = 0; i < 3; ++i) {
+    const auto begin = processor_ns();
+    const auto report = verify(RuleContext(model, options));
+    least = std::min(least, processor_ns() - begin);
+    EXPECT_FALSE(report.rules.empty());
+  }
+  return least;
 }
 
 struct Growing {
@@ -190,12 +198,12 @@ TEST_P(Growth, OfTheCostOfVerifyIsThatOfTheFacts) {
   constexpr std::uint32_t kTimes = 10;
   const auto few = GetParam().make(kFew);
   const auto many = GetParam().make(kFew * kTimes);
-  auto least = cost_of_verify(*few);
-  for (int i = 0; i < 2; ++i)
-    least = std::min(least, cost_of_verify(*few));
-  // Sorting and caches cost some more: twelve to fifteen times as much was measured, and of a rule
+  // What was allocated stays in the heap.
+  ::mallopt(M_MMAP_MAX, 0);
+  ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  // Sorting and caches cost some more: ten to fifteen times as much was measured, and of a rule
   // that holds each subject against every other one, forty to three hundred.
-  EXPECT_LE(cost_of_verify(*many), least * kTimes * 5 / 2);
+  EXPECT_LE(cost_of_verify(*many), cost_of_verify(*few) * kTimes * 5 / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, Growth,
