@@ -105,7 +105,8 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
        context.sink);
   if (publisher.topic.empty()) return {};
   publication.gid = publisher.gid;
-  context.thread.writing = links_.add(publisher.topic, publication);
+  if (publisher.written == nullptr) publisher.written = &links_.topic(publisher.topic);
+  context.thread.writing = MessageLinks::add(*publisher.written, publication);
   return {.gid = publisher.gid, .stamp = publication.stamp};
 }
 
