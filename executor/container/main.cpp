@@ -3,6 +3,7 @@
 #include <cie/executor/on_hangup.hpp>
 
 #include "app_file.hpp"
+#include "base/help_text.hpp"
 #include "container.hpp"
 #include "control.hpp"
 #include "parameter_orders.hpp"
@@ -186,6 +187,8 @@ int command_line(int argc, char** argv) {
   CLI::App app{kDescription};
   app.name("cie-run");
   app.footer(kFooter);
+  lay_out_help(app,
+               "cie run APP.yaml [OPTIONS]\n       cie run --control ORDER [ARG...] [--pid PID]");
   std::vector<std::string> order;
   int pid = 0;
   auto* const application = app.add_option("APP", arguments.file, "Application file (YAML)");

@@ -1,4 +1,5 @@
 // cie-collect: receives what `cie record --to` of several machines sends.
+#include "base/help_text.hpp"
 #include "collection.hpp"
 #include "options/options.hpp"
 #include "system/error.hpp"
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
       "Receives what cie record --to of several machines sends, until Ctrl-C, into one "
       "directory.",
       "cie collect"};
+  cie::lay_out_help(app, "cie collect -o DIR [OPTIONS]");
   app.footer(
       "It runs a relay daemon of LTTng, on three ports that follow each other: control, data, live "
       "readers.\n"

@@ -2,7 +2,6 @@
 pkg_check_modules(LTTNG_CTL REQUIRED IMPORTED_TARGET lttng-ctl>=2.13)
 pkg_check_modules(LIBTRACEEVENT REQUIRED IMPORTED_TARGET libtraceevent)
 find_package(nlohmann_json REQUIRED)
-find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 
 add_library(cie_recorder STATIC
@@ -59,7 +58,7 @@ add_library(cie_recorder STATIC
   recorder/target/target.cpp)
 target_link_libraries(cie_recorder
   PUBLIC cie_schema PkgConfig::LTTNG_CTL
-  PRIVATE PkgConfig::LIBTRACEEVENT nlohmann_json::nlohmann_json CLI11::CLI11 fmt::fmt)
+  PRIVATE cie_help PkgConfig::LIBTRACEEVENT nlohmann_json::nlohmann_json fmt::fmt)
 target_include_directories(cie_recorder
   PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/recorder" "${CMAKE_CURRENT_SOURCE_DIR}"
   PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
@@ -88,7 +87,7 @@ else()
 endif()
 
 cie_program(cie-record OF_PACKAGES SOURCES recorder/main.cpp LIBRARIES cie_recorder)
-cie_program(cie-collect OF_PACKAGES SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11 fmt::fmt)
+cie_program(cie-collect OF_PACKAGES SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder cie_help fmt::fmt)
 target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()
 # An always-on recorder, and a collector. systemd looks for units and users of packages below /usr/lib, whatever the architecture.

@@ -3,6 +3,8 @@
 #include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/on_hangup.hpp>
 
+#include "base/help_text.hpp"
+
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -59,6 +61,7 @@ void reload(cie::Executor& executor, const RunSettings& settings) noexcept {
 }  // namespace
 
 void add_options(CLI::App& app, RunSettings& settings) {
+  cie::lay_out_help(app, settings.program + " [OPTIONS]");
   app.add_option("--executor", settings.executor, "Who runs the callbacks")
       ->check(CLI::IsMember(
           std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))

@@ -48,6 +48,13 @@ def subjects():
     yield from ((program, (program,)) for program in OTHERS)
 
 
+class Help(unittest.TestCase):
+    def test_fits_into_a_terminal_of_80_columns(self):
+        for words in (("cie",), ("cie-autoware-reference",), *(words for _, words in subjects())):
+            with self.subTest(words):
+                self.assertLessEqual(max(map(len, PROGRAMS.help(*words).splitlines())), 80)
+
+
 class Completion(unittest.TestCase):
     def test_commands(self):
         every, some, help_for = complete("cie ", "cie re", "cie help ")

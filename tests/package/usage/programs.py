@@ -41,7 +41,8 @@ class Programs:
         return result.stdout
 
     def options(self, *words):
-        return [Option(line) for line in self.help(*words).splitlines() if re.match(r"\s{2}-", line)]
+        whole = re.sub(r",\n {8}(?=\S)", ",", self.help(*words))  # a list of choices that no line has room for
+        return [Option(line) for line in whole.splitlines() if re.match(r"\s{2}-", line)]
 
     def exit_codes(self, *words):
         text = " ".join(self.help(*words).split())

@@ -1,5 +1,6 @@
 #include "options/command_line.hpp"
 
+#include "base/help_text.hpp"
 #include "system/error.hpp"
 #include "version.hpp"
 
@@ -197,20 +198,6 @@ void apply_relay(Options& options, std::string_view text) {
   options.kernel = KernelChoice::no;
 }
 
-// CLI11 cannot know that a command follows.
-std::string help_of(const CLI::App& app) {
-  const std::string generated = "Usage: cie record [OPTIONS]";
-  std::string help = app.help();
-  if (const std::size_t at = help.find(generated); at != std::string::npos) {
-    help.replace(at, generated.size(),
-                 "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
-                 "       cie record [OPTIONS] --attach\n"
-                 "       cie record --to HOST[:PORT] [OPTIONS] -- CMD [ARG...]\n"
-                 "       cie record --save DIR [--reason TEXT]");
-  }
-  return help;
-}
-
 }  // namespace
 
 ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, bool is_root) {
@@ -222,6 +209,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
 
   CLI::App app{"Records a run of callback-isolated executors with LTTng.", "cie record"};
+  lay_out_help(app,
+               "cie record [OPTIONS] -- CMD [ARG...]\n"
+               "       cie record [OPTIONS] --attach\n"
+               "       cie record --to HOST[:PORT] [OPTIONS] -- CMD [ARG...]\n"
+               "       cie record --save DIR [--reason TEXT]");
   app.footer(
       "CMD runs with its output untouched; Ctrl-C, SIGTERM and SIGHUP reach it, and the recording\n"
       "ends with it. If CMD goes on, a second Ctrl-C sends it SIGTERM, and SIGKILL 5 s later or with\n"
@@ -316,7 +308,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   try {
     app.parse(own);
   } catch (const CLI::CallForHelp&) {
-    return {.options = std::nullopt, .save = std::nullopt, .text = help_of(app)};
+    return {.options = std::nullopt, .save = std::nullopt, .text = app.help()};
   } catch (const CLI::CallForVersion&) {
     return {.options = std::nullopt,
             .save = std::nullopt,

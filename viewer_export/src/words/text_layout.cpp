@@ -13,48 +13,13 @@
 namespace cie::viewer_export {
 namespace {
 
-bool is_between(char32_t c, char32_t first, char32_t last) { return c >= first && c <= last; }
-
-bool is_combining(char32_t c) {
-  return is_between(c, 0x300, 0x36F) || is_between(c, 0x1AB0, 0x1AFF) ||
-         is_between(c, 0x20D0, 0x20FF) || is_between(c, 0xFE00, 0xFE0F) ||
-         is_between(c, 0xFE20, 0xFE2F);
-}
-bool is_wide(char32_t c) {  // East Asian wide and emoji, coarsely
-  return is_between(c, 0x1100, 0x115F) || is_between(c, 0x2E80, 0xA4CF) ||
-         is_between(c, 0xAC00, 0xD7A3) || is_between(c, 0xF900, 0xFAFF) ||
-         is_between(c, 0xFE30, 0xFE6F) || is_between(c, 0xFF00, 0xFF60) ||
-         is_between(c, 0x1F300, 0x1FAFF) || is_between(c, 0x20000, 0x3FFFD);
-}
-std::size_t width_of(char32_t c) {
-  if (is_combining(c)) {
-    return 0;
-  }
-  return is_wide(c) ? 2 : 1;
-}
-
-// The longest prefix that is at most `columns` wide.
-std::string_view prefix(std::string_view text, std::size_t columns) {
-  std::size_t size = 0;
-  std::size_t width = 0;
-  while (size < text.size()) {
-    const auto point = first_code_point(text.substr(size));
-    width += width_of(point.value);
-    if (width > columns) {
-      break;
-    }
-    size += point.size;
-  }
-  return text.substr(0, size);
-}
-
 std::string_view suffix(std::string_view text, std::size_t columns) {
   const std::size_t total = display_width(text);
   std::size_t skipped = 0;
   while (total - skipped > columns && !text.empty()) {
-    const auto point = first_code_point(text);
-    skipped += width_of(point.value);
-    text.remove_prefix(point.size);
+    const auto size = first_code_point(text).size;
+    skipped += display_width(text.substr(0, size));
+    text.remove_prefix(size);
   }
   return text;
 }
@@ -74,16 +39,6 @@ std::string trimmed(std::string line) {
 
 }  // namespace
 
-std::size_t display_width(std::string_view text) noexcept {
-  std::size_t width = 0;
-  while (!text.empty()) {
-    const auto point = first_code_point(text);
-    width += width_of(point.value);
-    text.remove_prefix(point.size);
-  }
-  return width;
-}
-
 std::string elide(std::string_view text, std::size_t columns, std::string_view gap) {
   // Bytes bound the width from above, so a short text is not measured and a huge one only cut.
   if (text.size() <= columns || (text.size() <= 4 * columns && display_width(text) <= columns)) {
@@ -91,47 +46,17 @@ std::string elide(std::string_view text, std::size_t columns, std::string_view g
   }
   const auto gap_width = display_width(gap);
   if (columns <= gap_width) {
-    return std::string(prefix(text, columns));
+    return std::string(leading_columns(text, columns));
   }
   const std::size_t tail = (columns - gap_width) / 2;
-  const auto head = prefix(text, columns - gap_width - tail);
+  const auto head = leading_columns(text, columns - gap_width - tail);
   return std::string(head) + std::string(gap) + std::string(suffix(text, tail));
 }
 
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap) {
   if (display_width(text) <= columns) return std::string(text);
   const auto room = columns - std::min(columns, display_width(gap));
-  return std::string(prefix(text, room)) + std::string(prefix(gap, columns));
-}
-
-std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
-  std::vector<std::string> lines;
-  std::string line;
-  while (!text.empty()) {
-    auto end = std::min(text.find(' '), text.size());
-    auto word = text.substr(0, end);
-    if (display_width(word) > columns) {  // too long for any line: broken where it ends
-      const auto room =
-          line.empty() ? columns : columns - std::min(columns, display_width(line) + 1);
-      word = prefix(word, room > 0 ? room : columns);
-      if (word.empty()) word = text.substr(0, first_code_point(text).size);  // wider than the line
-      end = word.size();
-    }
-    if (!line.empty() && display_width(line) + 1 + display_width(word) > columns) {
-      lines.push_back(std::move(line));
-      line.clear();
-    }
-    if (!word.empty()) {
-      line += line.empty() ? "" : " ";
-      line += word;
-    }
-    text.remove_prefix(end);
-    if (text.starts_with(' ')) text.remove_prefix(1);
-  }
-  if (!line.empty()) {
-    lines.push_back(std::move(line));
-  }
-  return lines;
+  return std::string(leading_columns(text, room)) + std::string(leading_columns(gap, columns));
 }
 
 std::string format_duration(std::int64_t ns) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/report.hpp>
+#include <cie/tracepoints/text_columns.hpp>
 #include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
@@ -13,8 +14,8 @@
 
 namespace cie::viewer_export {
 
-// Columns that printable text takes on a terminal.
-std::size_t display_width(std::string_view text) noexcept;
+using cie::display_width;
+using cie::wrap;
 
 // At most `columns` wide: the middle of a longer text becomes `gap`.
 std::string elide(std::string_view text, std::size_t columns, std::string_view gap = "...");
@@ -24,9 +25,6 @@ std::string cut(std::string_view text, std::size_t columns, std::string_view gap
 
 // What stands for what is left out.
 std::string_view gap(const TextStyle& style);
-
-// Breaks between words, and within those that are wider than `columns`.
-std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
 std::string format_duration(std::int64_t ns);
