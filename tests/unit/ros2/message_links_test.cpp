@@ -27,8 +27,8 @@ WrittenMessage stamped(std::uint64_t gid, std::int64_t stamp) {
 
 TEST(MessageLinks, ATimestampBelongsToTheOneCallThatItFallsInto) {
   MessageLinks links;
-  MessageLinks::add(links.topic(kTopic), call_of_publish(1, 100'000, 110'000));
-  MessageLinks::add(links.topic(kTopic), call_of_publish(2, 200'000, 210'000));
+  links.add(kTopic, call_of_publish(1, 100'000, 110'000));
+  links.add(kTopic, call_of_publish(2, 200'000, 210'000));
   EXPECT_EQ(links.find(kTopic, 105'000).gid, 1U);
   EXPECT_EQ(links.find(kTopic, 105'000).stamp, 100'000);
   EXPECT_EQ(links.find(kTopic, 205'000).gid, 2U);
@@ -38,9 +38,8 @@ TEST(MessageLinks, ATimestampBelongsToTheOneCallThatItFallsInto) {
 
 TEST(MessageLinks, ACallThatGoesOnMayHaveWrittenAnythingSince) {
   MessageLinks links;
-  const auto going_on =
-      MessageLinks::add(links.topic(kTopic), call_of_publish(1, 100'000, kNotYet));
-  MessageLinks::add(links.topic(kTopic), call_of_publish(2, 200'000, 210'000));
+  const auto going_on = links.add(kTopic, call_of_publish(1, 100'000, kNotYet));
+  links.add(kTopic, call_of_publish(2, 200'000, 210'000));
   EXPECT_EQ(links.find(kTopic, 300'000).gid, 1U);
   EXPECT_EQ(links.find(kTopic, 205'000).gid, 0U) << "two may have written it";
   going_on->until = 190'000;
@@ -81,15 +80,14 @@ TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
     now += below(3'000);
     switch (below(4)) {
       case 0:
-        all.push_back(MessageLinks::add(links.topic(kTopic), stamped(++gid, now - below(20'000))));
+        all.push_back(links.add(kTopic, stamped(++gid, now - below(20'000))));
         break;
       case 1:
-        all.push_back(MessageLinks::add(links.topic(kTopic), call_of_publish(++gid, now, kNotYet)));
+        all.push_back(links.add(kTopic, call_of_publish(++gid, now, kNotYet)));
         if (step % 4'000 >= 4) going_on.push_back(all.back());  // else it never ends
         break;
       case 2:
-        all.push_back(MessageLinks::add(links.topic(kTopic),
-                                        call_of_publish(++gid, now - below(9'000), now)));
+        all.push_back(links.add(kTopic, call_of_publish(++gid, now - below(9'000), now)));
         break;
       default:
         for (const auto& message : going_on)

@@ -5,8 +5,6 @@
 
 #include <cie/analysis/event.hpp>
 
-#include "message_links.hpp"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -32,8 +30,7 @@ struct Node {
 struct Publisher {
   PublisherId id{};
   std::optional<NodeId> node{};
-  std::string topic{};                     // empty: never announced
-  MessageLinks::Topic* written = nullptr;  // on that topic; null: not looked up yet
+  std::string topic{};  // empty: never announced
   std::uint64_t gid = 0;
   std::uint64_t next_seq = 0;
   std::int64_t last_stamp = 0;

@@ -11,11 +11,13 @@ constexpr std::int64_t kOffsetError = 2'000;
 
 }  // namespace
 
-std::shared_ptr<WrittenMessage> MessageLinks::add(Topic& topic, const WrittenMessage& publication) {
-  auto& publications = topic.publications;
+std::shared_ptr<WrittenMessage> MessageLinks::add(const std::string& topic,
+                                                  const WrittenMessage& publication) {
+  auto& entry = topics_[topic];
+  auto& publications = entry.publications;
   if (publications.size() >= kMaxPublications) {
     publications.pop_front();
-    if (topic.settled > 0) --topic.settled;
+    if (entry.settled > 0) --entry.settled;
   }
   publications.push_back({.message = std::make_shared<WrittenMessage>(publication)});
   return publications.back().message;

@@ -24,30 +24,8 @@ struct WrittenMessage {
 };
 
 class MessageLinks {
-  struct Written {
-    std::shared_ptr<WrittenMessage> message;
-    // Neither this message nor one before it was written later. Only of settled ones.
-    std::int64_t none_after = 0;
-  };
-
  public:
-  // What was written on a topic.
-  class Topic {
-    friend class MessageLinks;
-
-    // Settled are the first messages, up to one of which it is not known yet when it was written at the
-    // latest.
-    void settle();
-
-    std::deque<Written> publications{};
-    std::size_t settled = 0;
-    std::uint64_t sole_publisher = 0;
-    std::size_t publishers = 0;
-  };
-
-  // Topics stay where they are.
-  Topic& topic(const std::string& name) { return topics_[name]; }
-  static std::shared_ptr<WrittenMessage> add(Topic& topic, const WrittenMessage& publication);
+  std::shared_ptr<WrittenMessage> add(const std::string& topic, const WrittenMessage& publication);
   // For a publisher that is announced: other writers have ids drawn by DDS.
   std::uint64_t new_gid() noexcept { return kFirstGid + ++publishers_; }
   // A publisher of the topic was announced.
@@ -67,6 +45,21 @@ class MessageLinks {
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
 
+  struct Written {
+    std::shared_ptr<WrittenMessage> message;
+    // Neither this message nor one before it was written later. Only of settled ones.
+    std::int64_t none_after = 0;
+  };
+  struct Topic {
+    // Settled are the first messages, up to one of which it is not known yet when it was written at the
+    // latest.
+    void settle();
+
+    std::deque<Written> publications{};
+    std::size_t settled = 0;
+    std::uint64_t sole_publisher = 0;
+    std::size_t publishers = 0;
+  };
   std::unordered_map<std::string, Topic> topics_;
   std::uint64_t publishers_ = 0;
 };

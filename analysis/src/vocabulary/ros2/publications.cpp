@@ -105,8 +105,7 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
        context.sink);
   if (publisher.topic.empty()) return {};
   publication.gid = publisher.gid;
-  if (publisher.written == nullptr) publisher.written = &links_.topic(publisher.topic);
-  context.thread.writing = MessageLinks::add(*publisher.written, publication);
+  context.thread.writing = links_.add(publisher.topic, publication);
   return {.gid = publisher.gid, .stamp = publication.stamp};
 }
 
