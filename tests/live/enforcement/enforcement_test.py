@@ -113,11 +113,19 @@ class Recorded:
 
 
 def second_opinion(directory, spec):
-    """The verdicts of a second implementation of the rules."""
+    """By a second implementation of the rules: the subjects' verdicts, by rule."""
     sys.path.insert(0, str(options.oracle))
     from oracle import check  # pylint: disable=import-outside-toplevel
     judged = check.recompute([str(directory)], str(spec))["verify"]["rules"]
-    return {rule["id"]: rule["verdict"] for rule in judged}
+    return {rule["id"]: (rule["verdict"], {s["subject"]: s["verdict"] for s in rule["subjects"]}) for rule in judged}
+
+
+def told_of(directory, subjects):
+    """The events of those subjects' threads, for whoever looks for who is right: the recording is gone by then."""
+    done = subprocess.run([options.programs / "cie", "events", directory], capture_output=True, text=True, timeout=200,
+                          check=True)
+    tids = [subject.split()[1] for subject in subjects if subject.startswith("thread ")]
+    return "\n".join(line for line in done.stdout.splitlines() if any(re.search(rf"\b{tid}\b", line) for tid in tids))
 
 
 def verify(directory, spec):
@@ -127,7 +135,13 @@ def verify(directory, spec):
     rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
     others = second_opinion(directory, spec)
     for name in ("S1", "S2", "S3", "S4"):
-        assert rules[name]["verdict"] == others[name], (name, others[name], rules[name])
+        verdict, of_subjects = others[name]
+        if rules[name]["verdict"] == verdict:
+            continue
+        ours = {s["subject"]: s["verdict"] for s in rules[name]["subjects"]}
+        differ = {subject: (other, ours.get(subject)) for subject, other in of_subjects.items()
+                  if ours.get(subject) != other}
+        raise AssertionError(f"{name}: the second opinion and cie: {differ}\n{told_of(directory, differ)}")
     return rules
 
 
