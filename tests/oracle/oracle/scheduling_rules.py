@@ -181,6 +181,13 @@ def _may_be_boosted(j: "Judge", t: Thread, applied_at: int, time: int) -> bool:
     return bool(told) and told[-1] <= applied_at
 
 
+def _is_taken_back(j: "Judge", t: Thread, time: int, own: int) -> bool:
+    """Whether the kernel's next word on its inheritance ends it: so it inherited, if no event told since when."""
+    later = [e for e in j.model.events
+             if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid and e.time > time]
+    return bool(later) and later[0].newprio + j.model.prio_offset == own
+
+
 def _base_priority(t: Thread, time: int, j: "Judge") -> int | None:
     before = [e for e in applied(t) if e.time <= time]
     return kernel_priority(before[-1]) - j.model.prio_offset if before else None
@@ -208,7 +215,8 @@ def _unchanged(j: "Judge", t: Thread) -> str:
         own = kernel_priority(before[-1])
         # A higher one may be inherited, by an event that is lost.
         is_excused = prio < own and (_lossy(j, t.process.host, before[-1].time, e.time) or
-                                     _may_be_boosted(j, t, before[-1].time, e.time))
+                                     _may_be_boosted(j, t, before[-1].time, e.time) or
+                                     _is_taken_back(j, t, e.time, own))
         if prio != own and not is_excused and (
                 not _boosted(j, t, e.time) and j.proof.certain_between(t, e.time)):
             verdict = FAIL
