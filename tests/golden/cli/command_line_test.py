@@ -21,6 +21,7 @@ class Help(unittest.TestCase):
         for arguments in ((), ("--help",), ("-h",), ("help",)):
             result = cie(*arguments)
             self.assertEqual((result.returncode, result.stderr), (0, b""))
+            self.assertLessEqual(max(map(len, result.stdout.decode().splitlines())), 80)
             for command in COMMANDS + ("run", "record"):
                 self.assertIn(f"\n  {command} ".encode(), result.stdout)
 
@@ -43,6 +44,7 @@ class Help(unittest.TestCase):
             self.assertTrue(text.startswith(f"Usage: cie {command} "), text)
             self.assertRegex(text, r"\nExamples?:\n  cie " + command)
             self.assertIn("\nExit codes: 0 ", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 80, command)
 
 
 class Usage(Folder):

@@ -162,29 +162,32 @@ def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> 
     return FAIL if whole else INCONCLUSIVE
 
 
+def _inheritance(j: "Judge", t: Thread) -> list[Event]:
+    """What the kernel told of the priorities that it inherited, in order of time."""
+    return [e for e in j.model.events
+            if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid]
+
+
 def _boosted(j: "Judge", t: Thread, time: int) -> bool:
     """Within a priority-inheritance interval, edges included. A lower priority is never inherited."""
     boosted = False
-    for e in j.model.events:
-        if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid:
-            if e.time > time:
-                break
-            base = _base_priority(t, e.time, j)
-            boosted = e.time == time or (base is not None and e.newprio < base)
+    for e in _inheritance(j, t):
+        if e.time > time:
+            break
+        base = _base_priority(t, e.time, j)
+        boosted = e.time == time or (base is not None and e.newprio < base)
     return boosted
 
 
 def _may_be_boosted(j: "Judge", t: Thread, applied_at: int, time: int) -> bool:
     """Who waited for it before may be more urgent than what was applied then; no event tells."""
-    told = [e.time for e in j.model.events
-            if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid and e.time <= time]
+    told = [e.time for e in _inheritance(j, t) if e.time <= time]
     return bool(told) and told[-1] <= applied_at
 
 
 def _is_taken_back(j: "Judge", t: Thread, time: int, own: int) -> bool:
     """Whether the kernel's next word on its inheritance ends it: so it inherited, if no event told since when."""
-    later = [e for e in j.model.events
-             if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid and e.time > time]
+    later = [e for e in _inheritance(j, t) if e.time > time]
     return bool(later) and later[0].newprio + j.model.prio_offset == own
 
 
