@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""What the HTML report draws of data that no example has, in a real Chromium. Arguments: CIE EXAMPLES."""
+import json
+
+from page import Page, main
+
+
+class Isolation(Page):
+    """Of two callbacks that ran and one that never did, and of releases that are not known."""
+
+    def cells(self, header):
+        return {name: cells[header][0] for name, cells in self.rows().items()}
+
+    def test_what_never_ran_is_not_accused(self):
+        def change(report):
+            for callback in report["callbacks"][:2]:
+                callback.update(isolated=False, isolation="never_ran", instances=0, threads=[], response_time_ns=None)
+        report = self.shown(change)
+        others = len(report["callbacks"]) - 2
+        self.assertIn(f"\u2713All {others} callbacks that ran had a thread of their own; 2 never ran.", self.see("#short li"))
+        shown = self.cells("isolated")
+        for callback in report["callbacks"]:
+            self.assertEqual(shown[callback["logical_id"]], "\u2713 yes" if callback["isolated"] else "\u2013 never ran")
+
+    def test_what_shares_is_counted_among_those_that_ran(self):
+        def change(report):
+            report["callbacks"][0].update(isolated=False, isolation="never_ran", instances=0, threads=[])
+            report["callbacks"][1].update(isolated=False, isolation="not_isolated")
+        report = self.shown(change)
+        self.assertIn(f"\u27171 of {len(report['callbacks']) - 1} callbacks that ran did not have a thread of their own: "
+                      f"{self.names[1]}; 1 never ran.", self.see("#short li"))
+
+    def test_what_is_undecided_is_said_of_what_was_recorded(self):
+        def change(document):
+            next(rule for rule in document["verdicts"]["rules"] if rule["id"] == "M2").update(verdict="INCONCLUSIVE")
+        report = self.shown(change, of=None)
+        self.assertIn(f"?As far as recorded, each of the {len(report['callbacks'])} callbacks had a thread of its own, "
+                      "and each of their threads one callback.", self.see("#short li"))
+
+    def test_timing_is_not_enforcement(self):
+        def change(document):
+            rules = document["verdicts"]["rules"]
+            for rule in rules:
+                rule["verdict"] = "FAIL" if rule["id"] == "R1" else "PASS"
+            document["head"].update(claimed=True, accused=["R1"])
+            self.others = sum(not rule["id"].startswith("R") for rule in rules)
+        self.shown(change, of=None)
+        short = self.see("#short li")
+        self.assertTrue(short[0].startswith("\u2717Timing does not hold: 1 rule is violated: R1 "), short)
+        self.assertIn(f"\u2713Enforcement holds: {self.others} rules about it passed, none is violated or undecided.", short)
+
+    def test_bounds_stand_where_no_response_time_is_exact(self):
+        bounds = {"count": 7, "min": 1_000_000, "max": 2_500_000, "sum": 9, "mean": 1.0, "p50": 1_200_000, "p90": 2, "p99": 2_400_000,
+                  "p99_9": 3}
+
+        def change(report):
+            report["callbacks"][0].update(response_time_ns=None, response_time_lower_ns=bounds,
+                                          response_time_upper_ns={**bounds, "p50": 1_300_000, "p99": 2_600_000, "max": 9_000_000_000})
+        name = self.shown(change)["callbacks"][0]["logical_id"]
+        self.assertEqual(self.cells("response p50")[name], "\u2265\u202f1.200\u202fms")
+        self.assertEqual(self.cells("response max")[name], "\u2265\u202f2.500\u202fms")
+        tips = self.browser.evaluate(f"""[...document.querySelectorAll("#callback-table tbody tr")]
+            .filter(row => row.querySelector("button").title === {json.dumps(name)}).flatMap(row => [...row.cells].map(c => c.title)).filter(Boolean)""")
+        self.assertEqual(len(tips), 3)
+        for part in ("7 runs", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
+            self.assertIn(part, tips[0])
+
+
+# Of each edge: [from box to box, on whose border it begins, and ends, boxes and other edges' labels that it goes through, its head].
+ROUTES = """(() => {
+  const boxes = [...document.querySelectorAll("g.callback")].map(g => [g.querySelector("title").textContent.split(": ")[0], g.querySelector("rect").getBBox()]);
+  const isWithin = (p, b, margin) => p.x > b.x + margin && p.x < b.x + b.width - margin && p.y > b.y + margin && p.y < b.y + b.height - margin;
+  const labels = [...document.querySelectorAll("g.label > rect")].map((rect, i) => [`label ${i}`, rect.getBBox()]);
+  return [...document.querySelectorAll("path.edge")].map((path, number) => {
+    const others = [...boxes, ...labels.filter((_, i) => i !== number)];
+    const length = path.getTotalLength(), through = new Set();
+    for (let at = 0; at <= length; at += 1)
+      for (const [id, box] of others) if (isWithin(path.getPointAtLength(at), box, 1)) through.add(id);
+    const on = at => boxes.filter(([, box]) => isWithin(path.getPointAtLength(at), box, -1)).map(([id]) => id);
+    return [path.querySelector("title").textContent.split(" by ")[0], on(0), on(length), [...through], path.getAttribute("marker-end")];
+  });
+})()"""
+
+
+class Graph(Page):
+    """Layers of callbacks with messages to the next layer, over several of them, and back."""
+    LAYERS = ((0, 1, 2, 3), (4, 5, 6), (7, 8, 9, 10, 11), (12, 13), (14, 15, 16))
+    LINKS = ((0, 4), (1, 4), (1, 5), (2, 6), (3, 6), (4, 7), (5, 8), (5, 9), (6, 10), (6, 11), (7, 12), (8, 12), (10, 13), (12, 14),
+             (13, 15), (13, 16), (0, 14), (3, 7), (1, 16), (2, 13), (11, 15), (15, 5), (9, 12), (9, 13))
+
+    def drawn(self):
+        def change(report):
+            first = report["callbacks"][0]
+            edge = report["edges"][0]
+            report["callbacks"] = [{**first, "index": i, "logical_id": f"/node_{i}@Subscription(/topic_of_{i})", "response_time_ns": None,
+                                    "threads": [], "isolation": "never_ran"} for layer in self.LAYERS for i in layer]
+            report["edges"] = [{**edge, "from": a, "to": b, "topic": f"/topic_of_{b}"} for a, b in self.LINKS]
+            report["threads"] = report["chains"] = []
+            self.names[:] = [f"node_{i} \u2190 /topic_of_{i}" for i in range(len(report["callbacks"]))]
+        return self.shown(change)
+
+    def test_edges_end_at_their_boxes_and_go_through_none(self):
+        report = self.drawn()
+        ids = [c["logical_id"] for c in report["callbacks"]]
+        routes = self.browser.evaluate(ROUTES)
+        self.assertEqual(sorted(title for title, *_ in routes), sorted(f"{ids[a]} to {ids[b]}" for a, b in self.LINKS))
+        for title, first, last, through, marker in routes:
+            self.assertEqual((first, last), tuple([end] for end in title.split(" to ")), title)
+            self.assertEqual(through, [], title)
+            self.assertEqual(marker, "url(#arrow)")
+        self.assertEqual(self.browser.evaluate("document.querySelectorAll('#arrow path').length"), 1)
+
+    def test_labels_are_topics_and_hide_no_box_and_no_other_label(self):
+        self.drawn()
+        self.assertEqual(sorted(self.see("g.label > title")), sorted(f"/topic_of_{b}" for _, b in self.LINKS))
+        self.assertEqual(sorted(self.see("g.label > text:nth-of-type(1)")), sorted(f"/topic_of_{b}" for _, b in self.LINKS))
+        boxes = self.browser.evaluate("""[...document.querySelectorAll("g.label > rect, g.callback > rect")].map(r => {
+            const b = r.getBBox(); return [b.x, b.y, b.x + b.width, b.y + b.height]; })""")
+        for i, (left, top, right, bottom) in enumerate(boxes):
+            for left2, top2, right2, bottom2 in boxes[i + 1:]:
+                self.assertFalse(left < right2 and left2 < right and top < bottom2 and top2 < bottom)
+
+    def test_it_fits_its_frame(self):
+        self.drawn()
+        self.assertEqual(self.browser.evaluate("""(() => { const frame = document.querySelector("svg.graph").parentNode;
+            return [frame.scrollWidth - frame.clientWidth, frame.scrollHeight - frame.clientHeight]; })()"""), [0, 0])
+
+
+class ChainsByStarts(Page):
+    """Of a recording of ROS 2: first releases are not known, so bounds and the time from start to start stand in their place."""
+
+    def drawn(self, upper):
+        def summary(microseconds):
+            return {"count": 2, "sum": 2000 * microseconds, **dict.fromkeys(("min", "p50", "p90", "p99", "max"), 1000 * microseconds)}
+
+        def change(report):
+            chain = report["chains"][0]
+            chain.update(path_latency_ns=None, from_start_ns=summary(21), instances=2, undivided_ns=summary(3))
+            if upper:
+                chain["path_latency_upper_ns"] = {**summary(40), "count": upper}
+            chain["hop_table"][0].update(processing_ns=None, communication_ns=None, start_to_publish_ns=summary(5),
+                                         publish_to_start_ns=summary(7))
+            report["chains"] = [chain]
+        self.shown(change)
+
+    def test_bounds_stand_where_the_latency_does(self):
+        self.drawn(upper=2)
+        self.assertEqual(self.see("#chain-table tbody td")[3:6], ["\u2265 21.00\u202f\u00b5s"] * 3)
+        hops = self.see("#chains ~ details tbody tr:first-child td")
+        self.assertEqual(hops[1:7], ["5.000\u202f\u00b5s"] * 3 + ["7.000\u202f\u00b5s"] * 3)
+        notes = self.see("#chains ~ details p.soft")
+        self.assertEqual(len(notes), 1, "of what is not divided nothing is said: the rows need no release")
+        self.assertIn("at least that from the first start, and at most 40.00\u202f\u00b5s", notes[0])
+        self.assertNotIn("not divided", self.see("#chains ~ details td.name"))
+
+    def test_without_an_upper_bound_of_every_run_none_is_told(self):
+        for upper in (0, 1):
+            self.drawn(upper)
+            self.assertNotIn("at most", self.see("#chains ~ details p.soft")[0])
+
+
+if __name__ == "__main__":
+    main()
