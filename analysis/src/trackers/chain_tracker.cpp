@@ -30,10 +30,11 @@ HostRoute route_of(std::span<const ChainNode* const> nodes) {
 }  // namespace
 
 ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
-                           const SchedulingSpec* spec)
+                           const LossTimes& losses, const SchedulingSpec* spec)
     : model_(model),
       registry_(registry),
       clocks_(clocks),
+      losses_(losses),
       has_spec_(spec != nullptr),
       most_hops_(kMaxHops) {
   if (!has_spec_) return;
@@ -47,13 +48,17 @@ ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
   }
 }
 
-void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
-                              std::int64_t source_timestamp, ChainNodeRef node) {
+void ChainTracker::on_publish_unseen(std::uint32_t publisher, std::int64_t source_timestamp) {
   auto& facts = model_.publishers[publisher];
   if (!facts.first_source_timestamp && source_timestamp > 0)
     facts.first_source_timestamp = source_timestamp;
+}
+
+void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
+                              std::int64_t source_timestamp, ChainNodeRef node) {
+  on_publish_unseen(publisher, source_timestamp);
   auto& [messages, host] = publishers_[publisher];
-  host = model_.processes[at(facts.process)].host;
+  host = model_.processes[at(model_.publishers[publisher].process)].host;
   messages.push(
       Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
   // It was not looked at for long; to give its node back would be to wait for memory.
@@ -288,7 +293,13 @@ ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
 
 bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (registry_.starts(nodes[i]->callback).has_hole_between(progress.seqs[i], nodes[i]->seq)) {
+    const auto& node = *nodes[i];
+    const auto& last = progress.hops[i];
+    if (registry_.starts(node.callback).has_hole_between(last.seq, node.seq)) return true;
+    // Only numbers that their recorder gave show what was lost.
+    if (model_.callbacks[at(node.callback)].is_accounted) continue;
+    if (losses_.any_between(node.host, std::min(last.start, node.start.time),
+                            std::max(last.start, node.start.time))) {
       return true;
     }
   }
@@ -423,9 +434,10 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
     progress.newest_start = first.start;
     progress.unanswered = first.read;
   }
-  progress.seqs.resize(nodes.size());
-  std::transform(nodes.begin(), nodes.end(), progress.seqs.begin(),
-                 [](const ChainNode* node) { return node->seq; });
+  progress.hops.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), progress.hops.begin(), [](const ChainNode* node) {
+    return Progress::Hop{.seq = node->seq, .start = node->start.time};
+  });
   progress.last_start = first.start;
   progress.has_last = true;
 }

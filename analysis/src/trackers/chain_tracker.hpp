@@ -9,6 +9,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
+#include "model/loss_times.hpp"
 #include "prefetch.hpp"
 #include "recent.hpp"
 #include "registry.hpp"
@@ -24,7 +25,8 @@ namespace cie::analysis {
 
 class ChainTracker {
  public:
-  ChainTracker(Model& model, Registry& registry, HostClocks& clocks, const SchedulingSpec* spec);
+  ChainTracker(Model& model, Registry& registry, HostClocks& clocks, const LossTimes& losses,
+               const SchedulingSpec* spec);
 
   // A node for an instance of the callback. Valid as long as the tracker.
   ChainNodeRef new_node(CallbackIndex callback) {
@@ -36,6 +38,8 @@ class ChainTracker {
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
                   ChainNodeRef node);
+  // The same where an instance may publish that nobody saw begin.
+  void on_publish_unseen(std::uint32_t publisher, std::int64_t source_timestamp);
   // An instance of the callback will begin soon.
   void expect(CallbackIndex callback) const noexcept { prefetch_to_write(reads_.find(callback)); }
   // An instance began in the window. Returns the number of its read.
@@ -110,10 +114,14 @@ class ChainTracker {
   };
   struct Progress {
     bool has_last = false;
-    std::vector<std::uint64_t> seqs;  // of the last chain instance, hop by hop
-    EventRef last_start;              // of its first callback
-    EventRef newest_start;            // of the chain instance that read last
-    std::uint64_t unanswered = 0;     // number of the first read from that one on
+    struct Hop {
+      std::uint64_t seq = 0;
+      Timestamp start;
+    };
+    std::vector<Hop> hops;         // of the last chain instance
+    EventRef last_start;           // of its first callback
+    EventRef newest_start;         // of the chain instance that read last
+    std::uint64_t unanswered = 0;  // number of the first read from that one on
   };
   struct Chain {
     ChainFacts facts;
@@ -174,6 +182,7 @@ class ChainTracker {
   Model& model_;
   Registry& registry_;
   HostClocks& clocks_;
+  const LossTimes& losses_;
   ChainNodePool nodes_;
   ByIndex<std::uint32_t, OfPublisher> publishers_;
   ByIndex<CallbackIndex, Reads> reads_;

@@ -433,6 +433,17 @@ ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) 
   return node;
 }
 
+bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who,
+                                       const Publish& event) {
+  if (event.callback != kNoCallback || !who.thread) return false;
+  const auto& on_thread = of_thread(who.thread);
+  if (!on_thread.open.empty()) return false;
+  // On a thread that never ran a callback none is missing.
+  return on_thread.unseen > 0 ||
+         (on_thread.last_activity &&
+          recording_.user_losses().any_between(who.host, *on_thread.last_activity, head.time));
+}
+
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
   Registry::note_speaker(head, registry_.process_facts_of(who));
@@ -440,7 +451,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
   registry_.published(index).observe(event.seq, ref(head), facts.published);
-  chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
+  if (may_be_of_unseen(head, who, event)) {
+    chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
+  } else {
+    chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
+  }
   if (observer_ == nullptr) return;
   observer_->on_publication(Publication{
       .time = head.time,

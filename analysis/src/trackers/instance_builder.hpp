@@ -104,6 +104,8 @@ class InstanceBuilder {
   inline void expect_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
+  // It names none, and one may be open whose start was not looked at, or was lost.
+  bool may_be_of_unseen(const EventHead& head, const Emitter& who, const Publish& event);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   // `index`: of its callback. The last two: what is kept of where it runs and of the callback.

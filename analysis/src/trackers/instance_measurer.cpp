@@ -331,6 +331,13 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   }
 }
 
+// If their numbers are: those of ROS 2's events are counted, and do not tell of what was lost.
+inline bool InstanceMeasurer::are_in_a_row(const LiveInstance& live, const Arrival& other) const {
+  if (live.callback_facts->is_accounted) return true;
+  const auto [first, last] = std::minmax(live.start.time, other.start.time);
+  return !recording_.user_losses().any_between(live.host, first, last);
+}
+
 void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,
                                 const Arrival& later) {
   facts.inter_arrival.add(gap);
@@ -356,6 +363,7 @@ void InstanceMeasurer::note_open_arrival(const LiveInstance& live, OpenInstance&
   const Arrival begun{
       .seq = live.seq, .start = live.start, .end = live.start, .release = *open.release};
   const auto pair_with = [&](const Arrival& other) {
+    if (!are_in_a_row(live, other)) return;
     if (other.seq + 1 == begun.seq) {
       note_extremes(facts, bounds, begun.release - other.release, begun);
       note_release_before_end(facts, other, begun);
@@ -400,6 +408,7 @@ inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measu
     earlier.has_next = later.has_previous = true;
   };
   const auto pair_with = [&](Arrival& other) {
+    if (!are_in_a_row(live, other)) return;
     if (other.seq + 1 == arrived.seq) pair(other, arrived);
     if (arrived.seq + 1 == other.seq) pair(arrived, other);
   };

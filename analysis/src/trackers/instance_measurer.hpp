@@ -169,6 +169,7 @@ class InstanceMeasurer {
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);
+  inline bool are_in_a_row(const LiveInstance& live, const Arrival& other) const;
   static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
   static void note_extremes(CallbackFacts& facts, Bounds& bounds, Duration gap,
                             const Arrival& later);

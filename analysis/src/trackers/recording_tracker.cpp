@@ -158,7 +158,13 @@ bool RecordingTracker::merge_loss(const Loss& loss) {
   return true;
 }
 
+void RecordingTracker::note_user_loss(const EventHead& head, Timestamp begin, Timestamp end) {
+  if (is_kernel(head.stream) || !coverage_.is_evidence(head.stream)) return;
+  user_losses_.add(registry_.host_of(head), begin, end);
+}
+
 void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
+  note_user_loss(head, event.begin, event.end);
   const auto* facts = stream(head.stream);
   add_loss(Loss{.kind = event.packets ? LossKind::discarded_packets : LossKind::discarded_events,
                 .domain = facts != nullptr ? facts->domain : Domain::user,
@@ -172,6 +178,10 @@ void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
 }
 
 void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
+  const auto is_lost = !event.has_foreign_metadata;
+  if (is_lost) {
+    note_user_loss(head, event.begin.value_or(head.time), event.end.value_or(head.time));
+  }
   const auto* facts = stream(head.stream);
   add_loss(Loss{
       .kind = event.has_foreign_metadata ? LossKind::foreign_metadata : LossKind::damaged_packet,

@@ -7,6 +7,7 @@
 #include "kernel_coverage.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/loss_times.hpp"
 #include "registry.hpp"
 
 #include <map>
@@ -65,6 +66,8 @@ class RecordingTracker {
   KernelCoverage& coverage() noexcept { return coverage_; }
   const KernelCoverage& coverage() const noexcept { return coverage_; }
   bool is_kernel(StreamIndex stream) const;
+  // Of the streams of applications that are evidence.
+  const LossTimes& user_losses() const noexcept { return user_losses_; }
   void finish();
 
  private:
@@ -91,6 +94,7 @@ class RecordingTracker {
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
   void set_window_of_idle_streams(const HostFacts& reference);
+  void note_user_loss(const EventHead& head, Timestamp begin, Timestamp end);
   // It was over when the window that was asked for began.
   void note_before(Loss loss);
   // Adds it to a loss of its kind and place; false if there is none.
@@ -99,6 +103,7 @@ class RecordingTracker {
   Model& model_;
   Registry& registry_;
   KernelCoverage coverage_;
+  LossTimes user_losses_;
   std::optional<TimeWindow> asked_;
   bool is_live_;
   bool has_unrelated_clocks_ = false;  // streams of one host disagree about the boot

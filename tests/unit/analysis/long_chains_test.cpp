@@ -147,7 +147,8 @@ class Loop : public testing::Test {
   Model model_;
   Registry registry_{model_};
   HostClocks clocks_{model_};
-  ChainTracker chains_{model_, registry_, clocks_, nullptr};
+  LossTimes losses_;
+  ChainTracker chains_{model_, registry_, clocks_, losses_, nullptr};
   std::uint32_t publisher_{};
   CallbackIndex callback_{};
   std::size_t most_in_use_ = 0;

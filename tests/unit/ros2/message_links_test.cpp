@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -40,11 +41,35 @@ TEST(MessageLinks, ACallThatGoesOnMayHaveWrittenAnythingSince) {
   MessageLinks links;
   const auto going_on = links.add(kTopic, call_of_publish(1, 100'000, kNotYet));
   links.add(kTopic, call_of_publish(2, 200'000, 210'000));
-  EXPECT_EQ(links.find(kTopic, 300'000).gid, 1U);
   EXPECT_EQ(links.find(kTopic, 205'000).gid, 0U) << "two may have written it";
   going_on->until = 190'000;
   EXPECT_EQ(links.find(kTopic, 205'000).gid, 2U);
   EXPECT_EQ(links.find(kTopic, 300'000).gid, 0U);
+  links.add(kTopic, call_of_publish(3, 400'000, kNotYet));
+  EXPECT_EQ(links.find(kTopic, 500'000).gid, 3U);
+}
+
+// Its callback works on for long, and somebody who is not recorded publishes meanwhile.
+TEST(MessageLinks, ACallWritesOneMessage) {
+  MessageLinks links;
+  links.add(kTopic, call_of_publish(1, 100'000, 60'000'000));
+  EXPECT_EQ(links.find(kTopic, 103'000).gid, 1U);
+  EXPECT_EQ(links.find(kTopic, 20'000'000).gid, 0U) << "of another writer";
+  EXPECT_EQ(links.find(kTopic, 103'000).gid, 1U) << "by another subscription";
+}
+
+// Where one writer is known and what it wrote is remembered, others are there as well.
+TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 7);
+  EXPECT_EQ(links.find(kTopic, 50'000).gid, 7U) << "nothing is known of when it wrote";
+  links.add(kTopic, stamped(7, 100'000));
+  links.add(kTopic, stamped(7, 200'000));
+  EXPECT_EQ(links.find(kTopic, 50'000).gid, 7U) << "before what is remembered";
+  EXPECT_EQ(links.find(kTopic, 150'000).gid, 0U);
+  EXPECT_EQ(links.find(kTopic, 150'000).stamp, 150'000);
+  links.lose();
+  EXPECT_EQ(links.find(kTopic, 150'000).gid, 7U) << "that publication may have been lost";
 }
 
 // Not looked at are only those of which none can be it: the same as looking at all that are kept.
@@ -55,8 +80,9 @@ TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
   };
   MessageLinks links;
   std::vector<std::shared_ptr<WrittenMessage>> all;
-  const auto plainly_found = [&all](std::int64_t stamp) {
-    std::uint64_t found = 0;
+  std::map<const WrittenMessage*, std::int64_t> taken;
+  const auto plainly_found = [&all, &taken](std::int64_t stamp) {
+    const WrittenMessage* found = nullptr;
     int candidates = 0;
     const auto kept = std::min(kKept, all.size());
     for (auto each = all.rbegin(); each != all.rbegin() + static_cast<std::ptrdiff_t>(kept);
@@ -65,11 +91,15 @@ TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
       if (message.is_exact) {
         if (message.stamp == stamp) return message.gid;
       } else if (stamp >= message.from - kOffsetError && stamp <= message.until) {
-        found = message.gid;
+        const auto other = taken.find(&message);
+        if (other != taken.end() && other->second != stamp) continue;
+        found = &message;
         ++candidates;
       }
     }
-    return candidates == 1 ? found : 0;
+    if (candidates != 1) return std::uint64_t{0};
+    taken[found] = stamp;
+    return found->gid;
   };
   std::vector<std::shared_ptr<WrittenMessage>> going_on;
   std::int64_t now = 1'000'000;

@@ -7,6 +7,7 @@
 #include "vocabulary/vocabulary.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <deque>
 #include <optional>
 #include <set>
@@ -218,6 +219,17 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   std::int64_t last = 0;
   for (std::string line_text; std::getline(lines, line_text);) {
     if (line_text.find_first_not_of(' ') == std::string::npos) continue;
+    std::int64_t lost_from = 0;
+    std::int64_t lost_until = 0;
+    // NOLINTNEXTLINE(cert-err34-c): a line of this file's tests
+    if (std::sscanf(line_text.c_str(), "%ld lost until=%ld", &lost_from, &lost_until) == 2) {
+      head = {.time = {}, .stream = {}, .cpu = head.cpu, .pid = {}, .tid = {}};
+      consume(lost_from, Discarded{.begin = Timestamp{lost_from},
+                                   .end = Timestamp{lost_until},
+                                   .count = 1,
+                                   .packets = false});
+      continue;
+    }
     const Line line(line_text);
     if (line.time < last) throw std::invalid_argument("goes back in time: " + line_text);
     if (lost_at >= last && lost_at < line.time) {

@@ -97,8 +97,9 @@ void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
                           [&](const CallbackInit& e) { apply(head, e); },
                           [&](const PublisherInit& e) { apply(head, e); },
                           [&](CallbackStart& e) { complete(head, e); },
-                          [&](const Discarded&) { lose(head); },
-                          [&](const DamagedPacket&) { lose(head); }, [](const auto&) {}},
+                          [&](const Discarded& e) { lose(head, e.end); },
+                          [&](const DamagedPacket& e) { lose(head, e.end.value_or(head.time)); },
+                          [](const auto&) {}},
                event.body);
   }
 }
@@ -137,13 +138,24 @@ void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
   event.source_timestamp_realtime_ns = origin.stamp;
 }
 
-void EventTranslator::lose(const EventHead& head) {
+// Where in that time is not told. LTTng loses events behind the last one of the packet that tells
+// of it, so what runs is forgotten once more with the first event after it.
+void EventTranslator::lose(const EventHead& head, Timestamp until) {
   const auto& stream = stream_of(head);
   if (stream.is_kernel) return;
-  for (auto& [pid, process] : stream.host->processes) {
+  auto& host = *stream.host;
+  host.lost_until = host.is_losing ? std::max(host.lost_until, until) : until;
+  host.is_losing = true;
+  links_.lose();
+  forget_what_runs(host);
+}
+
+void EventTranslator::forget_what_runs(Host& host) {
+  for (auto& [pid, process] : host.processes) {
     for (auto& [tid, thread] : process.threads)
       thread = {.is_named = thread.is_named};
     process.queues.clear();
+    process.handed_over.clear();
     for (const auto address : std::exchange(process.callables, {}))
       process.directory.forget_address(address);
   }
@@ -172,7 +184,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   auto& start = *begun.event;
   const bool is_its = fields.number<Address>(0) == begun.address && start.head.tid == head.tid &&
                       start.head.pid == head.pid && start.head.stream == head.stream &&
-                      start.head.cpu == head.cpu;
+                      start.head.cpu == head.cpu && !begun.emitting->host->is_losing;
   if (!is_its) return false;
   std::get<CallbackStart>(start.body).end = head.time;
   begun.emitting->process->last.time = head.time;
@@ -213,6 +225,10 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
+  if (host.is_losing && head.time >= host.lost_until) [[unlikely]] {
+    host.is_losing = false;
+    forget_what_runs(host);
+  }
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
   process.last.time = head.time;
@@ -225,7 +241,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                   .before = std::exchange(emitting.thread->last, realtime),
                   .process = process,
                   .thread = *emitting.thread,
-                  .sink = sink};
+                  .sink = sink,
+                  .is_losing = host.is_losing};
   if (run(ros2_event, fields, context)) {
     if (ros2_event == Ros2Event::callback_start) {
       begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};
@@ -281,7 +298,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
                                 Context context) {
-  const auto& [head, realtime, before, process_of_event, thread_of_event, sink] = context;
+  const auto& [head, realtime, before, process_of_event, thread_of_event, sink, is_losing] =
+      context;
   auto& process = context.process;
   const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
@@ -397,7 +415,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 // The message that a callback which starts was given; none if it is unknown.
 EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback, Address address,
                                                  const Payload& start, Context context) {
-  auto& [head, realtime, before, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink, is_losing] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
     if (entry != process.agnocast_entries.end()) {
@@ -425,7 +443,7 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
                                                           const Payload& p, Context& context) {
-  auto& [head, realtime, before, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink, is_losing] = context;
   const auto seq = callback.next_seq++;
   Taken message;
   const bool may_have_taken = !thread.taken.is_empty() || !thread.dequeued.is_empty() ||
@@ -439,7 +457,8 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
   thread.handed_over = {};
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
-  thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
+  thread.open.push_back(RunningCallback{
+      .address = address, .callback = &callback, .seq = seq, .stream = head.stream});
   if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
   thread.requested.reset();
   auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);
@@ -454,11 +473,16 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
 }
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
-  auto& [head, realtime, before, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink, is_losing] = context;
   thread.handed_over = {};
   auto found = thread.open.rbegin();  // most often it is this one
   while (found != thread.open.rend() && found->address != address)
     ++found;
+  // Of a thread that goes on in another stream meanwhile, its end and another start may be lost.
+  if (is_losing && found != thread.open.rend() && found->stream != head.stream) {
+    thread.open.clear();
+    found = thread.open.rend();
+  }
   const auto is_open = found != thread.open.rend();
   auto& callback = is_open ? *found->callback : process.directory.callback(address);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.

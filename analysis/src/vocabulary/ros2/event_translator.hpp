@@ -44,6 +44,8 @@ class EventTranslator final : public Translator {
   struct Host {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
     bool has_clock = false;
+    bool is_losing = false;  // events, up to that time
+    Timestamp lost_until{};
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
     Host* host = nullptr;      // of hosts_
@@ -77,7 +79,8 @@ class EventTranslator final : public Translator {
   void complete(const EventHead& head, CallbackStart& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
-  void lose(const EventHead& head);
+  void lose(const EventHead& head, Timestamp until);
+  static void forget_what_runs(Host& host);
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);

@@ -33,6 +33,12 @@ void MessageLinks::Topic::settle() {
   }
 }
 
+std::int64_t MessageLinks::Topic::known_from() const {
+  if (publications.empty()) return std::numeric_limits<std::int64_t>::max();
+  const auto& first = *publications.front().message;
+  return first.is_exact ? first.stamp : first.from - kOffsetError;
+}
+
 void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   auto& entry = topics_[topic];
   ++entry.publishers;
@@ -45,23 +51,30 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   auto& entry = found->second;
   entry.settle();
   const auto& publications = entry.publications;
-  const WrittenMessage* within = nullptr;
+  WrittenMessage* within = nullptr;
   std::size_t candidates = 0;
   for (auto i = publications.size(); i-- > 0;) {
     if (i < entry.settled && publications[i].none_after < source_timestamp) break;
-    const auto& publication = *publications[i].message;
+    auto& publication = *publications[i].message;
     if (publication.is_exact) {
       if (publication.stamp == source_timestamp) return {publication.gid, publication.stamp};
       continue;
     }
     if (source_timestamp < publication.from - kOffsetError) continue;
     if (source_timestamp > publication.until) continue;
+    if (publication.taken_as.value_or(source_timestamp) != source_timestamp) continue;
     within = &publication;
     ++candidates;
   }
-  if (candidates == 1) return {within->gid, within->stamp};
-  const bool is_open = candidates > 1;  // several may have written it
-  return {is_open ? 0 : entry.sole_publisher, source_timestamp};
+  if (candidates == 1) {
+    within->taken_as = source_timestamp;
+    return {within->gid, within->stamp};
+  }
+  // What the only publisher wrote that is known is remembered from some time on.
+  const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
+  const bool is_of_sole =
+      candidates == 0 && may_be_unknown;  // otherwise several may have written it
+  return {is_of_sole ? entry.sole_publisher : 0, source_timestamp};
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {

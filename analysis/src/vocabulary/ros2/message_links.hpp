@@ -21,6 +21,9 @@ struct WrittenMessage {
   std::int64_t from = 0;   // the writing lies between these two (CLOCK_REALTIME)
   std::int64_t until = std::numeric_limits<std::int64_t>::max();
   std::optional<std::int64_t> entry{};  // agnocast's number of the message
+  // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one
+  // message: any other timestamp between its two is of another writer.
+  std::optional<std::int64_t> taken_as{};
 };
 
 class MessageLinks {
@@ -40,6 +43,10 @@ class MessageLinks {
   Origin find(const std::string& topic, std::int64_t source_timestamp);
   Origin find_entry(const std::string& topic, std::int64_t entry) const;
 
+  // Publications may have been lost: whoever alone publishes on a topic may have written what no
+  // publication fits.
+  void lose() noexcept { has_lost_ = true; }
+
   bool has_any() const noexcept { return !topics_.empty(); }
 
  private:
@@ -54,6 +61,8 @@ class MessageLinks {
     // Settled are the first messages, up to one of which it is not known yet when it was written at the
     // latest.
     void settle();
+    // No publication is remembered that was written before.
+    std::int64_t known_from() const;
 
     std::deque<Written> publications{};
     std::size_t settled = 0;
@@ -62,6 +71,7 @@ class MessageLinks {
   };
   std::unordered_map<std::string, Topic> topics_;
   std::uint64_t publishers_ = 0;
+  bool has_lost_ = false;
 };
 
 }  // namespace cie::analysis::ros2

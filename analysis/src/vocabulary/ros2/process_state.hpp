@@ -33,6 +33,7 @@ struct RunningCallback {
   Address address = 0;
   Callback* callback = nullptr;
   std::uint64_t seq = 0;
+  StreamIndex stream{};
 };
 
 // Between the call and the first word of a source timestamp.
@@ -127,6 +128,7 @@ struct Context {
   Process& process;
   Thread& thread;
   const EventSink& sink;
+  bool is_losing = false;  // events of the host are being lost
 };
 
 template <typename Body>

@@ -1,0 +1,124 @@
+// What a tracer threw away. LTTng loses events behind the last one of a packet, which tells of the loss
+// in its header: the loss is somewhere from the packet's begin to its end, and most often at that.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr const char* kSubscription = R"(
+  0 rcl_init context_handle=0x1
+  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+  0 rcl_publisher_init publisher_handle=0x60 node_handle=0x10 topic_name=/out
+  2 rcl_subscription_init subscription_handle=0x21 node_handle=0x10 rmw_subscription_handle=0xa1 topic_name=/t queue_depth=1
+  2 rclcpp_subscription_init subscription_handle=0x21 subscription=0x41
+  2 rclcpp_subscription_callback_added subscription=0x41 callback=0x51
+)";
+constexpr const char* kTaker = "/n@Subscription(/t)";
+
+Ros2Result result_of(const std::string& events, const char* spec = "") {
+  return analyze_ros2(kSubscription + events, -1, spec);
+}
+
+// The end of the run at 3000 and the start of another one are lost at the packet's end.
+constexpr const char* kLostAtTheEnd = R"(
+  1000 callback_start callback=0x51
+  1100 callback_end callback=0x51
+  2000 lost until=9100
+  2500 callback_start callback=0x51
+  2600 callback_end callback=0x51
+  3000 callback_start callback=0x51
+  9100 callback_end callback=0x51
+  12000 callback_start callback=0x51
+  12100 callback_end callback=0x51
+)";
+
+TEST(Ros2Losses, AnEndAfterOneIsOfNoStartBeforeIt) {
+  const auto result = result_of(kLostAtTheEnd);
+  const auto& callback = result.callback(kTaker);
+  ASSERT_TRUE(callback.duration);
+  EXPECT_EQ(callback.duration->count, 3U);
+  EXPECT_EQ(callback.duration->max, 100);
+}
+
+TEST(Ros2Losses, NoDeadlineIsMissedByRunsThatAreTwo) {
+  const auto result =
+      result_of(kLostAtTheEnd,
+                "callback_groups:\n  - {id: \"/n@Subscription(/t)\", response_deadline: 1us}\n");
+  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive) << result.evidence("R3");
+}
+
+// A thread that goes on elsewhere meanwhile: of the other stream nothing was lost, of its first one
+// an end and a start.
+TEST(Ros2Losses, MeanwhileNothingIsPairedAcrossStreams) {
+  const auto result = result_of(R"(
+    1000 lost until=9000
+    1000 callback_start callback=0x51 
+    1100 callback_end callback=0x51
+    1200 callback_start callback=0x51
+    1300 callback_end callback=0x51
+  )");
+  EXPECT_EQ(result.callback(kTaker).instances, 2U) << "within one stream they are";
+}
+
+// Runs are counted as they come: numbers in a row do not say that none was between.
+TEST(Ros2Losses, ArrivalsBeforeAndAfterOneAreNotInARow) {
+  std::string events = R"(
+    3 rclcpp_buffer_to_ipb buffer=0x80 ipb=0x81
+    3 rclcpp_ipb_to_subscription ipb=0x81 subscription=0x41
+  )";
+  for (const int at : {1000, 2000, 8000, 9000}) {
+    if (at == 8000) events += "  2500 lost until=7000\n";
+    const auto text = [at](int later) { return "  " + std::to_string(at + later); };
+    events += text(0) + " rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0\n" +
+              text(1) + " rclcpp_ring_buffer_dequeue buffer=0x80 index=0 size=0\n" + text(2) +
+              " callback_start callback=0x51 is_intra_process=1\n" + text(10) +
+              " callback_end callback=0x51\n";
+  }
+  const auto result = result_of(events);
+  const auto& gaps = result.callback(kTaker).inter_arrival;
+  ASSERT_TRUE(gaps);
+  EXPECT_EQ(gaps->count, 2U);
+  EXPECT_EQ(gaps->max, 1000);
+}
+
+// What runs may be a callback whose start was lost: it published, and nobody outside callbacks did.
+TEST(Ros2Losses, APublicationAfterOneIsOfNobodyKnown) {
+  const std::string both = R"(
+    3 rcl_subscription_init subscription_handle=0x22 node_handle=0x10 rmw_subscription_handle=0xa2 topic_name=/out queue_depth=1
+    3 rclcpp_subscription_init subscription_handle=0x22 subscription=0x42
+    3 rclcpp_subscription_callback_added subscription=0x42 callback=0x52
+    1000 callback_start callback=0x51
+    1100 callback_end callback=0x51
+  )";
+  const std::string rest = R"(
+    5000 rclcpp_publish publisher_handle=0x60 message=0x9
+    5001 rcl_publish publisher_handle=0x60 message=0x9
+    5002 rmw_publish message=0x9
+    5010 callback_end callback=0x51
+    6000 rmw_take rmw_subscription_handle=0xa2 message=0x8 source_timestamp=1005002 taken=1
+    6001 callback_start callback=0x52
+    6100 callback_end callback=0x52
+    7000 callback_start callback=0x52
+    7100 callback_end callback=0x52
+  )";
+  const auto edges_from_outside = [&](const std::string& events) {
+    std::uint64_t count = 0;
+    for (const auto& edge : result_of(events).analysis.report.edges)
+      if (!edge.from) count += edge.messages;
+    return count;
+  };
+  EXPECT_EQ(edges_from_outside(both + rest), 1U);
+  EXPECT_EQ(edges_from_outside(both + "  2000 lost until=4000\n" + rest), 0U);
+}
+
+}  // namespace
+}  // namespace cie::test
