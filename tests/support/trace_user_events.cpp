@@ -75,7 +75,8 @@ void Writer::user_event(std::int64_t time, const Line& line) {
   } else if (verb == "wakeup") {
     callback.release = time;
     add(time, head,
-        ThreadWakeup{.callback = CallbackId{callback.id}, .reason = WakeupReason::data});
+        ThreadWakeup{.callback = CallbackId{callback.id},
+                     .reason = line.has("spurious") ? WakeupReason::spurious : WakeupReason::data});
   } else if (verb == "release") {
     callback.release = time;
     callback.totals.overwritten = line.number<std::uint64_t>(

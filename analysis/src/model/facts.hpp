@@ -14,6 +14,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,8 @@ struct Model {
   std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
+  // Names of those that were made after the window that was asked for, and run no callback.
+  std::set<std::string> later_threads{};
   bool clocks_unrelated = false;  // streams of one host disagree about the boot, as far as is known
   // What all user channels cover (all channels, if there is no user channel); their hull where they
   // have nothing in common.

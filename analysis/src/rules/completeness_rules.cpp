@@ -294,6 +294,7 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
   for (const auto& thread : model.threads) {
     if (thread.announced && thread.role != ThreadRole::callback) announced.insert(thread.name);
   }
+  announced.insert(model.later_threads.begin(), model.later_threads.end());
   std::vector<std::string> all(announced.begin(), announced.end());
   std::vector<std::string> unnamed;
   std::ranges::copy_if(all, std::back_inserter(unnamed), [&spec](const std::string& name) {

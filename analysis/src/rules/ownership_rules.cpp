@@ -38,6 +38,15 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
   }
 }
 
+// From when on a wait of the thread would have been its first one.
+Timestamp work_begins(const RuleContext& context, const ThreadFacts& thread) {
+  auto begin = *thread.first_wait;
+  if (thread.announced) begin = std::min(begin, thread.announced->time);
+  if (!thread.ran.empty()) begin = std::min(begin, thread.ran.front()->first_start.time);
+  const auto& window = context.options.window;
+  return window ? std::max(begin, std::min(window->from, *thread.first_wait)) : begin;
+}
+
 void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& model = context.model;
@@ -57,8 +66,10 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   }
   const auto budget = *entry.foreign_work_budget_ns;
   const auto host = model.processes[at(thread.process)].host;
-  const auto loss = thread.first_wait ? proof.kernel_loss(host, *thread.first_wait, end.time)
-                                      : proof.kernel_loss(index);
+  // A hole before the first wait that was seen may hide the first one.
+  const auto loss = thread.first_wait
+                        ? proof.kernel_loss(host, work_begins(context, thread), end.time)
+                        : proof.kernel_loss(index);
   if (loss) {
     judgement.doubt(loss);
     return;
@@ -89,11 +100,22 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
                               " per second"));
 }
 
+bool asks_for_budgets(const SchedulingSpec* spec) {
+  const auto has_budget = [](const SpecEntry& entry) {
+    return entry.foreign_work_budget_ns.has_value();
+  };
+  return spec != nullptr && (std::ranges::any_of(spec->callbacks(), has_budget) ||
+                             std::ranges::any_of(spec->threads(), has_budget));
+}
+
 std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const auto& unknown = context.unknown_threads;
+  const bool has_budgets = asks_for_budgets(context.options.spec);
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         judgement.doubt(context.hidden.on(index));
+        // It may be one that has a budget.
+        if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
         if (is_never_read_back(context.model, thread)) {
           const auto* entry = sole_entry(context, thread);
           if (entry != nullptr && entry->foreign_work_budget_ns) {

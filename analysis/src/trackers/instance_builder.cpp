@@ -46,6 +46,10 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
 }
 
+void InstanceBuilder::ended_outside(const EventHead& head, const Emitter& who) {
+  forget_wakes(of_thread(who.thread), who, head);
+}
+
 void InstanceBuilder::begin_outside(const std::optional<ThreadIndex>& thread) {
   ++of_thread(thread).unseen;
 }
@@ -60,13 +64,13 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
   return std::ranges::find(open, seq, &LiveInstance::seq) != open.end();
 }
 
-void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
-                            const ThreadWakeup& /*event*/) {
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event) {
   if (!who.thread) return;
   if (who.known != nullptr && who.known->ran.is_any()) expect_start(who.known->ran.index);
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
+  if (event.reason == WakeupReason::spurious) on_thread.nothing_until = head.time;
   // What was due when it looked for work would have run since.
   if (!on_thread.open.empty() || !on_thread.last_activity) return;
   if (on_thread.waited_since) {
@@ -119,6 +123,9 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   live->realtime_offset = clocks_.synced(who.host);
 
   if (head.is_derived) facts.is_accounted = false;
+  // Nothing ran since the last instance that was seen, or this is the first one of all.
+  const bool follows = facts.starts.last ? event.seq == *facts.starts.last + 1
+                                         : facts.registered && event.seq == facts.first_next_seq;
   registry_.note_start(event.seq, live->start, index, facts.starts);
   if (facts.first_expiry) follow_grid(*live);
   if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
@@ -131,6 +138,12 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
       live->mark = timeline_.mark(who.host, *head.tid, head.time);
       timeline_.begin_watch(who.host, *head.tid);
       live->is_confined = is_confined(*live);
+    }
+    if (follows && on_thread.open.empty()) {
+      live->alone_since = on_thread.last_activity ? on_thread.last_activity : Timestamp{};
+      if (on_thread.nothing_until && *on_thread.nothing_until >= *live->alone_since) {
+        live->alone_since = *on_thread.nothing_until + Duration{1};
+      }
     }
     note_on_thread(*live, callback);
     if (!on_thread.open.empty()) {

@@ -55,6 +55,8 @@ class InstanceBuilder {
   // An instance that is not looked at, because it began before the window, begins and ends.
   void begin_outside(const std::optional<ThreadIndex>& thread);
   void end_outside(const std::optional<ThreadIndex>& thread);
+  // The same of any end, whatever is known of its start: what woke the thread was that one's.
+  void ended_outside(const EventHead& head, const Emitter& who);
   // Such an instance may run on the thread.
   bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
   // Instances of the callback that began in the window and have not ended yet.
@@ -75,7 +77,8 @@ class InstanceBuilder {
   struct OfThread {
     std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
     OptionalTime wakeup;
-    Duration inside;  // on-CPU time inside outermost instances that ended
+    OptionalTime nothing_until;  // it woke up then and found nothing to do
+    Duration inside;             // on-CPU time inside outermost instances that ended
     bool is_inside_known = true;
     std::uint32_t unseen = 0;    // instances that began before the window and have not ended
     OptionalTime last_activity;  // the latest start or end

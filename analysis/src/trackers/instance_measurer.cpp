@@ -64,6 +64,18 @@ inline bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
          !timeline_.overlaps_hole(live.host, *woken, live.start.time);
 }
 
+// The first sign of its release: of a thread that waited again for something else that is the nearer
+// one. Empty: there is none that is not of an instance which nobody saw.
+inline OptionalTime InstanceMeasurer::woken(const LiveInstance& live, const Measured& measured) {
+  const auto its_own = [&live](const OptionalTime& wake) {
+    return wake && live.alone_since && *wake >= *live.alone_since ? wake : OptionalTime{};
+  };
+  const auto waking = its_own(measured.waking);
+  const auto wakeup = its_own(live.wakeup);
+  if (!waking || !wakeup) return waking ? waking : wakeup;
+  return std::min(*waking, *wakeup);
+}
+
 inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
   if (live.release) {
     measured.release = *live.release;
@@ -71,11 +83,8 @@ inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& m
   } else if (live.expiry && !live.callback_facts->grid.is_refuted) {
     measured.release = *live.expiry;
     measured.release_source = ReleaseSource::timer_grid;
-  } else if (is_isolated_thread(live) && (measured.waking || live.wakeup)) {
-    // Of a thread that waited again for something else the first sign is the nearer one.
-    const bool is_woken_first =
-        measured.waking && (!live.wakeup || *measured.waking <= *live.wakeup);
-    measured.release = is_woken_first ? *measured.waking : *live.wakeup;
+  } else if (const auto wake = is_isolated_thread(live) ? woken(live, measured) : OptionalTime{}) {
+    measured.release = *wake;
     measured.release_source = ReleaseSource::wakeup;
   } else if (const auto written = source_time(live)) {
     measured.release = *written;

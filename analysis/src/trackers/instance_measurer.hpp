@@ -44,6 +44,9 @@ struct LiveInstance {
   std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
   OptionalTime wakeup;
   ThreadTimeline::Wake wake;
+  // Since then no instance of its thread ran, nor was there anything to do: what woke the thread later
+  // is its own. Unknown: an instance may have run that nobody saw.
+  OptionalTime alone_since;
   ThreadTimeline::Mark mark;
   std::optional<ThreadTimeline::Parts> parts;
   std::vector<Preemptor> preempted_by;
@@ -154,6 +157,7 @@ class InstanceMeasurer {
   inline Measured measured(const LiveInstance& live, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const LiveInstance& live, const Measured& measured) const;
+  static inline OptionalTime woken(const LiveInstance& live, const Measured& measured);
   inline void find_release(const LiveInstance& live, Measured& measured) const;
   OptionalTime find_source_time(const LiveInstance& live) const;
   inline bool is_isolated_thread(const LiveInstance& live) const;

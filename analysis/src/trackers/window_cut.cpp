@@ -85,7 +85,7 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
       Overloaded{[&](const CallbackStart& e) {
                    const auto index = index_of(who, e.callback);
                    auto& facts = model_.callbacks[at(index)];
-                   facts.first_next_seq = e.seq + 1;
+                   facts.first_next_seq = std::max(facts.first_next_seq, e.seq + 1);
                    ++facts.starts_outside;
                    auto& state = callbacks_[index];
                    state.starts.observe(e.seq, ref(head), state.seqs);
@@ -93,6 +93,7 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                    instances_.begin_outside(who.thread);
                  },
                  [&](const CallbackEnd& e) {
+                   instances_.ended_outside(head, who);
                    const auto index = index_of(who, e.callback);
                    auto& state = callbacks_[index];
                    if (state.open.erase(e.seq) != 0) {
@@ -117,7 +118,8 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                  },
                  [&](const Publish& e) {
                    const auto index = registry_.publisher(*who.process, e.publisher);
-                   model_.publishers[index].first_next_seq = e.seq + 1;
+                   auto& next = model_.publishers[index].first_next_seq;
+                   next = std::max(next, e.seq + 1);  // threads may tell theirs in another order
                  },
                  [](const auto&) {}},
       body);
@@ -163,6 +165,9 @@ bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
   if (const auto* init = std::get_if<ThreadInit>(&body)) {
     const bool is_late = init->start_ns > window_.to.ns;
     if (is_late) late_threads_.emplace(of(init->tid), init->start_ns);
+    if (is_late && init->role != ThreadRole::callback) {
+      model_.later_threads.emplace(init->name);
+    }
     return is_late;
   }
   if (const auto* sched = std::get_if<ThreadSched>(&body)) {

@@ -1,0 +1,148 @@
+// What was seen may be of something that was not: a wake-up of an instance that was lost, a wait that
+// was not the first one, a thread that took another one's number.
+#include "support/verdicts.hpp"
+
+#include <string>
+#include <string_view>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+template <typename Body>
+void erase_at(TextTrace& trace, std::int64_t time) {
+  trace.erase<Body>([time](const Body&, const EventHead& head) { return head.time.ns == time; });
+}
+
+// Wakes up for an instance; the next two take what arrived meanwhile.
+constexpr const char* kBusy = R"(
+  callback plan subscription topic=/x deadline=20
+  100 wakeup plan
+  101 start plan release=none
+  105 end plan
+  140 start plan release=none
+  145 end plan
+  150 start plan release=none
+  152 end plan)";
+
+TEST(AWakeUp, IsOfNoInstanceAfterOneThatWasLost) {
+  ASSERT_NE(Verified(kBusy)["R3"], Verdict::fail);
+  for (const std::string_view loss : {"", "\n100 discard user until=110 count=2"}) {
+    auto trace = trace_of(kBusy + std::string(loss));
+    erase_at<CallbackStart>(trace, 101);
+    erase_at<CallbackEnd>(trace, 105);
+    EXPECT_NE(Verified(trace)["R3"], Verdict::fail) << loss;
+  }
+}
+
+TEST(AWakeUp, IsOfNoInstanceAfterOneWhoseEndWasLost) {
+  auto trace = trace_of(kBusy + std::string("\n104 discard user until=106 count=1"));
+  erase_at<CallbackEnd>(trace, 105);
+  EXPECT_NE(Verified(trace)["R3"], Verdict::fail);
+}
+
+TEST(AWakeUp, BeforeAWindowIsOfTheInstanceThatEndedBeforeIt) {
+  AnalysisOptions options;
+  options.window = TimeWindow{.from = Timestamp{130}, .to = Timestamp{200}};
+  EXPECT_NE(Verified(trace_of(kBusy), {}, options)["R3"], Verdict::fail);
+}
+
+TEST(AWakeUp, ThatFoundNothingToDoIsNoRelease) {
+  const auto with = [](const std::string& reason) {
+    return Verified(R"(
+      callback plan subscription topic=/x deadline=20
+      100 wakeup plan)" +
+                    reason + R"(
+      135 release plan
+      140 start plan release=none
+      145 end plan)")["R3"];
+  };
+  EXPECT_EQ(with(""), Verdict::fail);
+  EXPECT_NE(with(" spurious"), Verdict::fail);
+}
+
+constexpr const char* kBudget = "callback_groups:\n  - {id: plan, foreign_work_budget: 30000000}\n";
+
+// The thread waits at 5 for the first time, and then works 39 of 995 outside callbacks.
+TEST(AForeignWorkBudget, IsNotJudgedWhereTheFirstWaitMayBeHidden) {
+  const std::string rest = R"(
+    callback plan timer
+    kernel
+    100 waking plan
+    101 switch 0 idle plan
+    102 start plan release=100
+    104 end plan
+    106 switch 0 plan idle state=1
+    1000 waking plan
+    1001 switch 0 idle plan)";
+  const std::string begin = R"(
+    -20 switch 0 idle plan
+    5 switch 0 plan idle state=1
+    20 waking plan
+    21 switch 0 idle plan
+    60 switch 0 plan idle state=1)";
+  ASSERT_EQ(Verified(begin + rest, kBudget)["M6"], Verdict::fail);
+  EXPECT_EQ(Verified("\n -20 switch 0 idle plan" + rest + "\n4 discard kernel until=61 count=4",
+                     kBudget)["M6"],
+            Verdict::inconclusive);
+}
+
+TEST(AForeignWorkBudget, IsNotJudgedWhereNobodyKnowsWhoseThreadItIs) {
+  const std::string trace = R"(
+    callback plan timer
+    thread recv worker cpu=1
+    kernel
+    -100 initial recv
+    -90 applied recv
+    1 start plan release=1
+    2 end plan
+    10 switch 1 recv idle state=1
+    20 waking recv
+    21 switch 1 idle recv
+    90 switch 1 recv idle state=1
+    900 start plan release=11
+    901 end plan)";
+  constexpr const char* kOfWorker =
+      "callback_groups:\n  - {id: plan}\n"
+      "non_ros_threads:\n  - {id: recv, foreign_work_budget: 10000000}\n";
+  ASSERT_EQ(Verified(trace, kOfWorker)["M6"], Verdict::fail);
+  auto lossy = trace_of(trace + "\n-9990 discard user until=-9000 count=1");
+  lossy.erase<ThreadInit>([](const ThreadInit& e, const EventHead&) { return e.name == "recv"; });
+  EXPECT_EQ(Verified(lossy, kOfWorker)["M6"], Verdict::inconclusive);
+}
+
+// Its callback went on on another thread of the same number, of which nothing else is left.
+TEST(AThread, ThatTookAnothersNumberMayHaveBeenLost) {
+  const std::string trace = R"(
+    callback plan timer period=100
+    thread again callback of=plan tid=101
+    -9900 begin plan
+    -60 initial plan n=0
+    -50 applied plan n=1
+    100 start plan release=100
+    110 end plan
+    150 finish plan
+    160 begin again
+    161 initial again n=0
+    162 applied again n=1
+    200 start plan release=200 on=again
+    210 end plan on=again
+    300 start plan release=300 on=again
+    310 end plan on=again)";
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  auto lossy = trace_of(trace + "\n149 discard user until=215 count=6");
+  erase_at<ThreadFini>(lossy, 150);
+  erase_at<ThreadInit>(lossy, 160);
+  erase_at<ThreadSched>(lossy, 161);
+  erase_at<ThreadSched>(lossy, 162);
+  erase_at<CallbackStart>(lossy, 200);
+  erase_at<CallbackEnd>(lossy, 210);
+  EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
