@@ -49,6 +49,12 @@ TEST(Ros2Losses, AnEndAfterOneIsOfNoStartBeforeIt) {
   EXPECT_EQ(callback.duration->max, 100);
 }
 
+// Of another CPU's, which lasts much longer.
+TEST(Ros2Losses, OneThatGoesOnElsewhereHidesNoOtherOne) {
+  const auto result = result_of("  10 lost until=50000\n" + std::string(kLostAtTheEnd));
+  EXPECT_EQ(result.callback(kTaker).duration->max, 100);
+}
+
 TEST(Ros2Losses, NoDeadlineIsMissedByRunsThatAreTwo) {
   const auto result =
       result_of(kLostAtTheEnd,

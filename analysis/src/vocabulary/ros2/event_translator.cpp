@@ -144,9 +144,17 @@ void EventTranslator::lose(const EventHead& head, Timestamp until) {
   const auto& stream = stream_of(head);
   if (stream.is_kernel) return;
   auto& host = *stream.host;
-  host.lost_until = host.is_losing ? std::max(host.lost_until, until) : until;
-  host.is_losing = true;
+  host.losing_until.push_back(until);
+  host.next_end = std::min(host.next_end, until);
   links_.lose();
+  forget_what_runs(host);
+}
+
+void EventTranslator::end_losses(Host& host, Timestamp now) {
+  std::erase_if(host.losing_until, [now](Timestamp end) { return end <= now; });
+  host.next_end = kNever;
+  for (const auto end : host.losing_until)
+    host.next_end = std::min(host.next_end, end);
   forget_what_runs(host);
 }
 
@@ -184,7 +192,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   auto& start = *begun.event;
   const bool is_its = fields.number<Address>(0) == begun.address && start.head.tid == head.tid &&
                       start.head.pid == head.pid && start.head.stream == head.stream &&
-                      start.head.cpu == head.cpu && !begun.emitting->host->is_losing;
+                      start.head.cpu == head.cpu && !begun.emitting->host->is_losing();
   if (!is_its) return false;
   std::get<CallbackStart>(start.body).end = head.time;
   begun.emitting->process->last.time = head.time;
@@ -225,10 +233,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
-  if (host.is_losing && head.time >= host.lost_until) [[unlikely]] {
-    host.is_losing = false;
-    forget_what_runs(host);
-  }
+  if (head.time >= host.next_end) [[unlikely]]
+    end_losses(host, head.time);
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
   process.last.time = head.time;
@@ -242,7 +248,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                   .process = process,
                   .thread = *emitting.thread,
                   .sink = sink,
-                  .is_losing = host.is_losing};
+                  .is_losing = host.is_losing()};
   if (run(ros2_event, fields, context)) {
     if (ros2_event == Ros2Event::callback_start) {
       begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};

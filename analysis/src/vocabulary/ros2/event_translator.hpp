@@ -41,11 +41,14 @@ class EventTranslator final : public Translator {
   void finish(EventBatch& batch) override;
 
  private:
+  static constexpr Timestamp kNever{std::numeric_limits<std::int64_t>::max()};
   struct Host {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
     bool has_clock = false;
-    bool is_losing = false;  // events, up to that time
-    Timestamp lost_until{};
+    // Until when each stream that is losing events does so; the first of these, or never.
+    std::vector<Timestamp> losing_until{};
+    Timestamp next_end = kNever;
+    bool is_losing() const noexcept { return next_end != kNever; }
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
     Host* host = nullptr;      // of hosts_
@@ -80,6 +83,7 @@ class EventTranslator final : public Translator {
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head, Timestamp until);
+  static void end_losses(Host& host, Timestamp now);
   static void forget_what_runs(Host& host);
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
