@@ -31,7 +31,7 @@ std::span<const Command> commands() {
        analyze_command},
       {"export", "a file for a viewer: Perfetto, or the callback graph", export_command},
       {"view", "the report and the timeline in a browser", view_command},
-      {"spec", "check a scheduling spec", spec_command},
+      {"spec", "check a scheduling spec, or write one from a recording", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
       {"live", "watch a running system: terminal, web page, Prometheus", nullptr},
       {"doctor", "is this machine fit to trace and for real time?", doctor_command},

@@ -51,7 +51,7 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
   const auto take = [&found](const fs::path& directory) {
     std::error_code ignored;
     const bool is_trace =
-        fs::is_regular_file(directory / "metadata", ignored) || ctf::looks_recorded(directory);
+        fs::is_regular_file(directory / "metadata", ignored) || ctf::has_packets(directory);
     if (is_trace) found.push_back(directory);
   };
   take(path);

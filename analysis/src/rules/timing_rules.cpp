@@ -212,44 +212,49 @@ bool is_beyond(const CallbackFacts& callback, std::int64_t deadline) {
 }
 
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
-  return for_each_callback(context, [&context](const CallbackFacts& callback,
-                                               const std::optional<Evidence>& loss,
-                                               Judgement& judgement) {
-    judgement.doubt(unknown_identity(callback));
-    if (!callback.response_deadline) return;
-    const auto deadline = callback.response_deadline->ns;
-    const auto* entry = spec_entry(context, callback);
-    const bool is_specified = entry != nullptr && entry->response_deadline_ns;
-    const auto origin = is_specified ? place(context, entry->line) : "callback_init";
-    judgement.check(callback.instances);
-    judgement.doubt(loss);
-    judgement.overrule(doubtful_ends(callback, loss));
-    judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
-    if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
-      fail_with(*callback.max_response_lower,
-                "ends; response time at least " + nanoseconds(callback.max_response_lower->value) +
-                    ", the deadline of " + origin + " is " + nanoseconds(deadline),
-                judgement);
-    } else if (is_beyond(callback, deadline)) {
-      fail_with(*callback.max_response,
-                "ends; response time " + nanoseconds(callback.max_response->value) +
-                    error_of(callback) + ", the deadline of " + origin + " is " +
-                    nanoseconds(deadline),
-                judgement);
-    }
-    judgement.doubt(calculated_releases(callback));
-    if (callback.without_upper_bound != 0) {
-      judgement.doubt(evidence("release", callback.starts.first_at,
-                               std::to_string(callback.without_upper_bound) +
-                                   " instances have no upper bound of their response time"));
-    }
-    const auto& upper = callback.max_response_upper;
-    if (upper && (upper->value + callback.release_error()).ns > deadline) {
-      judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
-                                           error_of(callback) + "; the deadline is " +
-                                           nanoseconds(deadline)));
-    }
-  });
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          Judgement& judgement) {
+        judgement.doubt(unknown_identity(callback));
+        if (!callback.response_deadline) return;
+        const auto deadline = callback.response_deadline->ns;
+        const auto* entry = spec_entry(context, callback);
+        const bool is_specified = entry != nullptr && entry->response_deadline_ns;
+        const auto origin = is_specified ? place(context, entry->line) : "callback_init";
+        judgement.check(callback.instances);
+        judgement.doubt(loss);
+        judgement.overrule(doubtful_ends(callback, loss));
+        judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
+        if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
+          const auto& worst = *callback.max_response_lower;
+          const bool is_exact = callback.max_response && !callback.has_grid_releases() &&
+                                callback.max_response->seq == worst.seq &&
+                                callback.max_response->value == worst.value;
+          fail_with(worst,
+                    "ends; response time " + std::string(is_exact ? "" : "at least ") +
+                        nanoseconds(worst.value) + ", the deadline of " + origin + " is " +
+                        nanoseconds(deadline),
+                    judgement);
+        } else if (is_beyond(callback, deadline)) {
+          fail_with(*callback.max_response,
+                    "ends; response time " + nanoseconds(callback.max_response->value) +
+                        error_of(callback) + ", the deadline of " + origin + " is " +
+                        nanoseconds(deadline),
+                    judgement);
+        }
+        judgement.doubt(calculated_releases(callback));
+        if (callback.without_upper_bound != 0) {
+          judgement.doubt(evidence("release", callback.starts.first_at,
+                                   std::to_string(callback.without_upper_bound) +
+                                       " instances have no upper bound of their response time"));
+        }
+        const auto& upper = callback.max_response_upper;
+        if (upper && (upper->value + callback.release_error()).ns > deadline) {
+          judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
+                                               error_of(callback) + "; the deadline is " +
+                                               nanoseconds(deadline)));
+        }
+      });
 }
 
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {

@@ -165,7 +165,8 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
       missing(requirement.event, "none in the window; widen --window, or leave it out");
     } else {
-      missing(requirement.event, "absent; " + std::string(requirement.remedy));
+      missing(requirement.event, "no " + std::string(requirement.event) + " in it; " +
+                                     std::string(requirement.remedy));
     }
   }
   const std::array<std::pair<std::string_view, std::uint64_t>, 2> contexts{

@@ -67,6 +67,23 @@ class Usage(Folder):
             self.assertIn(b"it was streamed to desk:5342: read it there, in the directory of cie collect, as robot/run-1",
                           result.stderr)
 
+    def test_streams_that_have_lost_their_metadata(self):
+        """Whoever reads the rest alone would say that nothing was lost."""
+        for part in ("kernel", os.path.join("ust", "uid", "0", "64-bit")):
+            copy = self.path("copy")
+            shutil.copytree(TRACE, copy, copy_function=shutil.copyfile)
+            metadata = os.path.join(copy, part, "metadata")
+            os.rename(metadata, self.path("metadata"))
+            for file in os.listdir(os.path.dirname(metadata)):
+                os.rename(os.path.join(copy, part, file), os.path.join(copy, part, "other_" + file))
+            result = cie("verify", copy)
+            self.assertEqual((result.returncode, result.stdout), (4, b""))
+            self.assertIn(os.path.join(copy, part).encode() + b": its metadata", result.stderr)
+            self.assertIn(b"or read it with --metadata", result.stderr)
+            self.assertEqual(json.loads(cie("report", copy, "--metadata", self.path("metadata"), "-f", "json").stdout)["trace"]["events"],
+                             json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"]["events"])
+            shutil.rmtree(copy)
+
     def test_a_recording_that_is_being_made(self):
         copy = os.path.join(self.folder, "running")
         shutil.copytree(TRACE, copy, copy_function=shutil.copyfile)

@@ -178,6 +178,17 @@ bool looks_recorded(const fs::path& directory) {
   });
 }
 
+bool has_packets(const fs::path& directory) {
+  const auto files = files_of(directory);
+  return std::any_of(files.begin(), files.end(), [](const fs::path& path) {
+    std::array<std::uint8_t, sizeof kPacketMagic> begin{};
+    if (File(path.string()).read(0, begin) != begin.size()) return false;
+    std::uint32_t magic = 0;
+    std::memcpy(&magic, begin.data(), sizeof magic);
+    return magic == kPacketMagic || magic == __builtin_bswap32(kPacketMagic);
+  });
+}
+
 std::string rebuild_metadata(const fs::path& directory) {
   Rebuilder rebuilder;
   for (const auto& path : files_of(directory))
