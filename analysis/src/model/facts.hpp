@@ -46,7 +46,7 @@ struct Model {
   std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
-  // Names of those that were made after the window that was asked for, and run no callback.
+  // Names of threads that were made after the window that was asked for, and run no callback.
   std::set<std::string> later_threads{};
   bool clocks_unrelated = false;  // streams of one host disagree about the boot, as far as is known
   // What all user channels cover (all channels, if there is no user channel); their hull where they

@@ -28,9 +28,11 @@ class LossTimes {
     auto& last = losses.back();
     last = {.begin = std::min(last.begin, begin), .end = std::max(last.end, end)};
   }
-  // Whether one overlaps the two. The event that a loss ends with follows it.
-  bool any_between(HostIndex host, Timestamp begin, Timestamp end) const {
+  // Whether one overlaps the time between the two, in whatever order. The event that a loss ends with
+  // follows it.
+  bool any_between(HostIndex host, Timestamp one, Timestamp other) const {
     if (!is_any_) return false;
+    const auto [begin, end] = std::minmax(one, other);
     const auto* losses = losses_.find(host);
     if (losses == nullptr) return false;
     const auto first = std::ranges::upper_bound(*losses, begin, {}, &Interval::end);

@@ -12,7 +12,6 @@ namespace cie::analysis {
 PossibleMoves::PossibleMoves(const RuleContext& context) : context_(context) {
   for (std::size_t i = 0; i < context.model.threads.size(); ++i) {
     const auto& thread = context.model.threads[i];
-    if (thread.announced) ++announced_[thread.process];
     if (is_isolated(thread)) continue;
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& threads = shared_[thread.process];
@@ -53,8 +52,7 @@ bool PossibleMoves::exist_of(const CallbackFacts& callback) const {
   if (is_other(context_.isolated.of(callback), any)) return true;
   // One may have been its own, under the number of another.
   const auto& run_end = context_.model.processes[at(callback.process)].run_end;
-  const auto announced = announced_.find(callback.process);
-  if (run_end && announced != announced_.end() && run_end->threads > announced->second) return true;
+  if (run_end && run_end->threads > context_.proof.threads_announced(callback.process)) return true;
   const auto found = shared_.find(callback.process);
   if (found == shared_.end()) return false;
   const auto& shared = found->second;

@@ -26,8 +26,7 @@ class PossibleMoves {
   };
 
   const RuleContext& context_;
-  std::map<ProcessIndex, Threads> shared_;           // those of a process that are not isolated
-  std::map<ProcessIndex, std::uint64_t> announced_;  // how many of its threads were
+  std::map<ProcessIndex, Threads> shared_;  // those of a process that are not isolated
 };
 
 }  // namespace cie::analysis

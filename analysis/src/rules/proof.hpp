@@ -69,6 +69,11 @@ class Proof {
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 
+  // Of that process, as far as their announcements were seen.
+  std::uint64_t threads_announced(ProcessIndex process) const {
+    return processes_[at(process)].threads_announced;
+  }
+
   // Some subject lost its proof.
   bool is_anything_lost() const noexcept { return is_anything_lost_; }
 

@@ -211,6 +211,15 @@ bool is_beyond(const CallbackFacts& callback, std::int64_t deadline) {
          (callback.max_response->value - callback.release_error()).ns > deadline;
 }
 
+// "8 ns"; "at least 8 ns" where no release is known exactly.
+std::string largest_certain_response(const CallbackFacts& callback) {
+  const auto& known = callback.max_response;
+  const auto& certain = *callback.max_response_lower;
+  const bool is_exact = known && !callback.has_grid_releases() && known->seq == certain.seq &&
+                        known->value == certain.value;
+  return (is_exact ? "" : "at least ") + nanoseconds(certain.value);
+}
+
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
@@ -226,14 +235,9 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judgement.overrule(doubtful_ends(callback, loss));
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
         if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
-          const auto& worst = *callback.max_response_lower;
-          const bool is_exact = callback.max_response && !callback.has_grid_releases() &&
-                                callback.max_response->seq == worst.seq &&
-                                callback.max_response->value == worst.value;
-          fail_with(worst,
-                    "ends; response time " + std::string(is_exact ? "" : "at least ") +
-                        nanoseconds(worst.value) + ", the deadline of " + origin + " is " +
-                        nanoseconds(deadline),
+          fail_with(*callback.max_response_lower,
+                    "ends; response time " + largest_certain_response(callback) +
+                        ", the deadline of " + origin + " is " + nanoseconds(deadline),
                     judgement);
         } else if (is_beyond(callback, deadline)) {
           fail_with(*callback.max_response,

@@ -298,10 +298,7 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
     if (registry_.starts(node.callback).has_hole_between(last.seq, node.seq)) return true;
     // Only numbers that their recorder gave show what was lost.
     if (model_.callbacks[at(node.callback)].is_accounted) continue;
-    if (losses_.any_between(node.host, std::min(last.start, node.start.time),
-                            std::max(last.start, node.start.time))) {
-      return true;
-    }
+    if (losses_.any_between(node.host, last.start, node.start.time)) return true;
   }
   return false;
 }

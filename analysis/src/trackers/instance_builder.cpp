@@ -46,7 +46,7 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
 }
 
-void InstanceBuilder::ended_outside(const EventHead& head, const Emitter& who) {
+void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
 }
 
@@ -139,6 +139,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
       timeline_.begin_watch(who.host, *head.tid);
       live->is_confined = is_confined(*live);
     }
+    // Of whatever thread: its role may be announced later.
     if (follows && on_thread.open.empty()) {
       live->alone_since = on_thread.last_activity ? on_thread.last_activity : Timestamp{};
       if (on_thread.nothing_until && *on_thread.nothing_until >= *live->alone_since) {
@@ -426,62 +427,6 @@ const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
     node.earliest = measurer_.bound_of_release(live);
   }
   return live.node;
-}
-
-ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {
-  if (event.callback == kNoCallback) {
-    if (!who.thread) return {};
-    const auto& open = of_thread(who.thread).open;
-    return open.empty() ? ChainNodeRef{} : node_of(*open.back());
-  }
-  auto& callback = callbacks_[registry_.callback(who, event.callback)];
-  for (auto* live : callback.open) {
-    if (live->seq == event.callback_seq) return node_of(*live);
-  }
-  const auto ended = std::ranges::find(callback.answering, event.callback_seq,
-                                       [](const ChainNodeRef& node) { return node->seq; });
-  if (ended == callback.answering.end()) return {};
-  auto node = std::move(*ended);
-  callback.answering.erase(ended);
-  return node;
-}
-
-bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who,
-                                       const Publish& event) {
-  if (event.callback != kNoCallback || !who.thread) return false;
-  const auto& on_thread = of_thread(who.thread);
-  if (!on_thread.open.empty()) return false;
-  // On a thread that never ran a callback none is missing.
-  return on_thread.unseen > 0 ||
-         (on_thread.last_activity &&
-          recording_.user_losses().any_between(who.host, *on_thread.last_activity, head.time));
-}
-
-void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
-  if (!who.process) return;
-  Registry::note_speaker(head, registry_.process_facts_of(who));
-  const auto index = registry_.publisher(who, event.publisher);
-  auto& facts = model_.publishers[index];
-  facts.is_accounted = !head.is_derived;
-  registry_.published(index).observe(event.seq, ref(head), facts.published);
-  if (may_be_of_unseen(head, who, event)) {
-    chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
-  } else {
-    chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
-  }
-  if (observer_ == nullptr) return;
-  observer_->on_publication(Publication{
-      .time = head.time,
-      .pid = *head.pid,
-      .tid = head.tid.value_or(-1),
-      .cpu = head.cpu,
-      .topic = facts.topic,
-      .publisher_id = to_number(event.publisher),
-      .seq = event.seq,
-      .writer_gid = facts.writer_gid,
-      .source_timestamp_realtime_ns = std::max<std::int64_t>(event.source_timestamp_realtime_ns, 0),
-      .host = who.host,
-      .process = *who.process});
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,

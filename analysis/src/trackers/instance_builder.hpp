@@ -55,8 +55,8 @@ class InstanceBuilder {
   // An instance that is not looked at, because it began before the window, begins and ends.
   void begin_outside(const std::optional<ThreadIndex>& thread);
   void end_outside(const std::optional<ThreadIndex>& thread);
-  // The same of any end, whatever is known of its start: what woke the thread was that one's.
-  void ended_outside(const EventHead& head, const Emitter& who);
+  // What woke the thread was of an instance that ended before the window.
+  void forget_wakes(const EventHead& head, const Emitter& who);
   // Such an instance may run on the thread.
   bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
   // Instances of the callback that began in the window and have not ended yet.

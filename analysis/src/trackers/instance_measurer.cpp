@@ -342,9 +342,8 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
 
 // If their numbers are: those of ROS 2's events are counted, and do not tell of what was lost.
 inline bool InstanceMeasurer::are_in_a_row(const LiveInstance& live, const Arrival& other) const {
-  if (live.callback_facts->is_accounted) return true;
-  const auto [first, last] = std::minmax(live.start.time, other.start.time);
-  return !recording_.user_losses().any_between(live.host, first, last);
+  return live.callback_facts->is_accounted ||
+         !recording_.user_losses().any_between(live.host, other.start.time, live.start.time);
 }
 
 void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,

@@ -178,17 +178,16 @@ void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
 }
 
 void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
-  const auto is_lost = !event.has_foreign_metadata;
-  if (is_lost) {
-    note_user_loss(head, event.begin.value_or(head.time), event.end.value_or(head.time));
-  }
+  const auto begin = event.begin.value_or(head.time);
+  const auto end = event.end.value_or(head.time);
+  if (!event.has_foreign_metadata) note_user_loss(head, begin, end);
   const auto* facts = stream(head.stream);
   add_loss(Loss{
       .kind = event.has_foreign_metadata ? LossKind::foreign_metadata : LossKind::damaged_packet,
       .domain = facts != nullptr ? facts->domain : Domain::user,
       .host = registry_.host_of(head),
-      .begin = event.begin.value_or(head.time),
-      .end = event.end.value_or(head.time),
+      .begin = begin,
+      .end = end,
       .count = std::nullopt,
       .cpu = head.cpu,
       .note = std::string(event.reason),

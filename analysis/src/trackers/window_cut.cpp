@@ -93,7 +93,7 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                    instances_.begin_outside(who.thread);
                  },
                  [&](const CallbackEnd& e) {
-                   instances_.ended_outside(head, who);
+                   instances_.forget_wakes(head, who);
                    const auto index = index_of(who, e.callback);
                    auto& state = callbacks_[index];
                    if (state.open.erase(e.seq) != 0) {

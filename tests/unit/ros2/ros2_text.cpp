@@ -58,6 +58,7 @@ class Line {
   std::int32_t cpu = 0;
   std::string boot;
   bool is_kernel = false;
+  bool is_of_second_stream = false;
   const Translation* translation = nullptr;
   const Field* fields() const { return fields_.data(); }
 
@@ -77,6 +78,10 @@ class Line {
     }
     if (name == "cpu") {
       cpu = std::stoi(value);
+      return;
+    }
+    if (name == "stream") {
+      is_of_second_stream = value == "2";
       return;
     }
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
@@ -172,13 +177,24 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     event.body = body;
     batch.keep(event);
   };
-  consume(0, StreamBegin{.channel = 0,
+  constexpr StreamIndex kSecondStream{2'000};
+  std::vector<StreamIndex> streams{StreamIndex{}};  // of the applications
+  if (text.find(" stream=2") != std::string_view::npos) streams.push_back(kSecondStream);
+  const auto on_streams = [&](std::int64_t time, const auto&... bodies) {
+    for (const auto stream : streams) {
+      head.stream = stream;
+      (consume(time, bodies), ...);
+    }
+    head.stream = {};
+  };
+  on_streams(0,
+             StreamBegin{.channel = 0,
                          .domain = Domain::user,
                          .host = "robot",
                          .clock_uuid = "boot",
                          .clock_offset_ns = kRealtimeOffset,
-                         .path = "stream"});
-  consume(0, PacketBegin{});
+                         .path = "stream"},
+             PacketBegin{});
   const auto cpus = kernel_cpus(text);
   const auto on_every_cpu = [&](std::int64_t time, const auto&... bodies) {
     for (std::size_t i = 0; i < cpus.size(); ++i) {
@@ -247,6 +263,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.cpu = line.cpu;
     const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
     head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
+    if (line.is_of_second_stream) head.stream = kSecondStream;
     if (!line.boot.empty()) {
       const auto machine = std::ranges::find(boots, line.boot) - boots.begin();
       head.stream = StreamIndex{kFirstOther + static_cast<std::uint32_t>(machine)};
@@ -260,8 +277,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     consume(time, StreamEnd{});
   });
   on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
-  consume(last + 1, PacketEnd{});
-  consume(last + 1, StreamEnd{});
+  on_streams(last + 1, PacketEnd{}, StreamEnd{});
   consume_batch();
   translator.finish(batch);
   consume_batch();

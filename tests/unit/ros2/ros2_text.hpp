@@ -1,4 +1,4 @@
-// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] [boot=NAME] FIELD=VALUE
+// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] [boot=NAME] [stream=2] FIELD=VALUE
 // …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
 // With a boot it is of another machine, which is called "robot" like the first.
 // `TIME lost until=TIME`: a packet that begins there tells that events were lost until its end.
