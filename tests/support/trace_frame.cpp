@@ -77,7 +77,10 @@ void Writer::configure(Thread& thread, const std::vector<TimedLine>& lines) {
     });
   };
   auto& time = thread.process->cursor;
-  if (!tells("begin")) thread_init(time++, thread);
+  if (!tells("begin")) {
+    thread.start = time;
+    thread_init(time++, thread);
+  }
   if (tells("begin") || tells("initial") || tells("applied")) return;
   const auto defaults = cut("0 x x");
   thread.is_audited = thread.role == ThreadRole::callback;

@@ -48,6 +48,11 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
   } else if (verb == "begin") {
     auto& thread = named(threads_, line, line.word(2));
     thread.has_begin = true;
+    if (line.has("again")) {
+      thread.read_backs = 0;
+    } else {
+      thread.start = time;
+    }
     thread_init(time, thread);
   } else if (verb == "finish") {
     auto& thread = named(threads_, line, line.word(2));
@@ -79,7 +84,7 @@ void Writer::thread_init(std::int64_t time, Thread& thread) {
                  .callback = CallbackId{thread.callback},
                  .group = GroupId{thread.group},
                  .name = keep(thread.name),
-                 .start_ns = time});
+                 .start_ns = thread.start});
   ++thread.process->threads;
 }
 

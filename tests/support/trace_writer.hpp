@@ -91,6 +91,7 @@ struct Thread {
   bool has_finish = false;
   bool is_audited = false;  // at its end, because no line tells of its read-backs
   std::uint32_t read_backs = 0;
+  std::int64_t start = 0;  // of its last thread_init that was not `again`
   std::int32_t prio = 120;
 };
 

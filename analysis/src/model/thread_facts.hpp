@@ -52,10 +52,11 @@ struct ProcessFacts {
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
   bool is_pid_own = true;  // false: run_begin names another process than its context does
-  // The run_begin that showed that another process, not ended, has the same pid: of another pid
-  // namespace, or a child of fork() without LTTng's library for it. Whose events are whose is
-  // unknown.
+  // What showed that another process has the same pid, so that whose events are whose is unknown:
+  // its run_begin, while this one had not ended (it is of another pid namespace, or a child of
+  // fork() without LTTng's library for it), or, where that is lost, its callback_init.
   std::optional<EventRef> shares_pid_since{};
+  bool is_sharing_begin_lost = false;
   std::uint32_t contract_version = 0;
   std::uint32_t online_cpus = 0;
   std::optional<RunTotals> run_end{};    // last one seen
@@ -217,6 +218,7 @@ struct ThreadFacts {
   SequenceFacts read_backs{};       // their `n`
   Rare<ReadBack> initial{};         // first of moment initial
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
+  std::optional<Timestamp> announced_again{};  // after an end: for another spin on it
   Rare<ReadBack> first_audit{};
   Rare<ReadBack> last_read_back{};
   std::uint32_t last_change = 0;         // of its parameters, that any read-back tells of

@@ -257,9 +257,9 @@ std::vector<TraceDefect> trace_defects(const Model& model) {
       defects, DefectKind::shared_pid, Severity::error,
       total_of(model.processes,
                [](const ProcessFacts& p) { return std::uint64_t{p.shares_pid_since.has_value()}; }),
-      "processes of one pid ran at once, and their events cannot be told apart: record containers "
-      "one by "
-      "one; run a program that forks without exec() with LD_PRELOAD=liblttng-ust-fork.so.1");
+      "events of processes of one pid cannot be told apart: record containers one by one; run a "
+      "program that forks without exec() with LD_PRELOAD=liblttng-ust-fork.so.1; a run_begin may be "
+      "lost");
   add_defect(defects, DefectKind::contract_too_new, Severity::error,
              total_of(model.processes,
                       [](const ProcessFacts& p) {

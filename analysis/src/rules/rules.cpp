@@ -108,16 +108,29 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
 // Where two processes are seen to have one pid: the last of them, or none. By pid, those that had it
 // before or after among them, and of any.
 struct SharedPids {
-  std::map<std::pair<HostIndex, std::int64_t>, EventRef> by_pid;
-  std::optional<EventRef> any;
+  std::map<std::pair<HostIndex, std::int64_t>, Evidence> by_pid;
+  std::optional<Evidence> any;
 };
+
+Evidence sharing(const ProcessFacts& process) {
+  if (process.is_sharing_begin_lost) {
+    return evidence(
+        "callback_init", *process.shares_pid_since,
+        "another process of this pid has another callback of this id, and its run_begin "
+        "was not recorded");
+  }
+  return evidence(
+      "run_begin", *process.shares_pid_since,
+      "two processes have this pid: containers, which need a recording each, or a child "
+      "of fork() without exec(), which needs LD_PRELOAD=liblttng-ust-fork.so.1");
+}
 
 SharedPids shared_pids(const Model& model) {
   SharedPids shared;
   for (const auto& process : model.processes) {
     if (!process.shares_pid_since) continue;
-    shared.by_pid[{process.host, process.pid}] = *process.shares_pid_since;
-    shared.any = process.shares_pid_since;
+    shared.any = sharing(process);
+    shared.by_pid.insert_or_assign({process.host, process.pid}, *shared.any);
   }
   return shared;
 }
@@ -139,10 +152,7 @@ void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& s
       since = found->second;
     }
     subject.verdict = Verdict::inconclusive;
-    subject.evidence = {evidence("run_begin", *since,
-                                 "two processes have this pid: containers, which need a recording "
-                                 "each, or a child of fork() without exec(), which needs "
-                                 "LD_PRELOAD=liblttng-ust-fork.so.1")};
+    subject.evidence = {*since};
   }
 }
 

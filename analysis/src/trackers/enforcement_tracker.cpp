@@ -70,10 +70,16 @@ void join_last_two(std::vector<ScheduledAs>& stretches) {
   }
 }
 
+// What it was given before another spin on it may have been taken back meanwhile.
+bool is_given_parameters(const ThreadFacts& thread) {
+  return !thread.applied.empty() &&
+         (!thread.announced_again || thread.applied.back().at.time >= *thread.announced_again);
+}
+
 }  // namespace
 
 const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
-  if (!thread.applied.empty()) return &thread.applied.back();
+  if (is_given_parameters(thread)) return &thread.applied.back();
   const bool is_attached = model_.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
 }
@@ -163,7 +169,8 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   auto where = ref(head);
   where.tid = thread.tid;
   where.pid = model_.processes[at(thread.process)].pid;
-  if (thread.last_read_back->moment == SchedMoment::initial && thread.applied.empty()) {
+  if (thread.last_read_back->moment == SchedMoment::initial && !is_given_parameters(thread)) {
+    if (state.outside_initial.empty()) state.initial = *thread.last_read_back;
     note_outside_initial(state, where);
   } else {
     thread.cpu_violation = {*thread.last_read_back, where};
@@ -185,7 +192,7 @@ void EnforcementTracker::judge_outside_initial(ThreadFacts& thread, OfThread& st
   };
   const auto first = is_applied ? std::ranges::find_if_not(outside, is_explained) : outside.begin();
   if (first != outside.end() && !thread.cpu_violation) {
-    thread.cpu_violation = {*thread.initial, *first};
+    thread.cpu_violation = {*state.initial, *first};
   }
 }
 

@@ -79,6 +79,7 @@ class EnforcementTracker {
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
     // sent it there before it was read back.
     std::vector<EventRef> outside_initial;
+    Rare<ReadBack> initial;   // of that mask
     bool is_boosted = false;  // runs at a priority inherited through a mutex
     // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
     // are no more urgent than it was then: to the new parameters they may be.

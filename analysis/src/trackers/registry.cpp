@@ -296,6 +296,12 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
   facts.type = event.type;
 }
 
+bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts) {
+  if (!facts.is_accounted || !facts.is_identified || !event.is_identified) return false;
+  return event.logical_id != facts.logical_id || event.kind != facts.kind ||
+         event.source != facts.source || event.period_ns != facts.period_ns;
+}
+
 void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const auto process = speaker_of(head);
   if (!process) return;
@@ -308,7 +314,15 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const bool is_announcement = announcements != facts.announcements_at_init;
   facts.announcements_at_init = announcements;
   if (!is_announcement) facts.last_init = ref(head);
-  if (facts.registered) return;
+  if (facts.registered) {
+    // Ids are given once: another process has this pid, and its run_begin was not seen.
+    auto& of = model_.processes[at(*process)];
+    if (!of.shares_pid_since && is_of_another(event, facts)) {
+      of.shares_pid_since = ref(head);
+      of.is_sharing_begin_lost = true;
+    }
+    return;
+  }
   facts.registered = ref(head);
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
@@ -385,6 +399,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   auto& thread = model_.threads[at(*index)];
   if (thread.fini) {  // announced anew after its end: another spin on the same thread
     thread.fini.reset();
+    thread.announced_again = head.time;
     thread.last_change = 0;
     SequenceTracker::restart(thread.read_backs);
   }

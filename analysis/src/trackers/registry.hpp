@@ -186,6 +186,8 @@ class Registry {
   void finish();
 
  private:
+  // A callback of the same id in the same process would be told alike.
+  static bool is_of_another(const CallbackInit& event, const CallbackFacts& facts);
   struct Key {
     std::uint64_t scope = 0;  // host or process
     std::int64_t id = 0;

@@ -144,5 +144,98 @@ TEST(AThread, ThatTookAnothersNumberMayHaveBeenLost) {
   EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
 }
 
+// Of the later one's ids, which are those of the first, the callbacks are others: its run_begin is gone.
+TEST(AProcess, MayBeAnotherOfTheSamePid) {
+  const auto without_begin = [](const std::string& text, std::int64_t begin) {
+    auto trace = trace_of(text + "\n" + std::to_string(begin - 1) +
+                          " discard user until=" + std::to_string(begin) + " count=1");
+    erase_at<RunBegin>(trace, begin);
+    return trace;
+  };
+  const std::string restarted = R"(
+    process one pid=100 until=500
+    callback plan timer period=100 deadline=20
+    100 start plan release=100
+    110 end plan
+    200 start plan release=200
+    210 end plan
+    process two pid=100 from=2000
+    callback slow timer period=1000
+    3000 start slow release=3000
+    3090 end slow
+    4000 start slow release=4000
+    4090 end slow)";
+  ASSERT_EQ(Verified(restarted)["R3"], Verdict::pass);
+  const Verified merged(without_begin(restarted, 2000));
+  EXPECT_EQ(merged["R3"], Verdict::inconclusive);
+  const auto& subject = merged.rule("R3").subjects.at(0).subject;
+  EXPECT_THAT(merged.evidence("R3", subject), testing::HasSubstr("its run_begin was not recorded"));
+  const std::string containers = R"(
+    process one pid=100
+    callback plan timer period=100
+    100 start plan release=100
+    110 end plan
+    200 start plan release=200
+    210 end plan
+    process two pid=100 from=150
+    callback drive timer period=100
+    thread x pool
+    220 start drive release=220
+    230 end drive)";
+  EXPECT_EQ(Verified(without_begin(containers, 150))["M3"], Verdict::inconclusive);
+}
+
+// It spins twice: in between somebody took its priority back, which is none of the executor's faults.
+TEST(AThread, ThatSpinsAgainHasWhatItIsGivenThen) {
+  const auto verdict = [](const std::string& between) {
+    return Verified(R"(
+      thread t pool
+      callback one pooled
+      kernel
+      -70 begin t
+      -60 initial t n=0
+      -50 applied t n=1 policy=fifo priority=50
+      10 start one on=t
+      12 end one on=t
+      20 audit t n=2 policy=fifo priority=50)" +
+                    between + R"(
+      42 switch 0 t idle state=1 prio=120
+      44 switch 0 idle t next_prio=120
+      45 applied t n=1 policy=fifo priority=50
+      46 switch 0 t idle state=1 prio=49
+      48 switch 0 idle t next_prio=49
+      50 start one on=t
+      52 end one on=t
+      55 audit t n=2 policy=fifo priority=50
+      60 finish t)")["S3"];
+  };
+  EXPECT_EQ(verdict("\n 30 finish t\n 40 begin t again\n 41 initial t n=0"), Verdict::pass);
+  EXPECT_EQ(verdict(""), Verdict::fail);
+}
+
+// What is applied first may send it to another CPU before it is read back: in each spin.
+TEST(AThread, ThatSpinsAgainMayBeSentElsewhereBeforeItIsReadBack) {
+  const auto applied = [](const std::string& cpus) {
+    return Verified(R"(
+      thread t pool cpu=1
+      callback one pooled
+      -70 begin t
+      -60 initial t n=0 cpus=0,1
+      -50 applied t n=1 cpus=1
+      10 start one on=t
+      12 end one on=t
+      30 finish t
+      40 begin t again
+      41 initial t n=0 cpus=0
+      42 start one on=t
+      43 end one on=t
+      45 applied t n=1 cpus=)" +
+                    cpus + "\n60 finish t");
+  };
+  EXPECT_EQ(applied("1")["S4"], Verdict::pass);
+  EXPECT_EQ(applied("0")["S4"], Verdict::fail);
+  EXPECT_THAT(applied("0").evidence("S4", "thread 101"), testing::HasSubstr("41 thread_sched"));
+}
+
 }  // namespace
 }  // namespace cie::test
