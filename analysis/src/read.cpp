@@ -8,6 +8,7 @@
 #include "vocabulary/ros2/event_translator.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -124,7 +125,7 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
 AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options) {
   analyzer.add(find_recordings(traces, options.is_content_checked));
-  EventTranslator translator;
+  const auto translator = std::make_unique<EventTranslator>();  // too large for untouched stack
   const auto consume = [&analyzer](const EventBatch& batch) {
     batch.each([&analyzer](const Event& event) { analyzer.expect(event); },
                [&analyzer](const Event& event) { analyzer.expect_next(event); },
@@ -133,7 +134,7 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
   read_for(consume, traces,
            {.metadata_from = options.metadata_from,
             .progress = options.progress,
-            .translator = &translator,
+            .translator = translator.get(),
             .counts_others = !options.window});  // else those inside are
   auto result = analyzer.finish();
   for (const auto& trace : traces)

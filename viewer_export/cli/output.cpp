@@ -13,6 +13,7 @@
 #include <exception>
 #include <new>
 #include <streambuf>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -125,11 +126,12 @@ viewer_export::TextStyle text_style(bool is_terminal) {
   return style;
 }
 
+// By setlocale(), because newlocale() tells no code set in a program without shared libraries.
 bool is_utf8_locale() {
-  const auto locale = ::newlocale(LC_CTYPE_MASK, "", nullptr);
-  if (locale == nullptr) return false;
-  const bool is_utf8 = std::string_view(::nl_langinfo_l(CODESET, locale)) == "UTF-8";
-  ::freelocale(locale);
+  const std::string before = std::setlocale(LC_CTYPE, nullptr);
+  std::setlocale(LC_CTYPE, "");
+  const bool is_utf8 = std::string_view(::nl_langinfo(CODESET)) == "UTF-8";
+  std::setlocale(LC_CTYPE, before.c_str());
   return is_utf8;
 }
 

@@ -24,6 +24,7 @@ void end_with_a_message_instead_of_aborting() noexcept;
 // Colours on a terminal that has them and unless NO_COLOR is set (https://no-color.org).
 viewer_export::TextStyle text_style(const viewer_export::OutputFile& output);
 viewer_export::TextStyle text_style(bool is_terminal);
+// Not thread-safe: asks setlocale().
 bool is_utf8_locale();
 // The same as wide as the terminal, with symbols where its locale has them.
 viewer_export::TextStyle screen_style(const viewer_export::OutputFile& output);

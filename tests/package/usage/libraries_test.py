@@ -44,9 +44,10 @@ class Libraries(unittest.TestCase):
             self.assertNotIn("libgcc_s", loaded)
 
     def test_a_library_in_the_current_directory_is_not_loaded(self):
-        self.assertIn("libc.so.6", needed("cie"))
+        names = {name for program in PROGRAMS for name in needed(program)}
+        self.assertIn("libc.so.6", names)
         with tempfile.TemporaryDirectory() as strange:
-            for name in needed("cie"):
+            for name in names:
                 with open(os.path.join(strange, name), "w", encoding="ascii") as file:
                     file.write("no library\n")
             for name in PROGRAMS:
