@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <vector>
 
 namespace cie::analysis {
@@ -17,10 +18,14 @@ class LossTimes {
  public:
   void add(HostIndex host, Timestamp begin, Timestamp end) {
     is_any_ = true;
-    auto& losses = losses_[host];
+    auto& [losses, bounds] = losses_[host];
     // They are told in order of their begins, but for clocks that run backwards. So many that do not
     // overlap are taken together.
     constexpr std::size_t kMost = 100'000;
+    for (const auto bound : {begin, end}) {
+      bounds.insert(std::ranges::upper_bound(bounds, bound), bound);
+      if (bounds.size() > kMost) bounds.pop_front();
+    }
     if (losses.empty() || (begin > losses.back().end && losses.size() < kMost)) {
       losses.push_back({.begin = begin, .end = end});
       return;
@@ -33,10 +38,21 @@ class LossTimes {
   bool any_between(HostIndex host, Timestamp one, Timestamp other) const {
     if (!is_any_) return false;
     const auto [begin, end] = std::minmax(one, other);
-    const auto* losses = losses_.find(host);
-    if (losses == nullptr) return false;
-    const auto first = std::ranges::upper_bound(*losses, begin, {}, &Interval::end);
-    return first != losses->end() && first->begin <= end;
+    const auto* of_host = losses_.find(host);
+    if (of_host == nullptr) return false;
+    const auto& losses = of_host->losses;
+    const auto first = std::ranges::upper_bound(losses, begin, {}, &Interval::end);
+    return first != losses.end() && first->begin <= end;
+  }
+  // Whether one begins or ends after the first event, up to the second. Tracers lose events behind
+  // the last one of a packet: what lies within it in one stream most likely lacks nothing.
+  bool any_bound_between(HostIndex host, Timestamp first, Timestamp second) const {
+    if (!is_any_) return false;
+    const auto* of_host = losses_.find(host);
+    if (of_host == nullptr) return false;
+    const auto& bounds = of_host->bounds;
+    const auto bound = std::ranges::upper_bound(bounds, first);
+    return bound != bounds.end() && *bound <= second;
   }
 
  private:
@@ -44,7 +60,11 @@ class LossTimes {
     Timestamp begin;
     Timestamp end;
   };
-  ByIndex<HostIndex, std::vector<Interval>> losses_;  // in order, none overlaps another
+  struct OfHost {
+    std::vector<Interval> losses;  // in order, none overlaps another
+    std::deque<Timestamp> bounds;  // their begins and ends, before any were taken together
+  };
+  ByIndex<HostIndex, OfHost> losses_;
   bool is_any_ = false;
 };
 

@@ -291,6 +291,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   while (found != open.rend() && !((*found)->callback == index && (*found)->seq == event.seq))
     ++found;
   if (found == open.rend()) {
+    if (thread && !undecided_.empty()) [[unlikely]]
+      decide(*thread, nullptr);
     end_outside(thread);
     note_end_without_start(head, index, event.seq);
     if (thread) note_unseen_run(*thread, here, index, event.seq);
@@ -299,6 +301,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   auto live = std::move(*found);
   open.erase(std::next(found).base());
+  if (thread && !undecided_.empty()) [[unlikely]]
+    decide(*thread, live.get());
   auto& callback = callbacks_[index];
   std::erase(callback.open, live.get());
   live->end = here;

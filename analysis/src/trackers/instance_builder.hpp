@@ -86,6 +86,15 @@ class InstanceBuilder {
     OptionalTime waited_since;   // its executor looked for work then, before it did last
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
   };
+  // It is of this instance if that ends after it.
+  struct UndecidedPublication {
+    ThreadIndex thread{};
+    CallbackIndex callback{};
+    std::uint64_t seq = 0;  // of the callback's instance
+    std::uint32_t publisher = 0;
+    EventRef where;
+    std::int64_t source_timestamp = 0;
+  };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;
     EventRef end;
@@ -107,8 +116,15 @@ class InstanceBuilder {
   inline void expect_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
+  // The innermost instance that its thread runs, as far as is seen; null: none.
+  LiveInstance* running(const Emitter& who);
   // It names none, and one may be open whose start was not looked at, or was lost.
   bool may_be_of_unseen(const EventHead& head, const Emitter& who, const Publish& event);
+  // What its thread runs may have ended since, unseen: then another instance publishes.
+  bool may_have_ended(const EventHead& head, const LiveInstance& live) const;
+  void leave_undecided(UndecidedPublication publication);
+  // An instance of the thread ended. Null: one whose start was not seen.
+  void decide(ThreadIndex thread, LiveInstance* ended);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   // `index`: of its callback. The last two: what is kept of where it runs and of the callback.
@@ -154,6 +170,7 @@ class InstanceBuilder {
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   std::uint64_t losses_ = 0;
+  std::vector<UndecidedPublication> undecided_;
 };
 
 }  // namespace cie::analysis

@@ -1,15 +1,26 @@
 #include "instance_builder.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxUndecided = 4096;
+
+}  // namespace
+
+LiveInstance* InstanceBuilder::running(const Emitter& who) {
+  if (!who.thread) return nullptr;
+  const auto& open = of_thread(who.thread).open;
+  return open.empty() ? nullptr : open.back().get();
+}
 
 ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {
   if (event.callback == kNoCallback) {
-    if (!who.thread) return {};
-    const auto& open = of_thread(who.thread).open;
-    return open.empty() ? ChainNodeRef{} : node_of(*open.back());
+    auto* runs = running(who);
+    return runs == nullptr ? ChainNodeRef{} : node_of(*runs);
   }
   auto& callback = callbacks_[registry_.callback(who, event.callback)];
   for (auto* live : callback.open) {
@@ -34,6 +45,34 @@ bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who
           recording_.user_losses().any_between(who.host, *on_thread.last_activity, head.time));
 }
 
+bool InstanceBuilder::may_have_ended(const EventHead& head, const LiveInstance& live) const {
+  const auto& losses = recording_.user_losses();
+  const auto start = live.start.time;
+  return losses.any_bound_between(live.host, start, head.time) ||
+         (live.stream != head.stream && losses.any_between(live.host, start, head.time));
+}
+
+void InstanceBuilder::leave_undecided(UndecidedPublication publication) {
+  if (undecided_.size() >= kMaxUndecided) undecided_.erase(undecided_.begin());
+  undecided_.push_back(publication);
+}
+
+void InstanceBuilder::decide(ThreadIndex thread, LiveInstance* ended) {
+  const auto is_decided = [&](const UndecidedPublication& publication) {
+    return publication.thread == thread &&
+           (ended == nullptr ||
+            (publication.callback == ended->callback && publication.seq == ended->seq));
+  };
+  if (ended != nullptr) {
+    for (const auto& publication : undecided_) {
+      if (!is_decided(publication)) continue;
+      chains_.on_publish(publication.publisher, publication.where, publication.source_timestamp,
+                         node_of(*ended));
+    }
+  }
+  std::erase_if(undecided_, is_decided);
+}
+
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
   Registry::note_speaker(head, registry_.process_facts_of(who));
@@ -41,8 +80,17 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
   registry_.published(index).observe(event.seq, ref(head), facts.published);
+  const auto* runs = event.callback == kNoCallback ? running(who) : nullptr;
   if (may_be_of_unseen(head, who, event)) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
+  } else if (runs != nullptr && may_have_ended(head, *runs)) {
+    chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
+    leave_undecided({.thread = *who.thread,
+                     .callback = runs->callback,
+                     .seq = runs->seq,
+                     .publisher = index,
+                     .where = ref(head),
+                     .source_timestamp = event.source_timestamp_realtime_ns});
   } else {
     chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
   }

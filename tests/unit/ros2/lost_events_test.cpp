@@ -4,12 +4,15 @@
 
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
 
 using analysis::Verdict;
+using testing::ElementsAre;
+using testing::IsEmpty;
 
 constexpr const char* kSubscription = R"(
   0 rcl_init context_handle=0x1
@@ -126,6 +129,64 @@ TEST(Ros2Losses, APublicationAfterOneIsOfNobodyKnown) {
   };
   EXPECT_EQ(edges_from_outside(both + rest), 1U);
   EXPECT_EQ(edges_from_outside(both + "  2000 lost until=4000\n" + rest), 0U);
+}
+
+// What runs may have ended unseen, and another instance begun: its own end then comes alone.
+constexpr const char* kTwoOnAThread = R"(
+  3 rcl_subscription_init subscription_handle=0x22 node_handle=0x10 rmw_subscription_handle=0xa2 topic_name=/out queue_depth=1
+  3 rclcpp_subscription_init subscription_handle=0x22 subscription=0x42
+  3 rclcpp_subscription_callback_added subscription=0x42 callback=0x52
+  4 rcl_timer_init timer_handle=0x20 period=7
+  4 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  4 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  1000 callback_start callback=0x51
+)";
+constexpr const char* kPublishes = R"(
+  5000 rclcpp_publish message=0x9
+  5001 rcl_publish publisher_handle=0x60 message=0x9
+  5002 rmw_publish message=0x9
+)";
+constexpr const char* kTakes = R"(
+  6000 rmw_take tid=2 rmw_subscription_handle=0xa2 message=0x8 source_timestamp=1005002 taken=1
+  6001 callback_start tid=2 callback=0x52
+  6100 callback_end tid=2 callback=0x52
+)";
+
+TEST(Ros2Losses, WhatBeganBeforeOneMayNotPublishAfterIt) {
+  const auto result = result_of(std::string(kTwoOnAThread) + "  2000 lost until=4000\n" +
+                                kPublishes + "  5010 callback_end callback=0x30\n" + kTakes);
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_THAT(result.analysis.report.edges, IsEmpty());
+}
+
+TEST(Ros2Losses, WithinAPacketThatLostItsEndItMay) {
+  const auto result = result_of("  500 lost until=9000\n" + std::string(kTwoOnAThread) +
+                                kPublishes + "  5010 callback_end callback=0x51\n" + kTakes);
+  EXPECT_THAT(result.chains(), ElementsAre("/n@Subscription(/t) -> /n@Subscription(/out): 1"));
+}
+
+// This project's events have numbers, so an end shows what ran all the time.
+TEST(Ros2Losses, ANumberedEndShowsWhosePublicationItIs) {
+  const std::string described = R"(
+    4 cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b moment=start
+    4 cie:node_init node_id=0 name=/n
+    4 cie:group_init group_id=0 node_id=0 type=mutually_exclusive
+    4 cie:callback_init callback_id=0 node_id=0 group_id=0 kind=subscription logical_id=/n@Subscription(/t) source=/t next_seq=0
+    4 cie:callback_init callback_id=1 node_id=0 group_id=0 kind=subscription logical_id=/n@Subscription(/out) source=/out next_seq=0
+    1000 cie:callback_start callback_id=0 seq=0 release_kind=data release_ns=900
+    2000 lost until=4000
+  )";
+  const std::string takes = R"(
+    7000 cie:callback_start tid=2 callback_id=1 seq=0 release_kind=data release_ns=6900 source_timestamp_realtime_ns=1005002 writer_gid=0
+    7100 cie:callback_end tid=2 callback_id=1 seq=0 status=ok
+  )";
+  const auto with_end = [&](const std::string& end) {
+    return result_of(described + kPublishes + "  6000 cie:callback_end " + end + " status=ok\n" +
+                     takes);
+  };
+  EXPECT_THAT(with_end("callback_id=0 seq=0").chains(),
+              ElementsAre("/n@Subscription(/t) -> /n@Subscription(/out): 1"));
+  EXPECT_THAT(with_end("callback_id=0 seq=1").chains(), IsEmpty());
 }
 
 }  // namespace
