@@ -117,6 +117,7 @@ struct alignas(64) CallbackFacts {
     bool is_refuted = false;  // its expiries do not follow from `first_expiry`
     bool is_steady = false;   // no reset moved it by more than `error`
     Duration error = kTimerError;
+    std::uint64_t prompt_starts = 0;
   };
   Grid grid{};
 

@@ -464,11 +464,8 @@ void InstanceBuilder::finish() {
   });
   for (auto& live : open)
     abandon(std::move(live));
-  for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
-    const auto index = static_cast<CallbackIndex>(i);
-    const auto& grid = callbacks_[index].grid;
-    if (grid && !grid->holds()) measurer_.forget_releases(index);
-  }
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
+    finish_grid(static_cast<CallbackIndex>(i));
 }
 
 }  // namespace cie::analysis

@@ -141,6 +141,7 @@ class InstanceBuilder {
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.
   void follow_grid(LiveInstance& live);
+  void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.
   bool has_kernel(const LiveInstance& live) const {
     return recording_.has_kernel(live.host) && live.thread_facts->is_known_to_kernel;

@@ -36,11 +36,32 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
   if (const auto release = grid->on_start(start)) {
     live.expiry = release->expiry;
     live.missed = release->missed;
+    if (!release->is_prompt) live.proven_by = grid->prompt_starts() + 1;
   }
+  facts.grid.prompt_starts = grid->prompt_starts();
+  if (grid->is_steady()) measurer_.prove(live.callback);
   facts.grid.unresolved = grid->unresolved();
   facts.grid.is_steady = grid->is_steady();
   facts.grid.error = grid->error();
   if (grid->is_refuted()) measurer_.forget_releases(live.callback);
+}
+
+void InstanceBuilder::finish_grid(CallbackIndex index) {
+  const auto& grid = callbacks_[index].grid;
+  if (!grid) return;
+  if (!grid->holds()) {
+    measurer_.forget_releases(index);
+    return;
+  }
+  measurer_.leave_bounds(index);
+  const auto& unproven = grid->unproven();
+  auto& facts = model_.callbacks[at(index)];
+  facts.grid.unresolved += unproven.releases;
+  facts.missed -= unproven.missed;
+  if (facts.first_missed && facts.first_missed->start.time >= unproven.since &&
+      unproven.releases > 0) {
+    facts.first_missed.reset();
+  }
 }
 
 }  // namespace cie::analysis

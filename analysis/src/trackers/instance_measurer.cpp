@@ -208,51 +208,18 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   if (observer_ != nullptr) observer_->on_instance(instance_of(live, measured));
 }
 
-// Nothing else is known of such a timer's releases than that they were not after the starts.
-void InstanceMeasurer::forget_releases(CallbackIndex index) {
-  chains_.forget_releases(index);
-  auto& facts = model_.callbacks[at(index)];
-  facts.grid.is_refuted = true;
-  facts.exact_instances = 0;
-  facts.by_release_source = {};
-  facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)] = facts.instances;
-  facts.late = facts.late_by_duration;
-  facts.response_time = {};
-  facts.response_time_lower = {};
-  facts.is_lower_duration = true;
-  facts.response_time_upper = {};
-  facts.without_upper_bound = facts.instances;
-  facts.start_latency = {};
-  facts.inter_arrival = {};
-  facts.max_response.reset();
-  facts.max_response_upper.reset();
-  facts.min_inter_arrival.reset();
-  facts.max_inter_arrival.reset();
-  facts.release_before_end.reset();
-  facts.missed = 0;
-  facts.first_missed.reset();
-  auto& bounds = bounds_[index];
-  bounds = Bounds{.response = {},
-                  .response_lower = bounds.response_lower,
-                  .response_upper = {},
-                  .duration = bounds.duration,
-                  .execution = bounds.execution,
-                  .duration_without_execution = bounds.duration_without_execution,
-                  .min_inter_arrival = {},
-                  .max_inter_arrival = {}};
-  arrivals_[index] = {};
-}
-
 [[gnu::always_inline]] inline void InstanceMeasurer::count(const LiveInstance& live,
                                                            const Measured& measured) {
   auto& facts = *live.callback_facts;
   ++facts.instances;
-  ++facts.by_release_source[static_cast<std::size_t>(measured.release_source)];
+  const bool is_unproven = InstanceMeasurer::is_unproven(live, measured);
+  const auto source = is_unproven ? ReleaseSource::start : measured.release_source;
+  ++facts.by_release_source[static_cast<std::size_t>(source)];
   if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
   const auto start = live.start.time;
   const auto end = live.end->time;
-  if (facts.response_deadline && least_response_time(measured.release_source, measured.release,
-                                                     start, end) > *facts.response_deadline) {
+  if (facts.response_deadline &&
+      least_response_time(source, measured.release, start, end) > *facts.response_deadline) {
     ++facts.late;
     if (end - start > *facts.response_deadline) ++facts.late_by_duration;
   }
@@ -264,8 +231,65 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   if (live.pair != nullptr) ++live.pair->instances;
   auto& bounds = bounds_[live.callback];
   note_response_time(live, measured, bounds);
+  if (is_unproven) [[unlikely]] {
+    keep_unproven(live, measured);
+  } else if (is_known(source)) {
+    const Arrival instance{
+        .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
+    note_known(facts, bounds, instance);
+    note_arrival(facts, live.callback, live.host, instance, bounds);
+  }
   note_parts(live, measured, bounds);
-  note_arrival(live, measured, bounds);
+}
+
+[[gnu::always_inline]] inline void InstanceMeasurer::note_known(CallbackFacts& facts,
+                                                                Bounds& bounds,
+                                                                const Arrival& instance) {
+  keep_lower_apart(facts);
+  ++facts.exact_instances;
+  const auto response = instance.end.time - instance.release;
+  facts.response_time.add(response);
+  facts.start_latency.add(instance.start.time - instance.release);
+  const auto extreme = [&] {
+    return Extreme<Duration>{.value = response,
+                             .seq = instance.seq,
+                             .start = instance.start,
+                             .end = instance.end,
+                             .release = instance.release};
+  };
+  if (bounds.response.rise(response)) facts.max_response = extreme();
+  if (bounds.response_upper.rise(response)) facts.max_response_upper = extreme();
+}
+
+void InstanceMeasurer::keep_unproven(const LiveInstance& live, const Measured& measured) {
+  auto& facts = *live.callback_facts;
+  auto& [instances, host, has_left_bounds] = unproven_[live.callback];
+  if (instances.size() >= Unproven::kMost) leave_bounds(live.callback);
+  keep_lower_apart(facts);
+  ++facts.without_upper_bound;
+  host = live.host;
+  instances.push_back(
+      {.seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release});
+}
+
+void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
+  auto& facts = model_.callbacks[at(index)];
+  auto& bounds = bounds_[index];
+  for (const auto& instance : unproven.instances) {
+    const auto start = instance.start.time;
+    const auto end = instance.end.time;
+    --facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)];
+    ++facts.by_release_source[static_cast<std::size_t>(ReleaseSource::timer_grid)];
+    --facts.without_upper_bound;
+    if (facts.response_deadline && end - start <= *facts.response_deadline &&
+        least_response_time(ReleaseSource::timer_grid, instance.release, start, end) >
+            *facts.response_deadline) {
+      ++facts.late;
+    }
+    note_known(facts, bounds, instance);
+    note_arrival(facts, index, unproven.host, instance, bounds);
+  }
+  unproven.instances.clear();
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_response_time(const LiveInstance& live,
@@ -280,19 +304,7 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   if (bounds.response_lower.rise(lower)) {
     facts.max_response_lower = extreme_of(live, release, lower);
   }
-  if (is_known(source)) {
-    keep_lower_apart(facts);
-    ++facts.exact_instances;
-    const auto response = end - release;
-    facts.response_time.add(response);
-    facts.start_latency.add(start - release);
-    if (bounds.response.rise(response)) {
-      facts.max_response = extreme_of(live, release, response);
-    }
-    if (bounds.response_upper.rise(response)) {
-      facts.max_response_upper = extreme_of(live, release, response);
-    }
-  } else {
+  if (!is_known(source)) {
     if (lower != end - start) keep_lower_apart(facts);
     if (!facts.is_lower_duration) facts.response_time_lower.add(lower);
     if (const auto written = bound_of_release(live)) {
@@ -341,9 +353,10 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
 }
 
 // If their numbers are: those of ROS 2's events are counted, and do not tell of what was lost.
-inline bool InstanceMeasurer::are_in_a_row(const LiveInstance& live, const Arrival& other) const {
-  return live.callback_facts->is_accounted ||
-         !recording_.user_losses().any_between(live.host, other.start.time, live.start.time);
+inline bool InstanceMeasurer::are_in_a_row(const CallbackFacts& facts, HostIndex host,
+                                           const Arrival& one, const Arrival& other) const {
+  return facts.is_accounted ||
+         !recording_.user_losses().any_between(host, other.start.time, one.start.time);
 }
 
 void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,
@@ -371,7 +384,7 @@ void InstanceMeasurer::note_open_arrival(const LiveInstance& live, OpenInstance&
   const Arrival begun{
       .seq = live.seq, .start = live.start, .end = live.start, .release = *open.release};
   const auto pair_with = [&](const Arrival& other) {
-    if (!are_in_a_row(live, other)) return;
+    if (!are_in_a_row(facts, live.host, begun, other)) return;
     if (other.seq + 1 == begun.seq) {
       note_extremes(facts, bounds, begun.release - other.release, begun);
       note_release_before_end(facts, other, begun);
@@ -404,19 +417,17 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
   note_release_before_end(facts, earlier, later);
 }
 
-inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured,
-                                           Bounds& bounds) {
-  if (!is_known(measured.release_source)) return;
-  auto& facts = *live.callback_facts;
-  auto& arrivals = arrivals_[live.callback];
-  Arrival arrived{
-      .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
+[[gnu::always_inline]] inline void InstanceMeasurer::note_arrival(CallbackFacts& facts,
+                                                                  CallbackIndex callback,
+                                                                  HostIndex host, Arrival arrived,
+                                                                  Bounds& bounds) {
+  auto& arrivals = arrivals_[callback];
   const auto pair = [&](Arrival& earlier, Arrival& later) {
     note_pair(facts, bounds, earlier, later);
     earlier.has_next = later.has_previous = true;
   };
   const auto pair_with = [&](Arrival& other) {
-    if (!are_in_a_row(live, other)) return;
+    if (!are_in_a_row(facts, host, arrived, other)) return;
     if (other.seq + 1 == arrived.seq) pair(other, arrived);
     if (arrived.seq + 1 == other.seq) pair(arrived, other);
   };

@@ -37,7 +37,8 @@ struct LiveInstance {
   std::optional<CallbackStatus> status{};
   OptionalTime release;  // exact ones only
   std::uint32_t missed = 0;
-  OptionalTime expiry;  // calculated
+  OptionalTime expiry;          // calculated
+  std::uint64_t proven_by = 0;  // as soon as the timer has had so many prompt starts
   std::int64_t source_timestamp = 0;
   std::uint64_t writer_gid = 0;
   OptionalTime written;  // source_time(), as far as it was asked for and known
@@ -94,6 +95,13 @@ class InstanceMeasurer {
   void measure(const LiveInstance& live);
   // A timer's expiries do not follow from the first one after all: its releases become bounds.
   void forget_releases(CallbackIndex index);
+  // A prompt start of the timer has proven the calculated releases before it.
+  void prove(CallbackIndex index) {
+    auto* unproven = unproven_.find(index);
+    if (unproven != nullptr && !unproven->instances.empty()) count_unproven(index, *unproven);
+  }
+  // No start will: what they told becomes bounds.
+  void leave_bounds(CallbackIndex index);
 
  private:
   struct Arrival {
@@ -143,6 +151,14 @@ class InstanceMeasurer {
     Bound max_inter_arrival;
   };
 
+  // Measured instances of a timer that count as bounds until a prompt start proves their releases.
+  struct Unproven {
+    static constexpr std::size_t kMost = 4096;
+    std::vector<Arrival> instances;
+    HostIndex host{};
+    bool has_left_bounds = false;
+  };
+
   // What follows from the recording around an instance.
   struct Measured {
     InstanceState state = InstanceState::complete;
@@ -169,11 +185,21 @@ class InstanceMeasurer {
   inline void note_response_time(const LiveInstance& live, const Measured& measured,
                                  Bounds& bounds);
   inline void note_parts(const LiveInstance& live, const Measured& measured, Bounds& bounds);
-  inline void note_arrival(const LiveInstance& live, const Measured& measured, Bounds& bounds);
+  // An instance whose release is known.
+  inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance);
+  inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
+                           Arrival arrived, Bounds& bounds);
+  static bool is_unproven(const LiveInstance& live, const Measured& measured) {
+    return live.proven_by > live.callback_facts->grid.prompt_starts &&
+           measured.release_source == ReleaseSource::timer_grid;
+  }
+  void keep_unproven(const LiveInstance& live, const Measured& measured);
+  void count_unproven(CallbackIndex index, Unproven& unproven);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);
-  inline bool are_in_a_row(const LiveInstance& live, const Arrival& other) const;
+  inline bool are_in_a_row(const CallbackFacts& facts, HostIndex host, const Arrival& one,
+                           const Arrival& other) const;
   static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
   static void note_extremes(CallbackFacts& facts, Bounds& bounds, Duration gap,
                             const Arrival& later);
@@ -190,6 +216,7 @@ class InstanceMeasurer {
   Observer* observer_;
   ByIndex<CallbackIndex, Arrivals> arrivals_;
   ByIndex<CallbackIndex, Bounds> bounds_;
+  ByIndex<CallbackIndex, Unproven> unproven_;
 };
 
 }  // namespace cie::analysis

@@ -51,7 +51,13 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
   }
   const auto missed = skipped_until(release, is_sole);
   if (!is_sole) return std::nullopt;
-  return Release{.expiry = expiry, .missed = missed};
+  if (is_steady_) {
+    unproven_ = {};
+  } else {
+    if (unproven_.releases++ == 0) unproven_.since = start.time;
+    unproven_.missed += missed;
+  }
+  return Release{.expiry = expiry, .missed = missed, .is_prompt = is_steady_};
 }
 
 Duration TimerGrid::error() const noexcept {

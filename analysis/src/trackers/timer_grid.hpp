@@ -4,7 +4,7 @@
 //
 // Nor does any event tell of a reset, or of the timer's clock. So an expiry is believed only if it
 // is the one that can be meant and the start follows at once, or as soon as what ran before it
-// lets it; and a grid before whose expiry an instance starts, that too many instances are late for
+// lets it, which a start at once has to prove later; and a grid before whose expiry an instance starts, that too many instances are late for
 // without a reason, or that prompt starts have left for good, is refuted.
 #pragma once
 
@@ -36,6 +36,9 @@ class TimerGrid {
   struct Release {
     Timestamp expiry;
     std::uint32_t missed = 0;  // periods skipped since the last instance whose release is known
+    // Whether the start followed at once: if not, a later one that does has to prove that the grid
+    // did not move before.
+    bool is_prompt = true;
   };
   // The release of the next instance. Empty: unknown.
   std::optional<Release> on_start(const Start& start);
@@ -51,6 +54,15 @@ class TimerGrid {
   // A reset moves the grid for all that follow, and none starts before its release: the grid is
   // off by at most what all of some consecutive starts lie behind it.
   Duration error() const noexcept;
+  // How many starts were prompt.
+  std::uint64_t prompt_starts() const noexcept { return prompt_; }
+  // What was told of releases since the last one: they are not proven.
+  struct Unproven {
+    std::uint64_t releases = 0;
+    std::uint32_t missed = 0;
+    Timestamp since;  // when the first of these instances started
+  };
+  const Unproven& unproven() const noexcept { return unproven_; }
   // Instances, none of them the first, before which periods may have been skipped unnoticed.
   std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
 
@@ -83,6 +95,7 @@ class TimerGrid {
   Duration last_prompt_;
   LatencyStep step_{kTimerError};  // of prompt starts
   bool is_steady_ = false;
+  Unproven unproven_;
   std::uint64_t late_ = 0;  // without a reason
   bool is_refuted_ = false;
 };

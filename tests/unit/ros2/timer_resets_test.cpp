@@ -1,0 +1,88 @@
+// A reset of a timer, which no event tells, while its thread has other things to do all the time: late
+// starts have a reason then, and fit the grid as it was.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::ReleaseSource;
+using analysis::Verdict;
+
+constexpr std::int64_t kMicrosecond = 1'000;
+constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr std::int64_t kEvery = 10 * kMillisecond;
+constexpr int kPromptStarts = 8;
+constexpr int kLateStarts = 12;
+constexpr auto kHeldUp = "/n@Timer(10000000)";
+
+// Some prompt starts; then another callback holds up each one by 3 ms, of a grid that moved by so
+// much; then, where it did not, perhaps a prompt start again. All instances take 1 ms.
+std::string held_up(std::int64_t moved, bool ends_promptly) {
+  std::string text = R"(
+    0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    0 rcl_timer_init timer_handle=0x20 period=10000000
+    0 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    0 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  )";
+  const auto run = [&text](const char* callback, std::int64_t start, std::int64_t end) {
+    text += std::to_string(start) + " callback_start callback=" + callback + '\n' +
+            std::to_string(end) + " callback_end callback=" + callback + '\n';
+  };
+  const auto expiry = [](int k) { return k * kEvery - 10 * kMicrosecond; };
+  for (int k = 1; k <= kPromptStarts + kLateStarts + (ends_promptly ? 1 : 0); ++k) {
+    const bool is_late = k > kPromptStarts && k <= kPromptStarts + kLateStarts;
+    const auto start = expiry(k) + (is_late ? moved + 3 * kMillisecond : 100 * kMicrosecond);
+    if (is_late) run("0x70", expiry(k) - 2 * kMillisecond, start - kMicrosecond);
+    run("0x30", start, start + kMillisecond);
+  }
+  return text;
+}
+
+TEST(Ros2TimerResets, LateStartsThatNoPromptOneFollowsAreBounds) {
+  const auto result = analyze_ros2(held_up(4 * kMillisecond, false));
+  const auto& timer = result.callback(kHeldUp);
+  EXPECT_EQ(timer.release_source, ReleaseSource::mixed);
+  ASSERT_TRUE(timer.response_time);
+  EXPECT_EQ(timer.response_time->count, kPromptStarts);
+  EXPECT_EQ(timer.response_time->max, 1'100 * kMicrosecond);
+  EXPECT_EQ(timer.start_latency->count, kPromptStarts);
+  EXPECT_EQ(timer.inter_arrival->count, kPromptStarts - 1);
+  ASSERT_TRUE(timer.response_time_lower);
+  EXPECT_EQ(timer.response_time_lower->count, kLateStarts);
+  EXPECT_EQ(timer.response_time_lower->max, kMillisecond);
+  EXPECT_FALSE(timer.response_time_upper);
+  EXPECT_FALSE(timer.missed_releases);
+  for (const auto* rule : {"R1", "R2"})
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+}
+
+TEST(Ros2TimerResets, APromptStartProvesLateOnesBeforeIt) {
+  const auto result = analyze_ros2(held_up(0, true));
+  const auto& timer = result.callback(kHeldUp);
+  EXPECT_EQ(timer.release_source, ReleaseSource::timer_grid);
+  EXPECT_EQ(timer.response_time->count, kPromptStarts + kLateStarts + 1);
+  EXPECT_EQ(timer.response_time->max, 4 * kMillisecond);
+  EXPECT_EQ(timer.inter_arrival->count, kPromptStarts + kLateStarts);
+  EXPECT_FALSE(timer.response_time_lower);
+  EXPECT_EQ(timer.missed_releases, 0U);
+}
+
+// Its deadline is missed only by what is proven.
+TEST(Ros2TimerResets, OnlyProvenReleasesMakeInstancesLate) {
+  const auto late = [](std::int64_t moved, bool ends_promptly) {
+    return analyze_ros2(
+               held_up(moved, ends_promptly), -1,
+               "callback_groups:\n  - {id: \"/n@Timer(10000000)\", response_deadline: 2ms}\n")
+        .callback(kHeldUp)
+        .late;
+  };
+  EXPECT_EQ(late(4 * kMillisecond, false), 0U);
+  EXPECT_EQ(late(0, true), static_cast<std::uint64_t>(kLateStarts));
+}
+
+}  // namespace
+}  // namespace cie::test
