@@ -51,13 +51,16 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   auto& entry = found->second;
   entry.settle();
   const auto& publications = entry.publications;
+  const WrittenMessage* exact = nullptr;
   WrittenMessage* within = nullptr;
   std::size_t candidates = 0;
   for (auto i = publications.size(); i-- > 0;) {
     if (i < entry.settled && publications[i].none_after < source_timestamp) break;
     auto& publication = *publications[i].message;
     if (publication.is_exact) {
-      if (publication.stamp == source_timestamp) return {publication.gid, publication.stamp};
+      if (publication.stamp != source_timestamp) continue;
+      if (exact != nullptr) return {.gid = 0, .stamp = source_timestamp};  // which one is not told
+      exact = &publication;
       continue;
     }
     if (source_timestamp < publication.from - kOffsetError) continue;
@@ -66,6 +69,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     within = &publication;
     ++candidates;
   }
+  if (exact != nullptr) return {exact->gid, exact->stamp};
   if (candidates == 1) {
     within->taken_as = source_timestamp;
     return {within->gid, within->stamp};
