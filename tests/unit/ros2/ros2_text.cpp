@@ -34,6 +34,8 @@ class Rows final : public Observer {
     row.is_from_known_publisher = instance.writer_gid != 0;
     rows.push_back(row);
   }
+  std::size_t publications = 0;
+  void on_publication(const Publication& /*publication*/) override { ++publications; }
 };
 
 // A line's event, its fields where the vocabulary wants them.
@@ -283,7 +285,8 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   consume_batch();
   Ros2Result result{.analysis = analyzer.finish(),
                     .instances = std::move(rows.rows),
-                    .ended_at_once = ended_at_once};
+                    .ended_at_once = ended_at_once,
+                    .publications = rows.publications};
   return result;
 }
 

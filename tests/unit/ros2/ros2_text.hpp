@@ -52,6 +52,7 @@ struct Ros2Result {
   analysis::AnalysisResult analysis;
   std::vector<InstanceRow> instances;
   std::size_t ended_at_once = 0;  // starts that told of their ends
+  std::size_t publications = 0;
 
   // "ID first..last" of each callback: its smallest and largest duration and their number.
   std::string durations() const;

@@ -69,7 +69,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     within = &publication;
     ++candidates;
   }
-  if (exact != nullptr) return {exact->gid, exact->stamp};
+  if (exact != nullptr) return {exact->gid, exact->name.value_or(exact->stamp)};
   if (candidates == 1) {
     within->taken_as = source_timestamp;
     return {within->gid, within->stamp};

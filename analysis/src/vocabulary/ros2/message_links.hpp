@@ -15,10 +15,14 @@
 namespace cie::analysis::ros2 {
 
 struct WrittenMessage {
-  std::uint64_t gid = 0;   // of its publisher
-  std::int64_t stamp = 0;  // the name by which the model knows it: CLOCK_REALTIME, unique
-  bool is_exact = false;   // `stamp` is the source timestamp that takes will tell
-  std::int64_t from = 0;   // the writing lies between these two (CLOCK_REALTIME)
+  // `until` of a message that no layer below rclcpp was given: no take from these is of it.
+  static constexpr auto kInProcess = std::numeric_limits<std::int64_t>::min();
+
+  std::uint64_t gid = 0;               // of its publisher
+  std::int64_t stamp = 0;              // by which the model knows it: CLOCK_REALTIME, unique
+  bool is_exact = false;               // `stamp` is the source timestamp that takes will tell
+  std::optional<std::int64_t> name{};  // by which the model knows it, if not by `stamp`
+  std::int64_t from = 0;               // the writing lies between these two (CLOCK_REALTIME)
   std::int64_t until = std::numeric_limits<std::int64_t>::max();
   std::optional<std::int64_t> entry{};  // agnocast's number of the message
   // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one

@@ -36,14 +36,6 @@ struct RunningCallback {
   StreamIndex stream{};
 };
 
-// Between the call and the first word of a source timestamp.
-struct Publishing {
-  EventHead head{};
-  std::int64_t realtime = 0;  // of `head`
-  Address message = 0;
-  std::optional<Address> publisher{};
-};
-
 // A call of a service: the model's gid of the client, and the call's number.
 using CallKey = std::pair<std::uint64_t, std::int64_t>;
 
@@ -64,6 +56,15 @@ struct HandedOver {
 
   MessageLinks::Origin origin{};
   const Publisher* publisher = nullptr;  // null: unknown; of the directory, where they stay
+};
+
+// Between the call and the first word of a source timestamp.
+struct Publishing {
+  EventHead head{};
+  std::int64_t realtime = 0;  // of `head`
+  Address message = 0;
+  std::optional<Address> publisher{};
+  HandedOver handed_over{};  // the same message, if subscriptions of the process were given it
 };
 
 // A message between callbacks of one process.

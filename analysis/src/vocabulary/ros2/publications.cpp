@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 namespace cie::analysis::ros2 {
 namespace {
 
 constexpr std::size_t kMaxHandedOver = 4096;
+
+WrittenMessage in_process(const Context& context) {
+  return {.from = context.realtime, .until = WrittenMessage::kInProcess};
+}
 
 bool is_current(const Thread& thread, Address message) {
   return thread.publishing && thread.publishing->message == message;
@@ -46,7 +51,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
     }
     case Ros2Event::intra_publish: {
       const auto publisher = p.number<Address>(0);
-      const auto origin = tell_at_once(publisher, {}, context);
+      const auto origin = tell_at_once(publisher, in_process(context), context);
       thread.handed_over = {.origin = origin,
                             .publisher = &context.process.directory.publisher(publisher)};
       auto& by_message = context.process.handed_over;
@@ -55,7 +60,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       return true;
     }
     case Ros2Event::agnocast_publish: {
-      WrittenMessage publication;
+      auto publication = in_process(context);
       publication.entry = p.integer(1);
       tell_at_once(p.number<Address>(0), publication, context);
       return true;
@@ -80,33 +85,48 @@ void Publications::complete(Context& context) {
 }
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {
+  auto& thread = context.thread;
+  auto handed_over = std::exchange(thread.handed_over, {});
+  if (handed_over.publisher == nullptr && thread.publishing && !thread.publishing->publisher) {
+    handed_over = thread.publishing->handed_over;  // the layer below has a copy of the message
+  }
   settle(context);
-  context.thread.handed_over = {};
-  context.thread.publishing = Publishing{.head = context.head,
-                                         .realtime = context.realtime,
-                                         .message = message,
-                                         .publisher = publisher};
+  thread.publishing = Publishing{.head = context.head,
+                                 .realtime = context.realtime,
+                                 .message = message,
+                                 .publisher = publisher,
+                                 .handed_over = handed_over};
 }
 
 MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMessage publication,
                                         Context& context) {
   auto& publisher = context.process.directory.publisher(*publishing.publisher);
   if (context.process.own_topics.contains(publisher.topic)) return {};  // told by the process
-  announce(publisher, publishing.head, context.process, context.sink);
+  // rclcpp hands a message to the process's own subscriptions before it goes to the others.
+  const auto& handed_over = publishing.handed_over;
+  const bool is_told = handed_over.publisher == &publisher &&
+                       (handed_over.origin.gid == publisher.gid || publisher.topic.empty());
+  const auto last_stamp = publisher.last_stamp;
   if (!publication.is_exact) {
-    publication.stamp =
-        std::max(publishing.realtime, detail::wrapping_add(publisher.last_stamp, 1));
+    publication.stamp = is_told
+                            ? handed_over.origin.stamp
+                            : std::max(publishing.realtime, detail::wrapping_add(last_stamp, 1));
   }
-  publisher.last_stamp = std::max(publisher.last_stamp, publication.stamp);
-  emit(publishing.head,
-       Publish{.publisher = publisher.id,
-               .seq = publisher.next_seq++,
-               .source_timestamp_realtime_ns = publication.stamp},
-       context.sink);
+  publisher.last_stamp = std::max(last_stamp, publication.stamp);
+  if (is_told) {
+    publication.name = handed_over.origin.stamp;
+  } else {
+    announce(publisher, publishing.head, context.process, context.sink);
+    emit(publishing.head,
+         Publish{.publisher = publisher.id,
+                 .seq = publisher.next_seq++,
+                 .source_timestamp_realtime_ns = publication.stamp},
+         context.sink);
+  }
   if (publisher.topic.empty()) return {};
   publication.gid = publisher.gid;
   context.thread.writing = links_.add(publisher.topic, publication);
-  return {.gid = publisher.gid, .stamp = publication.stamp};
+  return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};
 }
 
 MessageLinks::Origin Publications::tell_at_once(Address publisher,

@@ -1,0 +1,94 @@
+// What is one publication: layers of ROS 2 tell of a message more than once.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
+
+// A timer of process 1 publishes on /t, to a subscription of its own process and to one of process 2.
+constexpr const char* kTwoSubscriptions = R"(
+  0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+  0 rcl_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+  1 rcl_timer_init pid=1 timer_handle=0x20 period=7
+  1 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+  2 rcl_subscription_init pid=1 subscription_handle=0x21 node_handle=0x10 rmw_subscription_handle=0xa1 topic_name=/t queue_depth=1
+  2 rclcpp_buffer_to_ipb pid=1 buffer=0x80 ipb=0x81
+  2 rclcpp_ipb_to_subscription pid=1 ipb=0x81 subscription=0x41
+  2 rclcpp_subscription_callback_added pid=1 subscription=0x41 callback=0x51
+  2 rclcpp_subscription_init pid=1 subscription_handle=0x21 subscription=0x41
+  3 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  3 rcl_subscription_init pid=2 subscription_handle=0x21 node_handle=0x10 rmw_subscription_handle=0xa2 topic_name=/t queue_depth=1
+  3 rclcpp_subscription_init pid=2 subscription_handle=0x21 subscription=0x41
+  3 rclcpp_subscription_callback_added pid=2 subscription=0x41 callback=0x51
+)";
+constexpr const char* kInProcess = "/a@Timer(7) -> /a@Subscription(/t): 1";
+constexpr const char* kBetween = "/a@Timer(7) -> /b@Subscription(/t): 1";
+
+// Of process 1 the instance that publishes, and the one that is given the message.
+std::string published_inside(const std::string& between) {
+  return std::string(kTwoSubscriptions) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_intra_publish pid=1 publisher_handle=0x60 message=0x99
+    12 rclcpp_ring_buffer_enqueue pid=1 buffer=0x80 index=0 size=1 overwritten=0
+)" + between +
+         R"(
+    20 callback_end pid=1 callback=0x30
+    21 rclcpp_ring_buffer_dequeue pid=1 buffer=0x80 index=0 size=0
+    22 callback_start pid=1 callback=0x51 is_intra_process=1
+    25 callback_end pid=1 callback=0x51
+)";
+}
+std::string taken_outside(std::int64_t source_timestamp) {
+  return "30 rmw_take pid=2 rmw_subscription_handle=0xa2 message=0x77 source_timestamp=" +
+         std::to_string(source_timestamp) +
+         " taken=1\n31 callback_start pid=2 callback=0x51\n35 callback_end pid=2 callback=0x51\n";
+}
+
+TEST(Ros2Publications, AMessageInsideAndBetweenProcessesIsOne) {
+  const auto result = analyze_ros2(published_inside(R"(
+    13 rclcpp_publish pid=1 message=0x99
+    14 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    16 rmw_publish pid=1 rmw_publisher_handle=0x1 message=0x99 timestamp=1000015)") +
+                                   taken_outside(1'000'015));
+  EXPECT_EQ(result.publications, 1U);
+  EXPECT_THAT(result.chains(), UnorderedElementsAre(kInProcess, kBetween));
+}
+
+// Where one subscription wants to own its message, the others are given a copy. Distributions that
+// tell no source timestamps, with CARET.
+TEST(Ros2Publications, SoItIsIfOneOfThemIsACopy) {
+  const auto result = analyze_ros2(published_inside(R"(
+    13 rclcpp_publish pid=1 message=0x98
+    14 rcl_publish pid=1 publisher_handle=0x60 message=0x97
+    16 rmw_publish pid=1 message=0x97)") +
+                                   taken_outside(1'000'015));
+  EXPECT_EQ(result.publications, 1U);
+  EXPECT_THAT(result.chains(), UnorderedElementsAre(kInProcess, kBetween));
+}
+
+TEST(Ros2Publications, TwoCallsAreTwo) {
+  const auto result = analyze_ros2(published_inside(R"(
+    13 rclcpp_intra_publish pid=1 publisher_handle=0x60 message=0x98
+    14 rclcpp_publish pid=1 message=0x98
+    14 rcl_publish pid=1 publisher_handle=0x60 message=0x98
+    16 rmw_publish pid=1 rmw_publisher_handle=0x1 message=0x98 timestamp=1000015)"));
+  EXPECT_EQ(result.publications, 2U);
+}
+
+TEST(Ros2Publications, NoTakeIsOfAMessageThatStaysInItsProcess) {
+  const auto result = analyze_ros2(published_inside("") + taken_outside(1'000'009));
+  EXPECT_EQ(result.publications, 1U);
+  EXPECT_THAT(result.chains(), ElementsAre(kInProcess));
+}
+
+}  // namespace
+}  // namespace cie::test
