@@ -102,6 +102,33 @@ TEST(Ros2Messages, WhatWasTakenForAnotherIsNotTheCallbacks) {
       bounded("220 rclcpp_executor_wait_for_work pid=2 tid=2 timeout=-1", " is_intra_process=0"));
 }
 
+// Between two messages, by 20 ms: by what the tracer read before, the second one was written when it
+// had waited for that long already.
+TEST(Ros2Messages, ASourceTimestampIsNoBoundBySettingTheClockForward) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10000000 callback_start pid=1 callback=0x30
+    10000004 rclcpp_publish pid=1 message=0x99
+    10000005 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    10000010 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=11000008
+    10000020 callback_end pid=1 callback=0x30
+    10000100 rmw_take pid=2 tid=2 message=0x88 source_timestamp=11000008 taken=1
+    10000200 callback_start pid=2 tid=2 callback=0x50
+    10000300 callback_end pid=2 tid=2 callback=0x50
+    30000000 callback_start pid=1 callback=0x30
+    30000004 rclcpp_publish pid=1 message=0x99
+    30000005 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    30000010 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=51000008
+    30000020 callback_end pid=1 callback=0x30
+    60000000 rmw_take pid=2 tid=2 message=0x88 source_timestamp=51000008 taken=1
+    60000200 callback_start pid=2 tid=2 callback=0x50
+    60000300 callback_end pid=2 tid=2 callback=0x50)");
+  const auto& upper = result.callback("/b@Subscription(/t)").response_time_upper;
+  ASSERT_TRUE(upper);
+  EXPECT_EQ(upper->count, 2U);
+  EXPECT_EQ(upper->min, 10'000'300 - 10'000'008);
+  EXPECT_EQ(upper->max, 60'000'300 - 30'000'004);
+}
+
 // Two subscriptions in process 2; rmw calls them 0xa1 and 0xa2.
 constexpr const char* kTwoTopics = R"(
   0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/

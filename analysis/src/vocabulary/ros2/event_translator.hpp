@@ -45,6 +45,7 @@ class EventTranslator final : public Translator {
   struct Host {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
     bool has_clock = false;
+    std::int64_t realtime_ahead = 0;  // of what tracers read of CLOCK_REALTIME: it was set since
     // Until when each stream that is losing events does so; the first of these, or never.
     std::vector<Timestamp> losing_until{};
     Timestamp next_end = kNever;

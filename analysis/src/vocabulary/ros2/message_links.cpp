@@ -6,8 +6,6 @@ namespace cie::analysis::ros2 {
 namespace {
 
 constexpr std::size_t kMaxPublications = 1024;  // per topic, waiting to be taken
-// How well tracers know the offset between their clock and CLOCK_REALTIME.
-constexpr std::int64_t kOffsetError = 2'000;
 
 }  // namespace
 

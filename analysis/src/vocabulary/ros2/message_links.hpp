@@ -14,6 +14,9 @@
 
 namespace cie::analysis::ros2 {
 
+// How well tracers know the offset between their clock and CLOCK_REALTIME.
+inline constexpr std::int64_t kOffsetError = 2'000;
+
 struct WrittenMessage {
   // `until` of a message that no layer below rclcpp was given: no take from these is of it.
   static constexpr auto kInProcess = std::numeric_limits<std::int64_t>::min();

@@ -43,6 +43,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       if (stamp && *stamp != 0) {
         publication.stamp = *stamp;
         publication.is_exact = true;
+        note_clock(*stamp, *thread.publishing, context);
       }
       const auto publishing = *thread.publishing;
       thread.publishing.reset();
@@ -96,6 +97,17 @@ void Publications::begin(Address message, std::optional<Address> publisher, Cont
                                  .message = message,
                                  .publisher = publisher,
                                  .handed_over = handed_over};
+}
+
+void Publications::note_clock(std::int64_t source_timestamp, const Publishing& publishing,
+                              Context& context) {
+  auto& ahead = context.realtime_ahead;
+  const auto shown = detail::wrapping_sub(source_timestamp, context.realtime);
+  if (shown <= detail::wrapping_add(ahead, kOffsetError)) return;
+  ahead = detail::wrapping_sub(source_timestamp, publishing.realtime);
+  emit(context.head,
+       ClockSync{.monotonic_ns = publishing.head.time.ns, .realtime_ns = source_timestamp},
+       context.sink);
 }
 
 MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMessage publication,

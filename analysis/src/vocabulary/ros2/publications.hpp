@@ -26,6 +26,10 @@ class Publications {
  private:
   void complete(Context& context);
   void begin(Address message, std::optional<Address> publisher, Context& context);
+  // A message that has a source timestamp from after the event that tells of it: CLOCK_REALTIME was set
+  // forward. What was written later is not put before that by more than the call took.
+  static void note_clock(std::int64_t source_timestamp, const Publishing& publishing,
+                         Context& context);
   MessageLinks::Origin tell(const Publishing& publishing, WrittenMessage publication,
                             Context& context);
   // Of a message that no layer below will speak of.
