@@ -237,6 +237,43 @@ TEST(Ros2Identity, CaretRepeatsWhatWasThereBeforeTheRecording) {
   EXPECT_EQ(result.durations(), "/demo/talker@Timer(1000): 2 of 5 to 6\n");
 }
 
+// CARET tells of what was made before its recording while that runs.
+TEST(Ros2Identity, WhatRanBeforeItIsNamedIsTheSameCallback) {
+  const auto result = analyze_ros2(R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30
+    16 callback_start callback=0x51
+    19 callback_end callback=0x51
+    20 ros2_caret:rcl_node_init node_handle=0x10 node_name=n namespace=/
+    21 ros2_caret:rcl_timer_init timer_handle=0x20 period=1000
+    22 ros2_caret:rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    24 callback_start callback=0x30
+    26 callback_end callback=0x30
+    27 ros2_caret:rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    28 ros2_caret:rcl_subscription_init subscription_handle=0x21 node_handle=0x10 topic_name=/t queue_depth=1
+    28 ros2_caret:rclcpp_subscription_init subscription_handle=0x21 subscription=0x41
+    28 ros2_caret:rclcpp_subscription_callback_added subscription=0x41 callback=0x51
+    30 callback_start callback=0x30
+    36 callback_end callback=0x30
+    40 callback_start callback=0x51
+    44 callback_end callback=0x51)");
+  EXPECT_EQ(result.durations(), "/n@Timer(1000): 3 of 2 to 6\n/n@Subscription(/t): 2 of 3 to 4\n");
+}
+
+// Of one that is made where an unnamed one lay this tells nothing.
+TEST(Ros2Identity, ACallbackThatIsMadeNowHasNotRunBefore) {
+  const auto result = analyze_ros2(R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30
+    20 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    21 rcl_timer_init timer_handle=0x20 period=1000
+    22 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    23 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    30 callback_start callback=0x30
+    36 callback_end callback=0x30)");
+  EXPECT_EQ(result.callback("/n@Timer(1000)").instances, 1U);
+}
+
 TEST(Ros2Identity, CaretTellsGroups) {
   const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     5 ros2_caret:add_callback_group executor_addr=1 callback_group_addr=0x70 group_type_name=mutually_exclusive

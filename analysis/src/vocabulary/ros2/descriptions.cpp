@@ -98,7 +98,7 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
       directory.add_service(first, second, p.text(2), repeats);
       break;
     case Ros2Event::service_callback:
-      directory.add_handle_callback(CallbackKind::service, first, second);
+      directory.add_handle_callback(CallbackKind::service, first, second, repeats);
       break;
     case Ros2Event::client_init:
       directory.add_client(first, second, p.text(2), p.number<Address>(3), repeats);
@@ -108,7 +108,7 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
                           repeats);
       break;
     case Ros2Event::timer_callback:
-      directory.add_handle_callback(CallbackKind::timer, first, second);
+      directory.add_handle_callback(CallbackKind::timer, first, second, repeats);
       break;
     case Ros2Event::timer_node:
       directory.link_timer(first, second);

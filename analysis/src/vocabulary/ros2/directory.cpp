@@ -182,7 +182,8 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
   const auto bound = bindings_.find(callback);
   if (repeats && bound != bindings_.end() && bound->second.object == object) return;
   forget(callback);
-  auto& binding = bindings_[callback] = Binding{.object = object};
+  auto* ran = repeats ? unnamed(callback) : nullptr;
+  auto& binding = bindings_[callback] = Binding{.object = object, .callback = ran};
   const auto known = objects_.find(object);
   if (known != objects_.end() && !known->second.has_callback) {
     known->second.has_callback = true;
@@ -194,13 +195,15 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
   waiting_[object].push_back(callback);
 }
 
-void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback) {
+void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback,
+                                    bool repeats) {
   auto& binding = bindings_[callback];
   const auto entity = entities_.find(handle);
   const bool is_same = binding.callback != nullptr && entity != entities_.end() &&
                        entity->second.callback == binding.callback;
   if (is_same) return;
-  binding = Binding{};
+  auto* ran = repeats ? unnamed(callback) : nullptr;
+  binding = Binding{.callback = ran};
   auto& of_handle = entities_[handle];
   of_handle.kind = kind;
   bind(callback, binding, handle);
@@ -282,6 +285,13 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
   auto& callback = *entity.callback;
   if (callback.symbol.empty()) callback.symbol = binding.symbol;
   describe(callback, entity);
+}
+
+Callback* Directory::unnamed(Address address) const {
+  const auto found = bindings_.find(address);
+  if (found == bindings_.end()) return nullptr;
+  auto* callback = found->second.callback;
+  return callback != nullptr && !callback->kind ? callback : nullptr;
 }
 
 Callback& Directory::find_callback(Address address) {

@@ -93,7 +93,7 @@ class Directory {
   void link_timer(Address handle, Address node);
   void add_object(Address subscription_handle, Address object);
   void add_object_callback(Address object, Address callback, bool repeats);
-  void add_handle_callback(CallbackKind kind, Address handle, Address callback);
+  void add_handle_callback(CallbackKind kind, Address handle, Address callback, bool repeats);
   void add_symbol(Address callback, std::string_view symbol);
   void add_group(Address group, std::string_view type);
   void join_group(Address group, Address handle);
@@ -183,6 +183,9 @@ class Directory {
   // Before it stands for something else.
   void forget(Address address) noexcept { asked_[place(address)] = {}; }
   Callback& find_callback(Address address);
+  // What ran there before anything was said of the address: a tracer that repeats tells of it now.
+  // Null: nothing did.
+  Callback* unnamed(Address address) const;
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Address address, Binding& binding, Address handle);
   void hide(Entity& entity, Hidden hidden);

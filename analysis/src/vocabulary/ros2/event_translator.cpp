@@ -318,6 +318,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       of_process.tid.reset();
       tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
+  if (repeats) process.is_repeated = true;
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
       if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
       if (const auto version = p.text(1); !version.empty() && !is_own) {
@@ -414,6 +415,7 @@ void EventTranslator::finish(EventBatch& batch) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
       const auto& [time, stream, tid] = process.last;
+      process.is_repeated = false;  // nothing more will be
       EventHead head{.time = time, .stream = stream, .cpu = {}, .pid = pid, .tid = {}};
       if (tid != LastEvent::kNoThread) head.tid = tid;
       for (auto& callback : process.directory.callbacks())

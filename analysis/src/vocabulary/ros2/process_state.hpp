@@ -114,6 +114,7 @@ struct Process {
   std::unordered_map<Address, std::string> services{};   // names, by rmw handle
   std::map<CallKey, RunningCallback> served{};           // by whom, until they respond
   bool has_spoken = false;                               // in ROS 2's words
+  bool is_repeated = false;     // what was made before is told while it runs, part by part
   bool has_own_events = false;  // this project's, which say more and are numbered
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
   std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
