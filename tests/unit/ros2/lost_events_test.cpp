@@ -80,6 +80,19 @@ TEST(Ros2Losses, MeanwhileNothingIsPairedAcrossStreams) {
   EXPECT_EQ(callback.duration->max, 100);
 }
 
+// It was there and came back: what began before may have ended there, and another one begun.
+TEST(Ros2Losses, NorAcrossAStreamThatTheThreadWasInMeanwhile) {
+  const auto result = result_of(R"(
+    1000 lost until=9000
+    1400 callback_start callback=0x51
+    3000 rmw_take rmw_subscription_handle=0xa1 message=0x8 source_timestamp=1000500 taken=1 stream=2
+    7000 callback_end callback=0x51
+    8000 callback_start callback=0x51
+    8100 callback_end callback=0x51
+  )");
+  EXPECT_EQ(result.callback(kTaker).duration->max, 100);
+}
+
 // Runs are counted as they come: numbers in a row do not say that none was between.
 TEST(Ros2Losses, ArrivalsBeforeAndAfterOneAreNotInARow) {
   std::string events = R"(

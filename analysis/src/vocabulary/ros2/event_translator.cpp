@@ -156,6 +156,11 @@ void EventTranslator::end_losses(Host& host, Timestamp now) {
   forget_what_runs(host);
 }
 
+// To another CPU, and perhaps back: where it goes on, its end and another start may be lost.
+void EventTranslator::move(const EventHead& head, ros2::Thread& thread) {
+  if (!thread.open.empty() && thread.open.back().stream != head.stream) thread.open.clear();
+}
+
 void EventTranslator::forget_what_runs(Host& host) {
   for (auto& [pid, process] : host.processes) {
     for (auto& [tid, thread] : process.threads)
@@ -238,6 +243,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   process.last.time = head.time;
   process.last.stream = head.stream;
   process.last.tid = emitting.tid;
+  if (host.is_losing()) [[unlikely]]
+    move(head, *emitting.thread);
   const bool has_spoken = std::exchange(process.has_spoken, true);
   const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,
@@ -246,7 +253,6 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                   .process = process,
                   .thread = *emitting.thread,
                   .sink = sink,
-                  .is_losing = host.is_losing(),
                   .realtime_ahead = host.realtime_ahead};
   if (run(ros2_event, fields, context)) {
     if (ros2_event == Ros2Event::callback_start) {
@@ -303,8 +309,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
                                 Context context) {
-  const auto& [head, realtime, before, process_of_event, thread_of_event, sink, is_losing,
-               realtime_ahead] = context;
+  const auto& [head, realtime, before, process_of_event, thread_of_event, sink, realtime_ahead] =
+      context;
   auto& process = context.process;
   const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
@@ -312,13 +318,13 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
   const bool repeats = (kind & ros2::kRepeats) != 0;
+  if (repeats) process.is_repeated = true;
   switch (event) {
     case Ros2Event::begin: {
       auto of_process = head;  // its thread need not run any callback
       of_process.tid.reset();
       tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
-  if (repeats) process.is_repeated = true;
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
       if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
       if (const auto version = p.text(1); !version.empty() && !is_own) {
@@ -358,7 +364,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
                                                           const Payload& p, Context& context) {
-  auto& [head, realtime, before, process, thread, sink, is_losing, realtime_ahead] = context;
+  auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
   const auto seq = callback.next_seq++;
   Taken message;
   const bool may_have_taken = !thread.taken.is_empty() || !thread.dequeued.is_empty() ||
@@ -388,16 +394,11 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
 }
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
-  auto& [head, realtime, before, process, thread, sink, is_losing, realtime_ahead] = context;
+  auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
   thread.handed_over = {};
   auto found = thread.open.rbegin();  // most often it is this one
   while (found != thread.open.rend() && found->address != address)
     ++found;
-  // Of a thread that goes on in another stream meanwhile, its end and another start may be lost.
-  if (is_losing && found != thread.open.rend() && found->stream != head.stream) {
-    thread.open.clear();
-    found = thread.open.rend();
-  }
   const auto is_open = found != thread.open.rend();
   auto& callback = is_open ? *found->callback : process.directory.callback(address);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
@@ -414,8 +415,8 @@ void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
-      const auto& [time, stream, tid] = process.last;
       process.is_repeated = false;  // nothing more will be
+      const auto& [time, stream, tid] = process.last;
       EventHead head{.time = time, .stream = stream, .cpu = {}, .pid = pid, .tid = {}};
       if (tid != LastEvent::kNoThread) head.tid = tid;
       for (auto& callback : process.directory.callbacks())

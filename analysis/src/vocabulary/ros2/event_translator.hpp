@@ -86,6 +86,8 @@ class EventTranslator final : public Translator {
   void lose(const EventHead& head, Timestamp until);
   static void end_losses(Host& host, Timestamp now);
   static void forget_what_runs(Host& host);
+  // Events are being lost: in whichever stream the thread goes on.
+  static void move(const EventHead& head, ros2::Thread& thread);
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);

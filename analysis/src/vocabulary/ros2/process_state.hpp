@@ -130,7 +130,6 @@ struct Context {
   Process& process;
   Thread& thread;
   const EventSink& sink;
-  bool is_losing;                // events of the host are being lost
   std::int64_t& realtime_ahead;  // of its host, see Publications::note_clock
 };
 
