@@ -8,6 +8,7 @@ namespace cie::test {
 namespace {
 
 using testing::ElementsAre;
+using testing::UnorderedElementsAre;
 
 constexpr const char* kTimerAndNode = R"(
   0 rcl_node_init node_handle=0x10 node_name=talker namespace=/demo
@@ -258,6 +259,26 @@ TEST(Ros2Identity, WhatRanBeforeItIsNamedIsTheSameCallback) {
     40 callback_start callback=0x51
     44 callback_end callback=0x51)");
   EXPECT_EQ(result.durations(), "/n@Timer(1000): 3 of 2 to 6\n/n@Subscription(/t): 2 of 3 to 4\n");
+}
+
+TEST(Ros2Identity, OneThatIsNamedAfterAnotherOfItsIdIsToldApart) {
+  const auto result = analyze_ros2(R"(
+    10 callback_start callback=0x31
+    15 callback_end callback=0x31
+    20 ros2_caret:rcl_node_init node_handle=0x10 node_name=n namespace=/
+    21 ros2_caret:rcl_timer_init timer_handle=0x20 period=1000
+    21 ros2_caret:rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    21 ros2_caret:rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    22 callback_start tid=2 callback=0x30
+    25 callback_end tid=2 callback=0x30
+    31 ros2_caret:rcl_timer_init timer_handle=0x21 period=1000
+    31 ros2_caret:rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+    31 ros2_caret:rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+    40 callback_start callback=0x31
+    47 callback_end callback=0x31)");
+  EXPECT_THAT(result.logical_ids(), UnorderedElementsAre("/n@Timer(1000)", "/n@Timer(1000)#2"));
+  EXPECT_EQ(result.callback("/n@Timer(1000)#2").instances, 2U);
+  EXPECT_EQ(result.verdict("M7"), analysis::Verdict::pass);
 }
 
 // Of one that is made where an unnamed one lay this tells nothing.

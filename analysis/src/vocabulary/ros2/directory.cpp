@@ -279,6 +279,7 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
   forget(address);
   auto& entity = entities_[handle];
   if (entity.callback == nullptr) {
+    names_late_ = names_late_ || binding.callback != nullptr;
     entity.callback = binding.callback != nullptr ? binding.callback : &new_callback();
   }
   binding.callback = entity.callback;
@@ -331,18 +332,29 @@ std::string Directory::plain_id(const Callback& callback) const {
                          is_timer ? std::to_string(callback.period_ns) : source);
 }
 
-std::string Directory::logical_id(const Callback& callback) const {
+std::string Directory::logical_id(Callback& callback) const {
   auto text = plain_id(callback);
   const auto node = node_name(callback);  // several nodes may have it
-  std::size_t same = 1;
+  const auto has_same_id = [&](const Callback& other) {
+    return other.kind == callback.kind && other.period_ns == callback.period_ns &&
+           other.source == callback.source && node_name(other) == node;
+  };
+  std::uint32_t number = 1;
+  std::vector<std::uint32_t> told;
+  bool is_earlier = true;
   for (const auto& other : callbacks_) {
-    if (&other == &callback) break;
-    if (other.kind == callback.kind && other.period_ns == callback.period_ns &&
-        other.source == callback.source && node_name(other) == node) {
-      ++same;
+    if (&other == &callback) {
+      if (!names_late_) break;
+      is_earlier = false;  // a later one may have been told first
+    } else if (has_same_id(other)) {
+      if (is_earlier) ++number;
+      if (other.number != 0) told.push_back(other.number);
     }
   }
-  if (same > 1) text += "#" + std::to_string(same);
+  while (std::ranges::find(told, number) != told.end())
+    ++number;
+  callback.number = number;
+  if (number > 1) text += "#" + std::to_string(number);
   return text;
 }
 

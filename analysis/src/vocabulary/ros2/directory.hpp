@@ -51,6 +51,7 @@ struct Callback {
   CallbackId id{};
   std::optional<CallbackKind> kind{};  // empty: made before the recording began
   bool is_told = false;
+  std::uint32_t number = 0;  // among those of its logical id; 0: not told yet
   std::uint64_t next_seq = 0;
   Address rmw_subscription = 0;  // rmw's handle; 0: it has none, or that is not told
   std::optional<NodeId> node{};
@@ -138,7 +139,8 @@ class Directory {
   std::optional<GroupId> group(Address address) const;
 
   // `<node>@Subscription(<topic>)`, with #2, #3, … for those of the same name made later.
-  std::string logical_id(const Callback& callback) const;
+  // Asked for once, when the callback is told.
+  std::string logical_id(Callback& callback) const;
 
  private:
   // What a handle stands for: how its callback will be described.
@@ -216,6 +218,7 @@ class Directory {
   std::unordered_map<Address, Address> objects_of_buffers_;
   std::unordered_map<Address, Address> subscriptions_of_objects_;
   bool links_timers_ = false;  // the tracer tells whose timers are
+  bool names_late_ = false;    // callbacks ran before they were named
 };
 
 }  // namespace cie::analysis::ros2
