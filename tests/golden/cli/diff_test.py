@@ -18,7 +18,9 @@ class Diff(Folder):
         for inputs in ((TRACE, TRACE), (self.report("a.json"), self.report("b.json"))):
             done = cie("diff", *inputs)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn(b"No regression", done.stdout)
+            # Its callbacks ran up to 16 times: too seldom to tell anything from chance.
+            self.assertTrue(done.stdout.startswith(b"Times undecided: of 48 quantiles none is certain; no other regression\n"),
+                            done.stdout)
 
     def test_a_file_that_is_no_report_is_refused_in_words(self):
         for content, why in ((b"no json", b"is neither a recording nor a report: parse error at line 1"),

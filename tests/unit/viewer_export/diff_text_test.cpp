@@ -246,6 +246,29 @@ TEST(DiffText, SaysThatThereIsNothingToCompare) {
               StartsWith("Nothing to compare: no callback ran before and after\n"));
 }
 
+TEST(DiffText, SaysFirstThatNoTimeIsDecided) {
+  auto change = with_deadline(2'000'000, 3, 0);
+  change.quantities.front().change = Change::undecided;
+  EXPECT_THAT(
+      diff_text_of({change}),
+      StartsWith("Times undecided: of 1 quantile none is certain; no other regression\n"
+                 "Late: 3 of 100 runs before, 0 of 100 after; 1 callback has a deadline\n"));
+  change.quantities.clear();
+  EXPECT_THAT(
+      diff_text_of({change}),
+      StartsWith("Times undecided: none was measured on both sides; no other regression\n"));
+  change.missed = Change::better;
+  EXPECT_THAT(diff_text_of({change}),
+              testing::ContainsRegex("^Late: [^\n]*\nNo regression; better"));
+}
+
+TEST(DiffText, SaysBeforeLateRunsThatRecordsDoNotDecide) {
+  auto comparison = comparison_of({with_deadline(2'000'000, 3, 0)});
+  comparison.after.losses = {{analysis::DefectKind::seq_gaps, 5}};
+  EXPECT_THAT(diff_text_of(comparison),
+              StartsWith("Undecided: no regression in what was recorded"));
+}
+
 TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
   auto change = kSame;
   change.missed_before = 0;

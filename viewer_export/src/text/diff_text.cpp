@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -363,6 +364,22 @@ std::string tally_words(const std::vector<CallbackChange>& changes) {
   return text + ".\n";
 }
 
+// Empty if something is better, or of some quantile it is certain how it changed or that it did not.
+std::string undecided_times(const std::vector<CallbackChange>& changes) {
+  const auto has_certain = [](const CallbackChange& change) {
+    return is_better(change) ||
+           std::ranges::any_of(change.quantities, is_certain, &QuantityChange::change);
+  };
+  if (tally_of(changes).within > 0 || std::ranges::any_of(changes, has_certain)) return {};
+  const auto quantiles = std::accumulate(
+      changes.begin(), changes.end(), std::size_t{0},
+      [](auto sum, const CallbackChange& change) { return sum + change.quantities.size(); });
+  const auto why = quantiles == 0
+                       ? std::string("none was measured on both sides")
+                       : fmt::format("of {} none is certain", counted(quantiles, "quantile"));
+  return "Times undecided: " + why + "; no other regression";
+}
+
 // "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %".
 std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
                           const TextStyle& style) {
@@ -383,6 +400,8 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
     case analysis::Outcome::nothing_compared:
       return paint("Nothing to compare: no callback ran before and after", Look::doubtful, style);
     case analysis::Outcome::no_regression:
+      if (const auto times = undecided_times(changes); !times.empty())
+        return paint(times, Look::doubtful, style);
       text = is_whole ? paint("No regression", Look::good, style)
                       : paint("No regression in what was recorded", Look::good, style);
       break;
@@ -393,6 +412,13 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
     text += "; " + paint("better: " + of, Look::good, style);
   }
   return text + fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+}
+
+bool is_decided(const analysis::Comparison& comparison) {
+  const auto outcome = comparison.outcome();
+  return outcome == analysis::Outcome::regression ||
+         (outcome == analysis::Outcome::no_regression &&
+          undecided_times(comparison.callbacks).empty());
 }
 
 }  // namespace
@@ -422,8 +448,9 @@ void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
       out << line << '\n';
   };
   const auto urgent = with_deadline(changes);
-  if (!urgent.empty()) out << lateness_words(urgent, style);
-  out << outcome_words(comparison, context.tolerance, style) << '\n';
+  const auto outcome = outcome_words(comparison, context.tolerance, style) + '\n';
+  const auto lateness = urgent.empty() ? std::string() : lateness_words(urgent, style);
+  out << (is_decided(comparison) ? lateness + outcome : outcome + lateness);
   print(record_lines(comparison, style));
   out << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context))
       << other_deadlines(changes);
