@@ -71,6 +71,7 @@ int analyze_command(const Arguments& arguments) {
                                              text_style(output));
     output.commit();
   } else {
+    tell_of_damage(result.report);
     write_data(output, [&](std::ostream& out) {
       viewer_export::write_schedulability_json(out, schedulability, result.report);
     });

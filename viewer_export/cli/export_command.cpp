@@ -54,6 +54,7 @@ int export_graph(const std::vector<std::filesystem::path>& traces,
                  const std::string& target) {
   auto output = open_output(target);
   const auto& result = analyze_until_exit(traces, options, bar);
+  tell_of_damage(result.report);
   std::ostringstream dot;
   viewer_export::write_graph_dot(dot, result.report);
   const auto graph = is_drawn ? svg_of(dot.str()) : dot.str();

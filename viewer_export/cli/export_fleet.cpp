@@ -54,6 +54,7 @@ int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions 
                                           viewer_export::InstanceWriter::kRowsInMemory,
                                           viewer_export::InstanceOrder::by_process);
   const auto& result = analyze_until_exit(traces, options, bar, &instances);
+  tell_of_damage(result.report);
   const auto recording = viewer_export::identify(result.report, std::move(labels));
   instances.show_progress(bar.begin("writing", ProgressUnit::instances));
   const viewer_export::OpenFile open = [](const fs::path& path) { return open_output(path); };

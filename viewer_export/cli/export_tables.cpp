@@ -29,6 +29,7 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
   viewer_export::InstanceWriter instances(spill_directory(target));
   const auto& result =
       analyze_until_exit(traces, options, bar, has_instances ? &instances : nullptr);
+  tell_of_damage(result.report);
   instances.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) {
     if (is_database) {

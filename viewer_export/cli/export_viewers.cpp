@@ -41,6 +41,7 @@ void export_perfetto(const std::vector<std::filesystem::path>& traces,
   viewer_export::PerfettoExport perfetto(
       {.gzip = request.is_compressed, .spill_directory = spill_directory(request.target)});
   const auto& result = analyze_until_exit(traces, options, bar, &perfetto);
+  tell_of_damage(result.report);
   perfetto.show_progress(begin_writing(bar, output));
   const auto counts = perfetto.write(output.stream(), result);
   output.commit();
@@ -60,6 +61,7 @@ void export_other(const std::vector<std::filesystem::path>& traces,
   const auto viewer = viewer_export::make_viewer_export(
       request.viewer, {.spill_directory = spill_directory(request.target)});
   const auto& result = analyze_until_exit(traces, options, bar, viewer.get());
+  tell_of_damage(result.report);
   viewer->show_progress(begin_writing(bar, output));
   viewer_export::ViewerCounts counts;
   if (request.is_compressed) {

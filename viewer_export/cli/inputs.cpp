@@ -1,16 +1,14 @@
 #include "inputs.hpp"
 
 #include <cie/tracepoints/recording_manifest.hpp>
-#include <cie/tracepoints/utf8.hpp>
 
+#include "output.hpp"
+#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 
-#include <cstdio>
 #include <memory>
 #include <system_error>
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace cie::cli {
 namespace {
@@ -27,10 +25,9 @@ void tell_of_recorders(const std::vector<std::filesystem::path>& traces) {
   for (const auto& trace : traces) {
     std::error_code ignored;
     if (std::filesystem::exists(trace / kRecordingClaimName, ignored)) {
-      fmt::print(stderr,
-                 "cie: {} is still being recorded, or its recorder was killed: what follows is of "
-                 "what was written so far\n",
-                 printable(trace.string()));
+      tell(trace.string() +
+           " is still being recorded, or its recorder was killed: what follows is of what was "
+           "written so far");
     }
   }
 }
@@ -57,6 +54,14 @@ Arguments ReaderOption::arguments() const {
   Arguments arguments;
   if (!metadata_.empty()) arguments.insert(arguments.end(), {"--metadata", metadata_});
   return arguments;
+}
+
+void tell_of_damage(const analysis::Report& report) {
+  const auto damages = viewer_export::damages_of(report, "...");
+  for (const auto& damage : damages)
+    tell(damage);
+  if (damages.empty() && viewer_export::is_complete(report) == false)
+    tell("the recording is NOT complete: see rules T2 to T4 of cie verify");
 }
 
 std::string input_arguments(const std::vector<std::filesystem::path>& traces,

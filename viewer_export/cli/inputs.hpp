@@ -59,4 +59,7 @@ analysis::AnalysisResult& analyze_until_exit(const std::vector<std::filesystem::
                                              ProgressBar& bar,
                                              analysis::Observer* observer = nullptr);
 
+// Says on standard error what the recording lacks, for output that has no place for it.
+void tell_of_damage(const analysis::Report& report);
+
 }  // namespace cie::cli

@@ -46,6 +46,7 @@ int instances_command(const Arguments& arguments) {
   ProgressBar bar(reader.is_progress_wanted());
   const auto& result =
       analyze_until_exit(traces, {.metadata_from = reader.metadata()}, bar, &writer);
+  tell_of_damage(result.report);
   writer.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) { writer.write(out, table_format, result.report); });
   return ok;

@@ -8,6 +8,7 @@
 #include <clocale>
 #include <csignal>
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -17,6 +18,7 @@
 #include <string_view>
 #include <system_error>
 
+#include <fmt/format.h>
 #include <langinfo.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -159,6 +161,16 @@ void write_data(OutputFile& output, const std::function<void(std::ostream&)>& wr
     write(output.stream());
   }
   output.commit();
+}
+
+void tell(std::string_view text) {
+  const auto line = "cie: " + printable(text);
+  if (::isatty(STDERR_FILENO) == 0) {
+    fmt::print(stderr, "{}\n", line);
+    return;
+  }
+  for (const auto& part : viewer_export::wrap(line, terminal_columns(STDERR_FILENO)))
+    fmt::print(stderr, "{}\n", part);
 }
 
 analysis::Progress* begin_writing(ProgressBar& bar, const OutputFile& output) {

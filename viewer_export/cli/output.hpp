@@ -10,6 +10,7 @@
 #include <functional>
 #include <ostream>
 #include <string>
+#include <string_view>
 
 namespace cie::cli {
 
@@ -32,6 +33,9 @@ viewer_export::TextStyle screen_style(const viewer_export::OutputFile& output);
 // Calls write(stream) and commits. On a terminal control characters of the data are made visible;
 // a file or a pipe gets the data as they are.
 void write_data(viewer_export::OutputFile& output, const std::function<void(std::ostream&)>& write);
+
+// "cie: " and the text on standard error, on lines as wide as it is if that is a terminal.
+void tell(std::string_view text);
 
 // Where to count the instances written to `output`; null if nothing is drawn: `output` may be the
 // terminal itself.

@@ -108,6 +108,7 @@ int report_command(const Arguments& arguments) {
       page.write(out, result, options.spec, input, expected == "isolated");
     });
   } else {
+    if (format == "csv") tell_of_damage(result.report);
     write_data(output, [&](std::ostream& out) {
       (format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(
           out, result.report);

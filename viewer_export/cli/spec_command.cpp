@@ -45,6 +45,7 @@ void write_template(const std::string& trace, const std::string& target) {
   auto output = open_output(target);
   ProgressBar bar(true);
   const auto& result = analyze_until_exit({trace}, {}, bar);
+  tell_of_damage(result.report);
   write_spec_template(output.stream(), result.report);
   output.commit();
 }

@@ -3,6 +3,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -258,6 +259,14 @@ void write_workers(std::ostream& out, const Report& report, std::string_view sec
   }
 }
 
+void write_damages(std::ostream& out, const Report& report) {
+  constexpr std::size_t kColumns = 78;
+  for (const auto& damage : viewer_export::damages_of(report, "...")) {
+    for (const auto& part : viewer_export::wrap(damage, kColumns))
+      out << "# " << part << '\n';
+  }
+}
+
 }  // namespace
 
 void write_spec_template(std::ostream& out, const Report& report) {
@@ -265,6 +274,7 @@ void write_spec_template(std::ostream& out, const Report& report) {
          "nanoseconds.\n"
          "# What was seen is no bound: add response_deadline, wcet, min_inter_arrival and\n"
          "# max_inter_arrival where they are meant to be kept, and chains.\n";
+  write_damages(out, report);
   write_callbacks(out, report);
   write_workers(out, report, "dds_threads", true);
   write_workers(out, report, "non_ros_threads", false);

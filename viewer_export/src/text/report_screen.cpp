@@ -121,7 +121,7 @@ class ReportScreen {
   Lines lines() const {
     auto lines = head();
     append(lines, paragraph("  ", recorded(), 3, style_));
-    append(lines, remarks(judged_, defects(), style_));
+    append(lines, remarks(judged_, damages_of(report_, gap_), style_));
     if (report_.callbacks.empty()) {
       append(lines,
              {"  No callback was seen: the trace holds no callback_init or callback_start event.",
@@ -165,24 +165,6 @@ class ReportScreen {
     if (!report_.callbacks.empty() && !is_whole) text += "; whether it is complete is not known";
     if (!report_.callbacks.empty() && is_whole == false) text += "; NOT complete";
     return text;
-  }
-
-  Lines defects() const {
-    constexpr std::size_t kMost = 2;
-    Lines lines;
-    for (const auto severity : {analysis::Severity::error, analysis::Severity::loss}) {
-      for (const auto& defect : report_.defects) {
-        if (defect.severity != severity) continue;
-        lines.push_back(fmt::format("{} x {}: {}", analysis::label(defect.kind), defect.count,
-                                    printable(defect.advice)));
-      }
-    }
-    if (lines.size() > kMost) {
-      const auto more = lines.size() - kMost + 1;
-      lines.resize(kMost - 1);
-      lines.push_back(fmt::format("{} {}", gap_, counted(more, "more defect")));
-    }
-    return lines;
   }
 
   enum class Extra : std::uint8_t { at_most, missed, own_thread, start_latency, execution };

@@ -1,6 +1,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/viewer_export/schedulability_writers.hpp>
 
+#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -192,6 +193,16 @@ std::string undecided(const SchedulabilityReport& report, const TextStyle& style
   return text;
 }
 
+// What C and T may lack.
+std::string damages(const analysis::Report& report, const TextStyle& style) {
+  std::string text;
+  for (const auto& damage : damages_of(report, gap(style))) {
+    for (const auto& part : wrap(damage, style.columns))
+      text += paint(part, Look::doubtful, style) + '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 void write_schedulability_text(std::ostream& out, const SchedulabilityReport& report,
@@ -211,7 +222,7 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
                                        : Look::good,
                style)
       << '\n'
-      << undecided(report, style) << '\n'
+      << undecided(report, style) << damages(of, style) << '\n'
       << table(report, titles, style) << '\n'
       << processors(report) << above_the_bound(report, titles, style)
       << without_bound(report, titles, style) << notes(report);

@@ -83,4 +83,22 @@ std::optional<bool> is_complete(const analysis::Report& report) {
   return is_known ? std::optional(false) : std::nullopt;
 }
 
+std::vector<std::string> damages_of(const analysis::Report& report, std::string_view gap) {
+  constexpr std::size_t kMost = 2;
+  std::vector<std::string> damages;
+  for (const auto severity : {analysis::Severity::error, analysis::Severity::loss}) {
+    for (const auto& defect : report.defects) {
+      if (defect.severity != severity) continue;
+      damages.push_back(fmt::format("{} x {}: {}", analysis::label(defect.kind), defect.count,
+                                    printable(defect.advice)));
+    }
+  }
+  if (damages.size() > kMost) {
+    const auto more = damages.size() - kMost + 1;
+    damages.resize(kMost - 1);
+    damages.push_back(fmt::format("{} {}", gap, counted(more, "more defect")));
+  }
+  return damages;
+}
+
 }  // namespace cie::viewer_export

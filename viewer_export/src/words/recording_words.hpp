@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -20,5 +21,9 @@ std::string length_of(const analysis::Report& report, std::size_t named);
 
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);
+
+// "seq-gaps x 5: " and what that means: errors of the trace, then losses. Of more than two, the
+// gravest and how many more there are.
+std::vector<std::string> damages_of(const analysis::Report& report, std::string_view gap);
 
 }  // namespace cie::viewer_export
