@@ -45,29 +45,42 @@ EventFormat format_of(const std::string& name) {
 // The names of classes that are wanted, and what became of them.
 class NameChoice {
  public:
-  explicit NameChoice(const std::vector<std::string>& globs) : globs_(globs) {}
+  explicit NameChoice(const std::vector<std::string>& globs)
+      : globs_(globs), has_class_(globs.size(), false) {}
 
   bool wants(std::string_view name) {
-    names_.emplace_back(name);
-    const auto& word = names_.back();
-    const bool is_wanted =
-        globs_.empty() || std::ranges::any_of(globs_, [&word](const std::string& glob) {
-          return ::fnmatch(glob.c_str(), word.c_str(), 0) == 0;
-        });
-    has_any_ = has_any_ || is_wanted;
+    const auto& word = names_.emplace_back(name);
+    bool is_wanted = globs_.empty();
+    for (std::size_t i = 0; i < globs_.size(); ++i) {
+      if (::fnmatch(globs_[i].c_str(), word.c_str(), 0) != 0) continue;
+      has_class_[i] = true;
+      is_wanted = true;
+    }
     return is_wanted;
   }
-  // Empty if some class was wanted.
-  std::string complaint() const {
-    if (has_any_ || globs_.empty()) return {};
-    return fmt::format("no class of events is called \"{}\"{}", globs_.front(),
-                       did_you_mean(globs_.front(), names_));
+  // Of each name that there is nothing of. `has_event`: an event was wanted and there.
+  std::vector<std::string> complaints(bool has_event) const {
+    std::vector<std::string> complaints;
+    for (std::size_t i = 0; i < globs_.size(); ++i) {
+      if (has_class_[i] && has_event) continue;
+      if (has_class_[i]) {
+        complaints.push_back(
+            fmt::format("no event called \"{}\" was recorded{}", globs_[i], kHint));
+        continue;
+      }
+      const auto likely = did_you_mean(globs_[i], names_);
+      complaints.push_back(fmt::format("no class of events is called \"{}\"{}", globs_[i],
+                                       likely.empty() ? kHint : likely));
+    }
+    return complaints;
   }
 
  private:
+  static constexpr std::string_view kHint = "; --count in place of --name lists what there is";
+
   const std::vector<std::string>& globs_;
+  std::vector<bool> has_class_;  // by glob
   std::vector<std::string> names_;
-  bool has_any_ = false;
 };
 
 // "3 events lost by the tracer, 1 place that cannot be read"; nothing if all is there.
@@ -82,10 +95,6 @@ std::string told(const analysis::MissingEvents& missing) {
   add(missing.damaged, "place", " that cannot be read");
   add(missing.foreign, "stream", " read with other metadata");
   return text;
-}
-
-void complain(const std::string& text) {
-  if (!text.empty()) fmt::print(stderr, "cie: {}\n", printable(text));
 }
 
 }  // namespace
@@ -120,8 +129,8 @@ int events_command(const Arguments& arguments) {
       .metadata_from = reader.metadata(),
       .progress = bar.begin("reading", ProgressUnit::bytes)};
   analysis::MissingEvents missing;
+  bool has_event = false;
   write_data(output, [&](std::ostream& out) {
-    bool has_event = false;
     const auto read_into = [&](const auto& use) {
       missing = analysis::read_recorded_events(traces, options, [&](const auto& event) {
         has_event = true;
@@ -139,8 +148,9 @@ int events_command(const Arguments& arguments) {
       read_into([&writer](const auto& event) { writer.write(event); });
     }
   });
-  complain(names.complaint());
-  if (!reader.is_quiet()) complain(told(missing));
+  for (const auto& complaint : names.complaints(has_event))
+    tell(complaint);
+  if (const auto text = told(missing); !reader.is_quiet() && !text.empty()) tell(text);
   return ok;
 }
 

@@ -99,6 +99,14 @@ class Output(unittest.TestCase):
         self.assertIn('no class of events is called "cie:callbck_start"', err)
         self.assertIn("cie:callback_start", err)
 
+    def test_each_name_that_there_is_nothing_of_is_told(self):
+        for count in ((), ("--count",)):
+            err = events(TRACE, "--name", "cie:run_begin", "--name", "nothing", *count)[2]
+            self.assertEqual(err, 'cie: no class of events is called "nothing"; --count in place of --name lists what there is\n')
+        # Of a class that the metadata names nothing need have been recorded.
+        err = events(TRACE, "--window", "..+1us", "--name", "cie:run_end")[2]
+        self.assertEqual(err, 'cie: no event called "cie:run_end" was recorded; --count in place of --name lists what there is\n')
+
     def test_what_is_missing_is_told(self):
         code, out, err = events(GOLDEN / "salvage" / "recording")
         self.assertEqual(code, 0)
