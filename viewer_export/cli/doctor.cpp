@@ -1,5 +1,6 @@
 #include "doctor.hpp"
 
+#include <cie/analysis/analyzer.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include <algorithm>
@@ -287,6 +288,7 @@ Finding examine_kernel_trial(const std::string& trial, const Finding& promised) 
 namespace {
 
 RecordingManifest manifest_of(const fs::path& recording) {
+  analysis::require_trace_directory(recording);
   try {
     if (auto manifest = load_recording_manifest(recording)) return *std::move(manifest);
   } catch (const ManifestError& error) {

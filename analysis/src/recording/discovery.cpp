@@ -33,11 +33,11 @@ std::string why_there_is_none(const std::filesystem::path& directory) {
 
 }  // namespace
 
-std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path) {
+void require_trace_directory(const std::filesystem::path& trace) {
   namespace fs = std::filesystem;
-  const auto shown = path.string();
+  const auto shown = trace.string();
   std::error_code error;
-  const auto status = fs::status(path, error);
+  const auto status = fs::status(trace, error);
   if (!fs::exists(status)) {
     throw UnreadableTrace("cannot read trace " + shown + ": " +
                           (error ? error.message() : "no such file or directory") +
@@ -47,6 +47,13 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
     throw UnreadableTrace("cannot read trace " + shown +
                           ": not a directory; name the directory that holds the trace");
   }
+}
+
+std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  require_trace_directory(path);
+  const auto shown = path.string();
+  std::error_code error;
   std::vector<fs::path> found;
   const auto take = [&found](const fs::path& directory) {
     std::error_code ignored;

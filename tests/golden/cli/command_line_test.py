@@ -317,6 +317,9 @@ class Doctor(Folder):
 
     def test_what_is_no_recording_is_an_error(self):
         self.assertEqual(cie("doctor", "--trace", self.folder).returncode, 4)
+        for path in (self.path("nowhere"), self.write("file", b"")):
+            done = cie("doctor", "--trace", path)
+            self.assertEqual((done.returncode, done.stderr), (4, cie("report", path).stderr))
 
 
 class OtherPrograms(Folder):

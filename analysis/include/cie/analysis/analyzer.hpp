@@ -107,6 +107,9 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
 AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options);
 
+// Throws UnreadableTrace unless the trace is a directory.
+void require_trace_directory(const std::filesystem::path& trace);
+
 // What the recording covers: the window of its report, without the analysis. Reads all of it. Empty
 // without packets. Throws UnreadableTrace.
 std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,
