@@ -8,7 +8,7 @@ export const percent = x =>
 export const time = ns => {
   if (ns === null || ns === undefined) return "\u2013";
   const size = Math.abs(ns);
-  const [unit, name] = size < 1e3 ? [1, "ns"] : size < 1e6 ? [1e3, "\u00b5s"] : size < 1e9 ? [1e6, "ms"] : [1e9, "s"];
+  const [unit, name] = size < 1e3 ? [1, "ns"] : size < 1e6 ? [1e3, "us"] : size < 1e9 ? [1e6, "ms"] : [1e9, "s"];
   return `${unit === 1 ? String(Math.round(ns)) : (ns / unit).toPrecision(4)}\u202f${name}`;
 };
 // Without the zeros that say how exact it is.

@@ -15,7 +15,7 @@ struct TimerExpiry {
 };
 
 // rcl moves a timer by whole periods: its expiries lie on a grid until somebody resets it. A measured
-// expiry within 20 µs of the grid (or a quarter of the period) is that instant of the grid, so that
+// expiry within 20 us of the grid (or a quarter of the period) is that instant of the grid, so that
 // the error is that of the first measurement for ever; another one begins a new grid.
 class TimerGrid {
  public:

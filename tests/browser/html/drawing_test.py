@@ -145,12 +145,12 @@ class ChainsByStarts(Page):
 
     def test_bounds_stand_where_the_latency_does(self):
         self.drawn(upper=2)
-        self.assertEqual(self.see("#chain-table tbody td")[3:6], ["\u2265 21.00\u202f\u00b5s"] * 3)
+        self.assertEqual(self.see("#chain-table tbody td")[3:6], ["\u2265 21.00\u202fus"] * 3)
         hops = self.see("#chains ~ details tbody tr:first-child td")
-        self.assertEqual(hops[1:7], ["5.000\u202f\u00b5s"] * 3 + ["7.000\u202f\u00b5s"] * 3)
+        self.assertEqual(hops[1:7], ["5.000\u202fus"] * 3 + ["7.000\u202fus"] * 3)
         notes = self.see("#chains ~ details p.soft")
         self.assertEqual(len(notes), 1, "of what is not divided nothing is said: the rows need no release")
-        self.assertIn("at least that from the first start, and at most 40.00\u202f\u00b5s", notes[0])
+        self.assertIn("at least that from the first start, and at most 40.00\u202fus", notes[0])
         self.assertNotIn("not divided", self.see("#chains ~ details td.name"))
 
     def test_without_an_upper_bound_of_every_run_none_is_told(self):
