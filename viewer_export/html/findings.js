@@ -7,6 +7,7 @@ import {
   fullName,
   inWords,
   input,
+  lanes,
   name,
   page,
   report,
@@ -276,9 +277,7 @@ export const rules = () => {
     [
       e.event,
       // An event is of its host's clock, the trace of one of several.
-      report.trace.begin_ns === null || severalHosts
-        ? null
-        : `${time(e.time_ns - report.trace.begin_ns)} into the trace`,
+      lanes.begin_ns === null || severalHosts ? null : `${time(e.time_ns - lanes.begin_ns)} into the trace`,
       e.cpu === null || e.cpu === undefined ? null : `CPU ${e.cpu}`,
       e.tid === null || e.tid === undefined ? null : `thread ${e.tid}`,
     ]

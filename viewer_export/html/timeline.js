@@ -83,6 +83,7 @@ export const timeline = {
       }),
       1,
     );
+    this.zero = (lanes.begin_ns ?? lanes.base_ns) - lanes.base_ns; // also of a report of a window
     this.begin = Math.min(0, ...lanes.lanes.map(l => (l.count ? l.start[0] - (l.wait[0] > 0 ? l.wait[0] : 0) : 0)));
     for (const l of lanes.lanes) {
       l.longest = 0;
@@ -201,7 +202,7 @@ export const timeline = {
   tell(lane, i) {
     const parts = [
       `${lane.title}, run #${count(lane.seq[i])} on thread ${lane.tid(i)}`,
-      `starts ${time(lane.start[i] - this.begin)} into the view`,
+      `starts ${time(lane.start[i] - this.zero)} into the recording`,
     ];
     if (!Number.isNaN(lane.response(i))) parts.push(`response ${time(lane.response(i))}`);
     for (const [what, , ns] of partsOf(lane, i)) parts.push(`${what} ${time(ns)}`);
@@ -287,15 +288,15 @@ export const timeline = {
     const least = 10 ** Math.floor(Math.log10(span / most));
     this.step = [1, 2, 5, 10].map(n => n * least).find(s => span / s <= most);
     g.fillStyle = colour("soft");
-    const firstTick = Math.ceil((this.from - this.begin) / this.step) * this.step + this.begin;
+    const firstTick = Math.ceil((this.from - this.zero) / this.step) * this.step + this.zero;
     for (let t = firstTick; t <= this.to; t += this.step) {
       g.beginPath();
       g.moveTo(X(t), 14);
       g.lineTo(X(t), height);
       g.stroke();
       // Four digits would not tell neighbours apart.
-      const isFine = this.step < (t - this.begin) / 2000 && t !== firstTick;
-      const text = roundTime(isFine ? t - firstTick : t - this.begin);
+      const isFine = this.step < (t - this.zero) / 2000 && t !== firstTick;
+      const text = roundTime(isFine ? t - firstTick : t - this.zero);
       const shown = isFine ? `+${text}` : text;
       if (X(t) + 2 + g.measureText(shown).width <= this.width) g.fillText(shown, X(t) + 2, 11);
     }

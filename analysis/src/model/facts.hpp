@@ -53,6 +53,7 @@ struct Model {
   // have nothing in common.
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
+  std::optional<Timestamp> recording_begin{};  // the same without the window that was asked for
 };
 
 }  // namespace cie::analysis

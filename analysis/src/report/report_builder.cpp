@@ -65,6 +65,7 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   trace.paths = model.paths;
   trace.begin = model.begin;
   trace.end = model.end;
+  trace.recording_begin = model.recording_begin;
   trace.clock_offset_ns = clock_offset_ns(model);
   trace.begin_realtime_ns = begin_realtime_ns(model);
   trace.events = model.events.total;

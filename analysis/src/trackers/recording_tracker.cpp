@@ -252,6 +252,36 @@ bool RecordingTracker::has_foreign_kernel() const {
   });
 }
 
+namespace {
+
+// What channels cover together, on one clock; their hull where that is nothing, as of processes that
+// ran one after the other.
+class CommonWindow {
+ public:
+  void add(Window window, Duration shift) {
+    if (window.begin) {
+      const auto begin = *window.begin + shift;
+      common_.begin = std::max(common_.begin.value_or(begin), begin);
+      hull_.begin = std::min(hull_.begin.value_or(begin), begin);
+    }
+    if (window.end) {
+      const auto end = *window.end + shift;
+      common_.end = std::min(common_.end.value_or(end), end);
+      hull_.end = std::max(hull_.end.value_or(end), end);
+    }
+  }
+  Window result() const {
+    const bool is_common = !common_.begin || !common_.end || *common_.begin <= *common_.end;
+    return is_common ? common_ : hull_;
+  }
+
+ private:
+  Window common_;
+  Window hull_;
+};
+
+}  // namespace
+
 void RecordingTracker::finish() {
   coverage_.finish();
   for (std::size_t i = 0; i < model_.streams.size(); ++i) {
@@ -264,34 +294,27 @@ void RecordingTracker::finish() {
   });
   model_.clocks_unrelated = has_unrelated_clocks_ || has_foreign_kernel();
   const auto* reference = reference_host(model_);
-  Window common;  // processes that ran one after the other have nothing in common
-  Window hull;
+  CommonWindow asked_for;
+  CommonWindow recorded;
   for (const auto& [number, channel] : channels_) {
     model_.channels[number] = ChannelFacts{.domain = channel.domain,
                                            .host = channel.host,
                                            .begin = channel.window.begin,
                                            .end = channel.window.end};
     if (has_user && channel.domain != Domain::user) continue;
-    auto window = channel.window;
+    const auto& window = channel.window;
     if (!asked_ && window.begin && window.end && *window.begin > *window.end) {
       set_apart(channel);
       continue;
     }
     const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
-    if (window.begin) window.begin = *window.begin + shift;
-    if (window.end) window.end = *window.end + shift;
-    if (window.begin) {
-      common.begin = common.begin ? std::max(*common.begin, *window.begin) : *window.begin;
-      hull.begin = hull.begin ? std::min(*hull.begin, *window.begin) : *window.begin;
-    }
-    if (window.end) {
-      common.end = common.end ? std::min(*common.end, *window.end) : *window.end;
-      hull.end = hull.end ? std::max(*hull.end, *window.end) : *window.end;
-    }
+    asked_for.add(window, shift);
+    if (asked_) recorded.add(covered(channel), shift);
   }
-  const bool is_common = !common.begin || !common.end || *common.begin <= *common.end;
-  model_.begin = is_common ? common.begin : hull.begin;
-  model_.end = is_common ? common.end : hull.end;
+  const auto all = asked_for.result();
+  model_.begin = all.begin;
+  model_.end = all.end;
+  if (asked_) model_.recording_begin = recorded.result().begin;
   const bool is_known = model_.begin || asked_;
   if (!is_known && reference != nullptr) set_window_of_idle_streams(*reference);
 }

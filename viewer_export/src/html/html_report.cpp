@@ -175,7 +175,10 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
                      {"of", lane.of},
                      {"tids", tids}});
   }
-  return {{"base_ns", base}, {"lanes", std::move(lanes)}};
+  const auto begin = report.trace.zero();
+  return {{"base_ns", base},
+          {"begin_ns", begin ? Json(clock.of_summary(*begin)) : Json(nullptr)},
+          {"lanes", std::move(lanes)}};
 }
 
 void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result,

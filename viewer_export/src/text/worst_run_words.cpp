@@ -13,15 +13,17 @@ namespace {
 
 using analysis::Duration;
 
-// "run 140 at +1.466 s" after the recording's begin, which is a time of one host's clock.
+// "run 140 at +1.466 s" after the recording's begin, which is a time of one host's clock; with a
+// window, which begins later, "at +1.466 s of the recording".
 std::string title_of(const Judged& judged, const WorstRun& worst) {
   auto text = fmt::format("run {}", worst.seq);
   const auto* callback = judged.rows.find(worst.callback);
-  const auto& begin = judged.report.trace.begin;
+  const auto begin = judged.report.trace.zero();
   if (!begin || callback == nullptr) return text;
   const auto& host = analysis::host_of(judged.report, judged.rows.process_of(*callback));
   const auto since = worst.start + host.shift - *begin;
-  return text + fmt::format(" at {}{}", since.ns < 0 ? "" : "+", format_duration(since.ns));
+  return text + fmt::format(" at {}{}{}", since.ns < 0 ? "" : "+", format_duration(since.ns),
+                            judged.verdicts.window ? " of the recording" : "");
 }
 
 // "preempted by cc1plus"; "preempted, 2.000 ms of it by cc1plus" where others ran instead, too.

@@ -27,10 +27,10 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
     return value ? fmt::format("  {} {}", name, *value) : std::string{};
   };
   // Of several hosts the begin is a time of one of their clocks.
+  const auto begin = report.trace.zero();
   const auto since_begin =
-      report.trace.begin && report.trace.hosts.size() < 2
-          ? fmt::format(" ({} into the trace)",
-                        format_duration((evidence.time - *report.trace.begin).ns))
+      begin && report.trace.hosts.size() < 2
+          ? fmt::format(" ({} into the trace)", format_duration((evidence.time - *begin).ns))
           : std::string{};
   return fmt::format("at {} ns{}  {}{}{}{}{}{}{}", evidence.time.ns, since_begin,
                      printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),

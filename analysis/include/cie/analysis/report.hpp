@@ -97,6 +97,8 @@ struct TraceSummary {
   std::vector<std::string> paths;
   std::optional<Timestamp> begin;  // window, see definitions; empty without packets
   std::optional<Timestamp> end;
+  // Begin of the recording where a window of it was asked for. Not part of the JSON.
+  std::optional<Timestamp> recording_begin{};
   // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it; empty where the streams' clocks
   // disagree by more than a second, or have none.
   std::optional<std::int64_t> clock_offset_ns;
@@ -109,6 +111,9 @@ struct TraceSummary {
   std::optional<std::uint64_t> lost_events = 0;  // empty: of whole packets nobody knows
   // T2 to T4 pass, nothing of a manifest is missing, and it is there from its first chunk on.
   bool complete = false;
+
+  // What "+1.500 s" is said from, with a window and without.
+  std::optional<Timestamp> zero() const { return recording_begin ? recording_begin : begin; }
 };
 
 // A host: its clock, and how long it was recorded; not part of the JSON.
