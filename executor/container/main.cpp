@@ -20,6 +20,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace cie::container {
 namespace {
@@ -182,6 +183,11 @@ int run(const Arguments& arguments) {
   }
 }
 
+int wrong_usage(const std::string& what) {
+  std::fprintf(stderr, "cie: %s\nTry: cie run --help\n", what.c_str());
+  return unusable_input;
+}
+
 int command_line(int argc, char** argv) {
   Arguments arguments;
   CLI::App app{kDescription};
@@ -191,16 +197,20 @@ int command_line(int argc, char** argv) {
                "cie run APP.yaml [OPTIONS]\n       cie run --control ORDER [ARG...] [--pid PID]");
   std::vector<std::string> order;
   int pid = 0;
-  auto* const application = app.add_option("APP", arguments.file, "Application file (YAML)");
-  auto* const control =
-      app.add_option("--control", order, "Give an order to a running container")->expected(1, -1);
+  auto* const application =
+      app.add_option("APP", arguments.file, "Application file (YAML)")->type_name("");
+  auto* const control = app.add_option("--control", order, "Give an order to a running container")
+                            ->option_text("ORDER")
+                            ->expected(1, -1);
   control->excludes(application);
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
+      ->option_text("PID")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()))
       ->needs(control);
-  app.add_option("--executor", arguments.executor, "Instead of the file's")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())));
+  app.add_option("--executor", arguments.executor,
+                 fmt::format("Instead of the file's: {}", fmt::join(cie::kExecutorNames, ", ")))
+      ->option_text("NAME")
+      ->check(one_of({cie::kExecutorNames.begin(), cie::kExecutorNames.end()}));
   app.add_option("-p,--parameter", arguments.parameters,
                  "A parameter's value, instead of the file's: /demo/talker:period_ms:=50")
       ->type_name("NODE:NAME:=VALUE")
@@ -210,16 +220,16 @@ int command_line(int argc, char** argv) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   try {
+    app.allow_extras();  // judged below, with a suggestion
     app.parse(argc, argv);
-    if (arguments.file.empty() && order.empty()) {
-      throw CLI::ParseError("nothing to run: name an application file",
-                            CLI::ExitCodes::RequiredError);
-    }
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    std::fprintf(stderr, "cie run: %s (see cie run --help)\n", error.what());
-    return unusable_input;
+    return wrong_usage(error.what());
   }
+  if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
+    return wrong_usage(unexpected);
+  if (arguments.file.empty() && order.empty())
+    return wrong_usage("no APP was given: name an application file (YAML)");
   if (!order.empty()) return give_order(pid, order);
   return run(arguments);
 }

@@ -1,5 +1,6 @@
 #include "help_text.hpp"
 
+#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/text_columns.hpp>
 
 #include <algorithm>
@@ -121,6 +122,14 @@ class UsageFirst final : public CLI::Formatter {
     }
     return text;
   }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    if (option->get_type_size() == 0) return {};
+    const auto& told = option->get_option_text();
+    auto text = told.empty() ? option->get_type_name() : told;
+    if (!text.empty()) text.insert(0, " ");
+    if (option->get_expected_max() == CLI::detail::expected_max_vector_size) text += " ...";
+    return text;
+  }
   std::string make_option_desc(const CLI::Option* option) const override {
     auto text = CLI::Formatter::make_option_desc(option);
     std::ranges::replace(text, '\n', ' ');
@@ -131,7 +140,36 @@ class UsageFirst final : public CLI::Formatter {
   std::string usage_;
 };
 
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames())
+      names.push_back("--" + name);
+    for (const auto& name : option->get_snames())
+      names.push_back("-" + name);
+  }
+  return names;
+}
+
 }  // namespace
+
+std::function<std::string(const std::string&)> one_of(std::vector<std::string> values) {
+  return [values = std::move(values)](const std::string& value) {
+    if (std::ranges::find(values, value) != values.end()) return std::string();
+    const auto likely = did_you_mean(value, values);
+    return fmt::format("does not know \"{}\"{}{}available: {}", value, likely,
+                       likely.empty() ? "; " : " ", fmt::join(values, ", "));
+  };
+}
+
+std::string unexpected_argument(const CLI::App& app) {
+  const auto unknown = app.remaining();
+  if (unknown.empty()) return {};
+  const auto& first = unknown.front();
+  if (!first.starts_with('-')) return fmt::format("one argument too many: \"{}\"", first);
+  const auto name = first.substr(0, first.find('='));
+  return fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(app)));
+}
 
 void lay_out_help(CLI::App& app, const std::string& usage) {
   app.formatter(std::make_shared<UsageFirst>(usage));

@@ -19,7 +19,8 @@ constexpr int kUsage = 2;
 constexpr int kFailed = 4;
 
 int fail(int status, const std::string& text) {
-  std::fprintf(stderr, "cie collect: %s\n", text.c_str());
+  std::fprintf(stderr, "cie: %s\n%s", text.c_str(),
+               status == kUsage ? "Try: cie collect --help\n" : "");
   return status;
 }
 
@@ -56,14 +57,18 @@ int main(int argc, char** argv) {
       "Exit status: 0 ended by a signal, 2 usage, 4 no relay daemon.");
   std::string directory;
   std::string listen = fmt::format("127.0.0.1:{}", cie::record::kRelayPort);
-  app.add_option("-o,--output", directory, "Directory for the recordings")
-      ->type_name("DIR")
-      ->required();
+  app.add_option("-o,--output", directory, "Directory for the recordings")->type_name("DIR");
   app.add_option("--listen", listen, "Where to listen; port 0: any (default: 127.0.0.1:5342)")
       ->type_name("[ADDRESS:]PORT");
   app.set_version_flag("--version", std::string("cie-collect ") + cie::kToolVersion);
   try {
+    app.allow_extras();  // judged below, with a suggestion
     app.parse(argc, argv);
+    if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
+      throw cie::record::UsageError(unexpected);
+    if (directory.empty())
+      throw cie::record::UsageError(
+          "no DIR was given: name the directory for the recordings with -o");
     cie::record::CollectOptions options;
     options.directory = std::filesystem::absolute(directory).lexically_normal();
     options.listen = listen_address(listen);
@@ -76,7 +81,7 @@ int main(int argc, char** argv) {
     std::printf("cie-collect %s\n", cie::kToolVersion);
     return 0;
   } catch (const CLI::ParseError& error) {
-    return fail(kUsage, std::string(error.what()) + " (see cie collect --help)");
+    return fail(kUsage, error.what());
   } catch (const cie::record::UsageError& error) {
     return fail(kUsage, error.what());
   } catch (const std::exception& error) {

@@ -19,7 +19,8 @@ constexpr int kUsage = 2;
 constexpr int kFailed = 4;
 
 int fail(int status, const std::string& text) {
-  std::fprintf(stderr, "cie record: %s\n", text.c_str());
+  std::fprintf(stderr, "cie: %s\n%s", text.c_str(),
+               status == kUsage ? "Try: cie record --help\n" : "");
   return status;
 }
 

@@ -26,19 +26,6 @@ std::string listed(const std::vector<std::string>& words) {
   return result;
 }
 
-std::vector<std::string> option_names(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const auto* option : app.get_options()) {
-    for (const auto& name : option->get_lnames()) {
-      names.push_back("--" + name);
-    }
-    for (const auto& name : option->get_snames()) {
-      names.push_back("-" + name);
-    }
-  }
-  return names;
-}
-
 }  // namespace
 
 CommandLine::CommandLine(const HelpText& help)
@@ -85,15 +72,8 @@ bool CommandLine::parse(const Arguments& arguments) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  const auto unknown = app_->remaining();
-  if (!unknown.empty()) {
-    if (!unknown.front().starts_with('-')) {
-      throw UsageError(fmt::format("one argument too many: \"{}\"", unknown.front()));
-    }
-    const auto name = unknown.front().substr(0, unknown.front().find('='));
-    throw UsageError(
-        fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(*app_))));
-  }
+  if (const auto unexpected = unexpected_argument(*app_); !unexpected.empty())
+    throw UsageError(unexpected);
   return true;
 }
 

@@ -127,7 +127,7 @@ class Collect(unittest.TestCase):
             address = f"127.0.0.1:{taken.getsockname()[1]}"
             done = self.record("nobody", address)
         self.assertEqual(done.returncode, 4)
-        self.assertEqual(done.stderr, f"cie record: no relay daemon answers at {address}: Connection refused "
+        self.assertEqual(done.stderr, f"cie: no relay daemon answers at {address}: Connection refused "
                                       "(cie collect starts one there)\n")
         self.assertFalse((machines.scratch / "nobody").exists())
         done = self.record("nowhere", "no-such-host.invalid")

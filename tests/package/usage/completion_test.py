@@ -55,6 +55,34 @@ class Help(unittest.TestCase):
                 self.assertLessEqual(max(map(len, PROGRAMS.help(*words).splitlines())), 80)
 
 
+    def test_shows_what_stands_for_values_and_no_types(self):
+        for _, words in subjects():
+            if words[0] == "cie":
+                with self.subTest(words):
+                    for option in PROGRAMS.options(*words):
+                        self.assertNotRegex(option.declaration, r" (U?INT|FLOAT|TEXT:)|Needs:|Excludes:|REQUIRED|[{}]")
+
+
+class Errors(unittest.TestCase):
+    """Of programs of their own as of cie's: what, where, and the help to ask for."""
+
+    def test_wrong_usage(self):
+        for command, arguments, said in (
+                ("run", (), "no APP was given: name an application file (YAML)"),
+                ("run", ("a.yaml", "b.yaml"), 'one argument too many: "b.yaml"'),
+                ("run", ("--exectuor", "multi"), 'unknown option "--exectuor"; did you mean "--executor"?'),
+                ("run", ("a.yaml", "--executor", "mutli"),
+                 '--executor: does not know "mutli"; did you mean "multi"? available: isolated, single, multi, events, '
+                 "isolated-waitset, single-waitset, multi-waitset"),
+                ("record", (), "nothing to record: give a command after --, or --attach for what runs already"),
+                ("record", ("--attach", "--kernel", "root"), '--kernel: does not know "root"; available: auto, yes, no, bpf, tracefs'),
+                ("record", ("--atach",), 'unknown option "--atach"; did you mean "--attach"?; the command to record follows after --'),
+                ("collect", (), "no DIR was given: name the directory for the recordings with -o")):
+            with self.subTest(command=command, arguments=arguments):
+                done = PROGRAMS.run("cie", command, *arguments)
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", f"cie: {said}\nTry: cie {command} --help\n"))
+
+
 class Completion(unittest.TestCase):
     def test_commands(self):
         every, some, help_for = complete("cie ", "cie re", "cie help ")

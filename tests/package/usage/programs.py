@@ -12,8 +12,8 @@ class Option:
     """An option as --help lists it: its names, whether a value follows, and the choices that --help names."""
 
     def __init__(self, line):
-        declaration = re.split(r"\s{2,}", line.strip())[0]
-        names, _, rest = declaration.partition(" ")
+        self.declaration = re.split(r"\s{2,}", line.strip())[0]
+        names, _, rest = self.declaration.partition(" ")
         self.names = names.split(",")
         self.takes_value = bool(rest)
         choices = re.search(r"\{([^}]*)\}", rest)
@@ -51,7 +51,7 @@ class Programs:
 
     def values(self, words, option):
         """What the option may be set to, by --help or else by what a wrong value is answered with; empty: anything."""
-        if option.choices or not option.takes_value or words[0] != "cie" or words[1] in ("run", "record", "collect"):
+        if option.choices or not option.takes_value or words[0] != "cie":
             return option.choices
         if "--output" in option.names:
             return []

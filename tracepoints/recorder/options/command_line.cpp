@@ -89,23 +89,24 @@ struct SnapshotArguments {
                        "as DIR/snapshot-001, … on command (--save, SIGUSR1), when a callback "
                        "misses the deadline that it declares, and when CMD fails")
             ->type_name("SECONDS")
+            ->option_text("SECONDS")
             ->check(CLI::Range(0.1, kLongestSnapshot));
     app.add_option("--event-rate", options.event_rate,
-                   "With --snapshot: events per second on a CPU that the memory is for")
+                   "With --snapshot: events per second on a CPU that the memory is for (20000)")
         ->type_name("N")
+        ->option_text("N")
         ->check(CLI::Range(1, 100'000'000))
-        ->capture_default_str()
         ->needs(snapshot);
     app.add_option("--max-snapshots", options.most,
-                   "With --snapshot: how many are saved unasked at most")
+                   "With --snapshot: how many are saved unasked at most (10)")
         ->type_name("N")
-        ->capture_default_str()
+        ->option_text("N")
         ->needs(snapshot);
     app.add_option("--min-interval", least_interval,
-                   "With --snapshot: least time from one to the next that is saved unasked")
+                   "With --snapshot: least time from one to the next that is saved unasked (10)")
         ->type_name("SECONDS")
+        ->option_text("SECONDS")
         ->check(CLI::Range(0.0, 1e6))
-        ->capture_default_str()
         ->needs(snapshot);
     asking = app.add_option(
                     "--save", save,
@@ -113,7 +114,7 @@ struct SnapshotArguments {
                  ->type_name("DIR");
     giving_reason =
         app.add_option("--reason", reason, "With --save: why, for the snapshot's manifest")
-            ->type_name("TEXT")
+            ->type_name("WHY")
             ->needs(asking);
   }
 
@@ -155,9 +156,11 @@ struct RotateArguments {
                             "Begin a chunk every SECONDS: DIR/chunk-000001, …, each a recording of "
                             "its own that can be read and removed while the next one is written")
                  ->type_name("SECONDS")
+                 ->option_text("SECONDS")
                  ->check(CLI::Range(1.0, 1e6));
     app.add_option("--keep", most, "With --rotate: remove the oldest chunks beyond N")
         ->type_name("N")
+        ->option_text("N")
         ->check(CLI::Range(1, 1'000'000))
         ->needs(rotate);
   }
@@ -213,7 +216,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                "cie record [OPTIONS] -- CMD [ARG...]\n"
                "       cie record [OPTIONS] --attach\n"
                "       cie record --to HOST[:PORT] [OPTIONS] -- CMD [ARG...]\n"
-               "       cie record --save DIR [--reason TEXT]");
+               "       cie record --save DIR [--reason WHY]");
   app.footer(
       "CMD runs with its output untouched; Ctrl-C, SIGTERM and SIGHUP reach it, and the recording\n"
       "ends with it. If CMD goes on, a second Ctrl-C sends it SIGTERM, and SIGKILL 5 s later or with\n"
@@ -245,20 +248,25 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                                   "With --attach: stop so long after the first application "
                                   "registered, or after --registration-timeout if none has")
                        ->type_name("SECONDS")
+                       ->option_text("SECONDS")
                        ->check(seconds_complaint)
                        ->needs(attach);
   app.add_option(
          "--kernel", kernel,
-         "Scheduler events of the kernel (root); auto: if possible; yes, or no value: it fails "
-         "without; bpf, tracefs: yes, by that route (otherwise the better one)")
-      ->check(CLI::IsMember({"auto", "yes", "no", "bpf", "tracefs"}))
+         "Scheduler events of the kernel (root); auto (default): if possible; no; yes, or no value: "
+         "it fails without; bpf, tracefs: yes, by that route (otherwise the better one)")
+      ->option_text("[HOW]")
+      ->check(one_of({"auto", "yes", "no", "bpf", "tracefs"}))
       ->expected(0, 1);  // without a value it is empty
   app.add_option("--kernel-buffer", options.kernel_buffer_size,
                  "Size of the kernel's buffer of each CPU")
       ->transform(CLI::AsSizeValue(false))
-      ->type_name("BYTES");
-  app.add_option("--daemon", daemon, "Session daemon: own (of this recording) or shared")
-      ->check(CLI::IsMember({"auto", "own", "shared"}));
+      ->type_name("BYTES")
+      ->option_text("BYTES");
+  app.add_option("--daemon", daemon,
+                 "Session daemon: own (of this recording), shared, or auto (default)")
+      ->option_text("WHICH")
+      ->check(one_of({"auto", "own", "shared"}));
   app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
       ->type_name("PATTERN");
   bool is_ros2 = false;
@@ -269,22 +277,27 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   app.add_option("--profile", profile,
                  "ros2: CMD also emits the events of ROS 2's tracers, for tools that read only "
                  "those; with --attach it must have been started with CIE_TRACE_PROFILE=ros2")
-      ->check(CLI::IsMember({"ros2"}))
+      ->option_text("NAME")
+      ->check(one_of({"ros2"}))
       ->excludes(ros2);
   auto* subbuf_size =
       app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
           ->transform(CLI::AsSizeValue(false))
-          ->type_name("BYTES");
+          ->type_name("BYTES")
+          ->option_text("BYTES");
   auto* num_subbuf =
       app.add_option("--num-subbuf", options.num_subbuf, "Sub-buffers per CPU, a power of two")
-          ->type_name("N");
+          ->type_name("N")
+          ->option_text("N");
   app.add_option("--flush-interval", flush_ms, "How often buffers are written out")
       ->type_name("MS")
+      ->option_text("MS")
       ->check(CLI::Range(10, 3'600'000));
   app.add_option("--registration-timeout", registration_s,
                  "When to say that no traced application has registered yet; --duration begins "
                  "then at the latest")
       ->type_name("SECONDS")
+      ->option_text("SECONDS")
       ->check(seconds_complaint);
   snapshot.add_to(app);
   rotate.add_to(app);
@@ -304,6 +317,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));
   app.set_version_flag("--version", std::string("cie-record ") + kToolVersion);
 
+  app.allow_extras();         // judged below, with a suggestion
   std::ranges::reverse(own);  // as CLI11 wants them
   try {
     app.parse(own);
@@ -313,12 +327,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     return {.options = std::nullopt,
             .save = std::nullopt,
             .text = std::string("cie-record ") + kToolVersion + '\n'};
-  } catch (const CLI::ExtrasError& error) {
-    throw UsageError(std::string(error.what()) +
-                     " (see cie record --help; the command to record follows after --)");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (see cie record --help)");
+    throw UsageError(error.what());
   }
+  if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
+    throw UsageError(unexpected + "; the command to record follows after --");
 
   if (!snapshot.save.empty()) {
     snapshot.require_alone(app, !options.command.empty());
@@ -335,7 +348,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   if (!is_attach && options.command.empty()) {
     throw UsageError(
-        "nothing to record: give a command after --, or --attach (see cie record --help)");
+        "nothing to record: give a command after --, or --attach for what runs already");
   }
   require_power_of_two(options.subbuf_size, page_size(), "--subbuf-size");
   require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
