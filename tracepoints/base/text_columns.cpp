@@ -5,6 +5,8 @@
 #include <span>
 #include <utility>
 
+#include <sys/ioctl.h>
+
 namespace cie {
 namespace {
 
@@ -82,6 +84,35 @@ std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
     lines.push_back(std::move(line));
   }
   return lines;
+}
+
+std::size_t terminal_columns(int descriptor) noexcept {
+  winsize size{};
+  constexpr std::size_t kUsual = 80;
+  return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
+
+std::string filled(std::string_view text, std::size_t columns, std::size_t indent) {
+  const auto first = std::min(text.find_first_not_of(' '), text.size());
+  const std::string blanks(first + indent, ' ');
+  std::string result;
+  std::string line;
+  bool is_empty = true;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto begin = std::min(text.find_first_not_of(' ', at), text.size());
+    const auto end = std::min(text.find(' ', begin), text.size());
+    const auto word = text.substr(begin, end - begin);
+    if (!is_empty && display_width(line) + begin - at + display_width(word) > columns) {
+      result += line + '\n';
+      line = blanks;
+    } else {
+      line += text.substr(at, begin - at);
+    }
+    line += word;
+    is_empty = false;
+    at = end;
+  }
+  return result + line + '\n';
 }
 
 }  // namespace cie

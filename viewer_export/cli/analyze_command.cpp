@@ -68,7 +68,7 @@ int analyze_command(const Arguments& arguments) {
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
   if (format == "text") {
     viewer_export::write_schedulability_text(output.stream(), schedulability, result.report,
-                                             text_style(output));
+                                             screen_style(output));
     output.commit();
   } else {
     tell_of_damage(result.report);

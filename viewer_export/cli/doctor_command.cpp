@@ -41,13 +41,12 @@ std::size_t count(const std::vector<Finding>& findings, Health health) {
 }
 
 constexpr std::size_t kIndent = 25;
-constexpr std::size_t kColumns = 100;
 
 // "health   check           what there is", and the advice below it.
-void write_text(std::ostream& out, const std::vector<Finding>& findings) {
-  const auto write = [&out](std::string_view first, std::string_view text) {
+void write_text(std::ostream& out, const std::vector<Finding>& findings, std::size_t columns) {
+  const auto write = [&out, columns](std::string_view first, std::string_view text) {
     std::string indent(first);
-    for (const auto& line : viewer_export::wrap(text, kColumns - kIndent)) {
+    for (const auto& line : viewer_export::wrap(text, columns - kIndent)) {
       out << fmt::format("{:<{}}{}\n", indent, kIndent, line);
       indent.clear();
     }
@@ -124,7 +123,8 @@ int doctor_command(const Arguments& arguments) {
   if (!recording.empty()) findings.push_back(examine_buffers(recording));
   auto output = open_output(target);
   write_data(output, [&](std::ostream& out) {
-    format == "json" ? write_json_of(out, findings) : write_text(out, findings);
+    format == "json" ? write_json_of(out, findings)
+                     : write_text(out, findings, screen_style(output).columns);
   });
   return count(findings, Health::problem) > 0 ? violation : ok;
 }

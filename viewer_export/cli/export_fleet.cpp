@@ -63,9 +63,9 @@ int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions 
   write(directory, recording, result, instances, open);
   bar.end();
   if (!recording.day) {
-    fmt::print(stderr,
-               "cie: the recording does not say when it was made: its day is 1970-01-01 "
-               "unless --label day=YYYY-MM-DD tells it\n");
+    tell(
+        "the recording does not say when it was made: its day is 1970-01-01 unless --label "
+        "day=YYYY-MM-DD tells it");
   }
   if (::isatty(STDERR_FILENO) == 1 && !request.is_partitioned) {
     fmt::print(stderr, "Load it with {}/load.sh\n", directory);

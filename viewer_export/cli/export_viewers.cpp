@@ -26,13 +26,13 @@ std::string_view advice_for(std::string_view viewer) {
 
 void say_what_is_left_out(std::uint64_t backward, std::uint64_t unfinished, std::uint64_t skipped) {
   if (backward > 0) {
-    fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
-               backward);
+    tell_plainly(fmt::format("{} messages were taken before they were published: clocks disagree",
+                             backward));
   }
-  if (unfinished > 0) fmt::print(stderr, "{} instances never ended and are left out\n", unfinished);
-  if (skipped > 0) {
-    fmt::print(stderr, "{} items could not be drawn: their times make no sense\n", skipped);
-  }
+  if (unfinished > 0)
+    tell_plainly(fmt::format("{} instances never ended and are left out", unfinished));
+  if (skipped > 0)
+    tell_plainly(fmt::format("{} items could not be drawn: their times make no sense", skipped));
 }
 
 void export_perfetto(const std::vector<std::filesystem::path>& traces,
@@ -47,11 +47,11 @@ void export_perfetto(const std::vector<std::filesystem::path>& traces,
   output.commit();
   bar.end();
   if (::isatty(STDERR_FILENO) == 0) return;
-  fmt::print(stderr,
-             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
-             "violations\n",
-             request.target, counts.callback_slices, counts.waits, counts.publications,
-             counts.flows, counts.sched_slices, counts.violations);
+  tell_plainly(fmt::format(
+      "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
+      "violations",
+      request.target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
+      counts.sched_slices, counts.violations));
   say_what_is_left_out(counts.backward_flows, 0, counts.skipped);
 }
 
@@ -74,8 +74,8 @@ void export_other(const std::vector<std::filesystem::path>& traces,
   }
   bar.end();
   if (::isatty(STDERR_FILENO) == 0) return;
-  fmt::print(stderr, "{}: {} instances, {} publications, {} messages from one to another\n",
-             request.target, counts.instances, counts.publications, counts.flows);
+  tell_plainly(fmt::format("{}: {} instances, {} publications, {} messages from one to another",
+                           request.target, counts.instances, counts.publications, counts.flows));
   say_what_is_left_out(counts.backward_flows, counts.unfinished, counts.skipped);
 }
 

@@ -1,5 +1,6 @@
 #include "live_views.hpp"
 
+#include <cie/tracepoints/text_columns.hpp>
 #include <cie/viewer_export/output_file.hpp>
 
 #include "batch_text.hpp"
@@ -35,6 +36,7 @@ void print(const std::string& text) {
 viewer_export::TextStyle style_of(bool is_terminal) {
   auto style = text_style(is_terminal);
   style.unicode = is_terminal && is_utf8_locale();
+  if (is_terminal) style.columns = terminal_columns(STDOUT_FILENO);
   return style;
 }
 

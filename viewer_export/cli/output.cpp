@@ -163,14 +163,14 @@ void write_data(OutputFile& output, const std::function<void(std::ostream&)>& wr
   output.commit();
 }
 
-void tell(std::string_view text) {
-  const auto line = "cie: " + printable(text);
-  if (::isatty(STDERR_FILENO) == 0) {
-    fmt::print(stderr, "{}\n", line);
-    return;
-  }
-  for (const auto& part : viewer_export::wrap(line, terminal_columns(STDERR_FILENO)))
-    fmt::print(stderr, "{}\n", part);
+void tell(std::string_view text) { tell_plainly("cie: " + std::string(text)); }
+
+void tell_plainly(std::string_view text) {
+  const auto line = printable(text);
+  const bool is_terminal = ::isatty(STDERR_FILENO) == 1;
+  fmt::print(
+      stderr, "{}",
+      is_terminal ? viewer_export::filled(line, terminal_columns(STDERR_FILENO)) : line + '\n');
 }
 
 analysis::Progress* begin_writing(ProgressBar& bar, const OutputFile& output) {

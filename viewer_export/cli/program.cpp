@@ -22,7 +22,7 @@ namespace cie::cli {
 namespace {
 
 int fail(std::string_view what, int code, std::string_view hint = "") {
-  fmt::print(stderr, "cie: {}\n", printable(what));
+  tell(what);
   if (!hint.empty()) {
     fmt::print(stderr, "{}\n", hint);
   }

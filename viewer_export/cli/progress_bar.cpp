@@ -1,5 +1,7 @@
 #include "progress_bar.hpp"
 
+#include <cie/tracepoints/text_columns.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace cie::cli {
@@ -46,12 +47,6 @@ void show(const std::string& text) {
 }
 
 }  // namespace
-
-std::size_t terminal_columns(int descriptor) {
-  winsize size{};
-  constexpr std::size_t kUsual = 80;
-  return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
-}
 
 std::string progress_line(std::string_view what, ProgressUnit unit, std::uint64_t done,
                           std::uint64_t total, Seconds elapsed, std::size_t columns) {

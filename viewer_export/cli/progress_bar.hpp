@@ -24,9 +24,6 @@ std::string progress_line(std::string_view what, ProgressUnit unit, std::uint64_
                           std::uint64_t total, std::chrono::duration<double> elapsed,
                           std::size_t columns);
 
-// How wide the terminal is that a descriptor leads to; 80 where it does not say.
-std::size_t terminal_columns(int descriptor);
-
 // Draws on standard error from a thread of its own, so that whoever works only counts. Nothing is
 // drawn for what is over within half a second, and nothing is left of it.
 class ProgressBar {

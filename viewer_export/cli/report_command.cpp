@@ -96,8 +96,8 @@ int report_command(const Arguments& arguments) {
         style);
     output.commit();
   } else if (format == "text" && is_all) {
-    viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
-                                     text_style(output), printable(input));
+    viewer_export::write_report_text(output.stream(), result.report, &result.verdicts, style,
+                                     printable(input));
     output.commit();
   } else if (format == "text") {
     if (has_threads) viewer_export::write_report_threads(output.stream(), result.report, style);

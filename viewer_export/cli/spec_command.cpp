@@ -29,14 +29,18 @@ constexpr const char* kSpecFooter =
 void check_spec(const std::string& file, const std::string& target) {
   const auto spec = SchedulingSpec::load(file);
   auto output = open_output(target);
-  output.stream() << fmt::format("{}: good: {}, {}, {}; sha256 {}\n", printable(spec.name()),
-                                 viewer_export::counted(spec.callbacks().size(), "callback"),
-                                 viewer_export::counted(spec.threads().size(), "thread"),
-                                 viewer_export::counted(spec.chains().size(), "chain"),
-                                 spec.sha256());
+  const auto write = [&output, columns = screen_style(output).columns](const std::string& text) {
+    constexpr std::size_t kIndent = 2;
+    output.stream() << viewer_export::filled(text, columns, kIndent);
+  };
+  write(fmt::format("{}: good: {}, {}, {}", printable(spec.name()),
+                    viewer_export::counted(spec.callbacks().size(), "callback"),
+                    viewer_export::counted(spec.threads().size(), "thread"),
+                    viewer_export::counted(spec.chains().size(), "chain")));
+  write("  sha256 " + spec.sha256());
   for (const auto& [section, line] : spec.not_applied()) {
-    output.stream() << fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied\n",
-                                   printable(spec.name()), line, section);
+    write(fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied",
+                      printable(spec.name()), line, section));
   }
   output.commit();
 }

@@ -187,7 +187,7 @@ int verify_command(const Arguments& arguments) {
       write = reader.is_quiet() ? &viewer_export::write_verify_line
                                 : &viewer_export::write_verify_screen;
     }
-    auto style = is_screen ? screen_style(output) : text_style(output);
+    auto style = screen_style(output);
     style.ids = has_ids;
     write(output.stream(), result.verdicts, result.report, context, style);
     output.commit();

@@ -35,10 +35,10 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   TextTable table({{"", "callback", TextTable::Align::left},
                    {"", has_hosts ? "host" : "pid"},
                    {"", "runs/s"},
-                   {"response", "p50"},
+                   {"response", "p50", TextTable::Align::right, 1},
                    {"time,", "p99"},
                    {window, "max"},
-                   {"", "last"},
+                   {"", "last", TextTable::Align::right, 2},
                    {"since", "late"},
                    {"start", "missed"}});
   for (const auto* c : chosen) {
@@ -156,10 +156,11 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
   std::string text;
   auto lines = headline(snapshot);
   lines.front() += "  " + printable(snapshot.watched);
+  constexpr std::size_t kIndent = 2;
   for (const auto& line : lines)
-    text += line + '\n';
+    text += filled(line, style.columns, kIndent);
   for (const auto& line : host_lines(snapshot))
-    text += line + '\n';
+    text += filled(line, style.columns, kIndent);
   text += callback_table(snapshot, key, filter, names, style);
   text += thread_table(snapshot, style);
   bool is_first = true;
@@ -167,12 +168,12 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
     if (is_first) text += '\n';
     is_first = false;
     const auto look = change.to == Verdict::fail ? Look::bad : Look::good;
-    text += viewer_export::paint(
-                fmt::format("{} {}",
-                            change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
-                            change.rule),
-                look, style) +
-            fmt::format(" {}, {}\n", change.name, names.in_words(sentence_of(change)));
+    const auto verdict = fmt::format(
+        "{} {}", change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to), change.rule);
+    const auto sentence =
+        fmt::format("{} {}, {}", verdict, change.name, names.in_words(sentence_of(change)));
+    text += viewer_export::paint(verdict, look, style) +
+            filled(sentence, style.columns, kIndent).substr(verdict.size());
   }
   return text + '\n';
 }

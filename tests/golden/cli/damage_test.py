@@ -6,7 +6,7 @@ import shutil
 import sys
 import unittest
 
-from program import Folder, TRACE, cie
+from program import Folder, TRACE, cie, on_terminal
 
 WITHOUT_A_PLACE = (
     ("instances",), ("instances", "-f", "jsonl"), ("report", "-f", "csv"), ("spec", "template"),
@@ -43,6 +43,13 @@ class Damage(Folder):
                 for line, screen in zip(told, said):  # the screen has less room
                     self.assertTrue(line.startswith(screen.removesuffix("...")), (line, screen))
                 self.assertIn(done.returncode, (0, 1, 3))
+
+    def test_a_verdict_with_room_for_it_names_the_whole_place(self):
+        trace = self.damaged()
+        _, shown, _ = on_terminal("verify", trace, "--only", "T1", columns=80, environment={"NO_COLOR": "1"})
+        text = "".join(shown.decode().split())
+        self.assertIn("".join(f"{trace}/ust/uid/0/64-bit/channel0_1 at byte".split()), text)
+        self.assertLessEqual(len(shown.splitlines()), 24)
 
     def test_a_whole_recording_says_nothing(self):
         for command in WITHOUT_A_PLACE[:-1]:

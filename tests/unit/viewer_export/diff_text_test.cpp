@@ -279,7 +279,7 @@ TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
   const auto text = diff_text_of({change});
   EXPECT_THAT(text, testing::ContainsRegex("map timer 1 us +missed releases +0 +8 .*undecided\n"));
   EXPECT_THAT(text, HasSubstr("1 quantile within the tolerance; 1 undecided: too few instances to "
-                              "tell it from chance;\n1 measured on one side only.\n"));
+                              "tell it from chance; 1 measured\non one side only.\n"));
 }
 
 // Intervals of one bucket, 8192 to 8319 and 8320 to 8447.
@@ -292,7 +292,7 @@ TEST(DiffText, SaysWhatIsTooCloseToTell) {
   EXPECT_THAT(
       diff_text_of({change}),
       HasSubstr("0 quantiles within the tolerance; 0 undecided: too few instances to tell it "
-                "from chance;\n1 too close to tell: values are known within 1.6 %.\n"));
+                "from chance; 1 too close\nto tell: values are known within 1.6 %.\n"));
 }
 
 TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {

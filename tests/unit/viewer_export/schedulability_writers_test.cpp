@@ -65,7 +65,7 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text, HasSubstr("CPU 0: real-time callbacks demand up to 20.00 %\n"));
   EXPECT_THAT(text,
               HasSubstr("SCHED_DEADLINE: 2 threads reserve 98.00 % of 1 CPU; the kernel admits "
-                        "95.00 % by default; the EDF test shows that all deadlines are met\n"));
+                        "95.00 % by default; the EDF\n  test shows that all deadlines are met\n"));
   EXPECT_THAT(text,
               HasSubstr("observed is 500.0 us above the bound, NOT explained by what is known:\n"
                         "      - the kernel took 1.0 us\n"));

@@ -35,6 +35,15 @@ TEST(Elide, KeepsBothEnds) {
   EXPECT_EQ(display_width(elide(std::string(1'000'000, 'x'), 40)), 40U);
 }
 
+TEST(Filled, IndentsWhatFollowsAndKeepsWordsWhole) {
+  EXPECT_EQ(filled("one two three", 13), "one two three\n");
+  EXPECT_EQ(filled("one two three", 8), "one two\nthree\n");
+  EXPECT_EQ(filled("  one  two three", 11, 2), "  one  two\n    three\n")
+      << "blanks within are kept";
+  EXPECT_EQ(filled("at /a/long/path here", 8, 1), "at\n /a/long/path\n here\n");
+  EXPECT_EQ(filled("", 8), "\n");
+}
+
 TEST(Wrap, BreaksBetweenWords) {
   EXPECT_EQ(wrap("one two three", 8), (std::vector<std::string>{"one two", "three"}));
   EXPECT_EQ(wrap("unbreakable", 4), (std::vector<std::string>{"unbr", "eaka", "ble"}));

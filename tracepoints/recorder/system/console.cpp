@@ -1,6 +1,9 @@
 #include "system/console.hpp"
 
+#include <cie/tracepoints/text_columns.hpp>
+
 #include <cstdio>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -11,11 +14,27 @@ namespace {
 // A recording goes on when nobody can be told of it: fmt::print() would throw.
 void print(const std::string& text) noexcept { std::fputs(text.c_str(), stderr); }
 
+// Each line as wide as the terminal; commands are for pasting, and stay whole.
+std::string laid_out(const std::string& text) {
+  constexpr std::size_t kIndent = 2;
+  std::istringstream lines(text);
+  std::string result;
+  for (std::string line; std::getline(lines, line);) {
+    const bool is_command =
+        line.find(": cie ") != std::string::npos || line.starts_with("      cie ");
+    result += is_command ? line + '\n' : filled(line, terminal_columns(STDERR_FILENO), kIndent);
+  }
+  return result;
+}
+
 }  // namespace
 
 void Console::warn(const std::string& text) { say("cie record: warning: " + text + '\n'); }
 
-void Console::say(const std::string& text) { print(shown_seconds_ ? '\n' + text : text); }
+void Console::say(const std::string& text) {
+  const auto lines = isatty(STDERR_FILENO) == 1 ? laid_out(text) : text;
+  print(shown_seconds_ ? '\n' + lines : lines);
+}
 
 void Console::show_progress(std::chrono::steady_clock::duration elapsed, std::size_t processes,
                             bool is_command) {

@@ -104,21 +104,23 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
 }  // namespace
 
 Lines record_lines(const analysis::Comparison& comparison, const TextStyle& style) {
-  const auto say = [&style](const std::string& what) {
-    return paint(cut("  record     " + what, style.columns, gap(style)), Look::doubtful, style);
-  };
   Lines lines;
+  const auto say = [&style, &lines](const std::string& what) {
+    constexpr std::size_t kMost = 3;
+    for (const auto& line : paragraph("  record     ", what, kMost, style))
+      lines.push_back(paint(line, Look::doubtful, style));
+  };
   std::string incomplete;
   const auto add = [&](const analysis::ComparedRecord& record, const char* side) {
     if (!record.losses.empty()) {
-      lines.push_back(say(fmt::format("{} lacks runs: {}", side, losses_in_words(record.losses))));
+      say(fmt::format("{} lacks runs: {}", side, losses_in_words(record.losses)));
     } else if (!record.is_complete) {
       incomplete += (incomplete.empty() ? "" : " and ") + std::string(side);
     }
   };
   add(comparison.before, "before");
   add(comparison.after, "after");
-  if (!incomplete.empty()) lines.push_back(say("not known to be complete: " + incomplete));
+  if (!incomplete.empty()) say("not known to be complete: " + incomplete);
   return lines;
 }
 

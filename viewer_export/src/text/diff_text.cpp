@@ -353,15 +353,15 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
   return tally;
 }
 
-std::string tally_words(const std::vector<CallbackChange>& changes) {
+std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
   const auto tally = tally_of(changes);
   auto text =
       fmt::format("{} within the tolerance; {} undecided: too few instances to tell it from chance",
                   counted(tally.within, "quantile"), tally.undecided);
   if (tally.too_close > 0)
-    text += fmt::format(";\n{} too close to tell: values are known within 1.6 %", tally.too_close);
-  if (tally.one_sided > 0) text += fmt::format(";\n{} measured on one side only", tally.one_sided);
-  return text + ".\n";
+    text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
+  if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
+  return filled(text + '.', style.columns);
 }
 
 // Empty if something is better, or of some quantile it is certain how it changed or that it did not.
@@ -389,29 +389,36 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
   const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
   const auto all = counted(changes.size(), "callback");
   const bool is_whole = comparison.before.is_complete && comparison.after.is_complete;
-  std::string text;
+  TextCell fact;
   switch (comparison.outcome()) {
     case analysis::Outcome::regression:
-      text = paint(fmt::format("Worse: {} of {}", regressions, all), Look::bad, style);
+      fact = {fmt::format("Worse: {} of {}", regressions, all), Look::bad};
       break;
     case analysis::Outcome::undecided:
-      text = paint("Undecided: no regression in what was recorded", Look::doubtful, style);
+      fact = {"Undecided: no regression in what was recorded", Look::doubtful};
       break;
     case analysis::Outcome::nothing_compared:
-      return paint("Nothing to compare: no callback ran before and after", Look::doubtful, style);
+      return paint("Nothing to compare: no callback ran before and after\n", Look::doubtful, style);
     case analysis::Outcome::no_regression:
       if (const auto times = undecided_times(changes); !times.empty())
-        return paint(times, Look::doubtful, style);
-      text = is_whole ? paint("No regression", Look::good, style)
-                      : paint("No regression in what was recorded", Look::good, style);
+        return paint(times, Look::doubtful, style) + '\n';
+      fact = {is_whole ? "No regression" : "No regression in what was recorded", Look::good};
       break;
   }
+  std::string more;
   if (better > 0) {
     const auto of =
         regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
-    text += "; " + paint("better: " + of, Look::good, style);
+    more = "; better: " + of;
   }
-  return text + fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+  const auto limit = fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+  constexpr std::size_t kIndent = 2;
+  const auto text = filled(fact.text + more + limit, style.columns, kIndent);
+  const auto rest = std::string_view(text).substr(fact.text.size());
+  const auto told = rest.starts_with(more) ? more.size() : 0;
+  return paint(fact.text, fact.look, style) +
+         (told > 0 ? paint(rest.substr(0, told), Look::good, style) : "") +
+         std::string(rest.substr(told));
 }
 
 bool is_decided(const analysis::Comparison& comparison) {
@@ -448,11 +455,13 @@ void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
       out << line << '\n';
   };
   const auto urgent = with_deadline(changes);
-  const auto outcome = outcome_words(comparison, context.tolerance, style) + '\n';
+  const auto outcome = outcome_words(comparison, context.tolerance, style);
   const auto lateness = urgent.empty() ? std::string() : lateness_words(urgent, style);
   out << (is_decided(comparison) ? lateness + outcome : outcome + lateness);
   print(record_lines(comparison, style));
-  out << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context))
+  constexpr std::size_t kLabel = 11;
+  out << filled(fmt::format("  {:<{}}{}", "isolation", kLabel, isolation_words(context)),
+                style.columns, kLabel)
       << other_deadlines(changes);
   if (!by_rank.empty()) out << extreme("worst", by_rank.front(), Change::worse, names, style);
   const auto is_brief = !urgent.empty() && !context.is_all;
@@ -474,10 +483,12 @@ void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
   auto table = table_of(by_rank, names, true);
   if (table.natural_width() > style.columns) table = table_of(by_rank, names, false);
   if (!table.is_empty()) out << table.render(style) << '\n';
-  out << tally_words(changes)
-      << fmt::format(
-             "Each statement is certain to {:g} % if instances are independent of each other.\n",
-             100 * (1 - analysis::kComparisonError));
+  out << tally_words(changes, style)
+      << filled(
+             fmt::format(
+                 "Each statement is certain to {:g} % if instances are independent of each other.",
+                 100 * (1 - analysis::kComparisonError)),
+             style.columns);
 }
 
 }  // namespace cie::viewer_export

@@ -195,9 +195,11 @@ Lines remarks(const Judged& judged, Lines before, const TextStyle& style) {
     said.resize(kMost - 1);
     said.push_back(fmt::format("{} {} more", gap(style), all - said.size()));
   }
-  for (auto& line : said)
-    line = "  " + cut(line, style.columns - 2, gap(style));
-  return said;
+  constexpr std::size_t kLinesOfOne = 2;
+  Lines lines;
+  for (const auto& sentence : said)
+    append(lines, paragraph("  ", sentence, kLinesOfOne, style));
+  return lines;
 }
 
 }  // namespace cie::viewer_export

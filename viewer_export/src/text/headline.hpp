@@ -45,7 +45,7 @@ class Headline {
 // "1558 runs, nothing lost, 2 cut or never ended"; "1553 runs, 5 missing": what the trace shows to be
 // missing is told whether or not the tracer counted it.
 std::string counts_of_runs(const analysis::Report& report);
-// What else there is to know, a line each, four at most: the window, suppressions, the recorder.
+// What else there is to know, four sentences at most: the window, suppressions, the recorder.
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style);
 
 }  // namespace cie::viewer_export

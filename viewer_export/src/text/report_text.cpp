@@ -162,6 +162,7 @@ std::int64_t max_of(const std::optional<analysis::Summary>& summary) {
 
 // One line per question that a reader asks first.
 std::string worst_offenders(const Report& report, const TextStyle& style) {
+  constexpr std::size_t kNames = 37;  // where they begin
   std::string text;
   const auto add = [&](std::string_view question, const std::string& value,
                        const CallbackReport& c) {
@@ -182,10 +183,11 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     add("longest preempted", format_duration(c->preempted->max), *c);
     if (!c->preempted_by.empty()) {
       const auto& by = c->preempted_by.front();
-      text += fmt::format("  {:<22}{:>11}  {} (thread {}), of {} in all its instances\n",
-                          "  longest by", format_duration(by.time.ns),
-                          by.name.empty() ? "?" : printable(by.name), by.tid,
-                          format_duration(c->preempted->sum));
+      text += filled(
+          fmt::format("  {:<22}{:>11}  {} (thread {}), of {} in all its instances", "  longest by",
+                      format_duration(by.time.ns), by.name.empty() ? "?" : printable(by.name),
+                      by.tid, format_duration(c->preempted->sum)),
+          style.columns, kNames - 4);
     }
   }
   const auto missed = [](const auto& x) {
@@ -221,9 +223,10 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   });
   const auto idle = std::ranges::count_if(report.callbacks, &CallbackReport::never_ran);
   if (const auto shared = callbacks_with(report, analysis::Isolation::not_isolated); shared > 0) {
-    text += fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own\n",
-                        "not isolated", fmt::format("{} of {}", shared, all - unmapped),
-                        unmapped > 0 ? " that ran" : "");
+    text += filled(fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own",
+                               "not isolated", fmt::format("{} of {}", shared, all - unmapped),
+                               unmapped > 0 ? " that ran" : ""),
+                   style.columns, kNames - 2);
   }
   for (const auto& [count, what] :
        {std::pair(unseen, "no run seen"), std::pair(idle, "never ran")}) {
@@ -323,8 +326,12 @@ void write_report_text(std::ostream& out, const Report& report,
   out << worst_offenders(report, style) << recording(report, window, style)
       << defects(report, style);
   if (report.callbacks.empty()) {
-    out << "No callback was seen: the trace holds no callback_init or callback_start event.\n"
-           "Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?\n";
+    out << filled("No callback was seen: the trace holds no callback_init or callback_start event.",
+                  style.columns)
+        << filled(
+               "Were the tracepoints of cie, or those of ros2_tracing, enabled when it was "
+               "recorded?",
+               style.columns);
     if (!report.chains.empty()) out << '\n' << chain_tables(report, style);
     return;
   }

@@ -90,25 +90,28 @@ std::string percent(std::int64_t ppb) {
   return fmt::format("{}.{:02} %", ppb / 10'000'000, ppb % 10'000'000 / 100'000);
 }
 
-std::string processors(const SchedulabilityReport& report) {
+std::string processors(const SchedulabilityReport& report, const TextStyle& style) {
+  constexpr std::size_t kIndent = 2;
   std::string text;
   for (const auto& demand : report.cpus) {
-    text += demand.real_time_ppb
-                ? fmt::format("CPU {}{}: real-time callbacks demand up to {}\n", demand.cpu,
-                              on_host(demand.host), percent(*demand.real_time_ppb))
-                : fmt::format(
-                      "CPU {}{}: what real-time callbacks demand is unknown, because the "
-                      "execution time or the inter-arrival time of one is\n",
-                      demand.cpu, on_host(demand.host));
+    const auto line = demand.real_time_ppb
+                          ? fmt::format("CPU {}{}: real-time callbacks demand up to {}", demand.cpu,
+                                        on_host(demand.host), percent(*demand.real_time_ppb))
+                          : fmt::format(
+                                "CPU {}{}: what real-time callbacks demand is unknown, because the "
+                                "execution time or the inter-arrival time of one is",
+                                demand.cpu, on_host(demand.host));
+    text += filled(line, style.columns, kIndent);
   }
   for (const auto& admission : report.deadline) {
-    text += fmt::format(
-        "SCHED_DEADLINE{}: {} reserve {} of {}; the kernel admits {} by default; the EDF test {}\n",
+    const auto line = fmt::format(
+        "SCHED_DEADLINE{}: {} reserve {} of {}; the kernel admits {} by default; the EDF test {}",
         on_host(admission.host), counted(admission.servers, "thread"),
         admission.reserved_ppb ? percent(*admission.reserved_ppb) : "an unknown share",
         counted(admission.processors, "CPU"), percent(admission.admissible_ppb),
         admission.is_guaranteed ? "shows that all deadlines are met"
                                 : "does NOT show that deadlines are met");
+    text += filled(line, style.columns, kIndent);
   }
   return text;
 }
@@ -166,16 +169,26 @@ std::string without_bound(const SchedulabilityReport& report, const Titles& titl
   return titled("Without a bound", text, style);
 }
 
-std::string notes(const SchedulabilityReport& report) {
-  std::string text =
-      "\nR bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
-      "declared, the rest\nwas measured and holds for what this recording saw. Interrupts and the "
-      "kernel's own work are not in it.\n";
+std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
+  auto text =
+      '\n' +
+      filled(
+          "R bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
+          "declared, the rest was measured and holds for what this recording saw. Interrupts and the "
+          "kernel's own work are not in it.",
+          style.columns);
   if (report.outside.empty()) return text;
   text += "Real-time threads in no bound, because they run no callback:\n";
   for (const auto& name : report.outside)
     text += "  " + printable(name) + '\n';
   return text;
+}
+
+std::string painted(const std::string& text, Look look, const TextStyle& style) {
+  std::string result;
+  for (const auto& line : wrap(text, style.columns))
+    result += paint(line, look, style) + '\n';
+  return result;
 }
 
 // How many deadlines nothing is known of.
@@ -187,19 +200,14 @@ std::string undecided(const SchedulabilityReport& report, const TextStyle& style
       open == all
           ? fmt::format("{}, none bounded: {}", counted(all, "deadline"), report.why_undecided())
           : fmt::format("{} of {} not bounded; below is why", open, counted(all, "deadline"));
-  std::string text;
-  for (const auto& part : wrap(printable(line), style.columns))
-    text += paint(part, Look::doubtful, style) + '\n';
-  return text;
+  return painted(printable(line), Look::doubtful, style);
 }
 
 // What C and T may lack.
 std::string damages(const analysis::Report& report, const TextStyle& style) {
   std::string text;
-  for (const auto& damage : damages_of(report, gap(style))) {
-    for (const auto& part : wrap(damage, style.columns))
-      text += paint(part, Look::doubtful, style) + '\n';
-  }
+  for (const auto& damage : damages_of(report, gap(style)))
+    text += painted(damage, Look::doubtful, style);
   return text;
 }
 
@@ -213,19 +221,18 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
   const auto flagged = std::ranges::count_if(report.callbacks, &CallbackSchedulability::is_flagged);
   const auto bounded = std::ranges::count_if(
       report.callbacks, [](const auto& callback) { return callback.bound_ns.has_value(); });
-  out << paint(fmt::format("{} of {} have a bound; {} not guaranteed; {} above the bound without "
-                           "explanation",
-                           bounded, counted(report.callbacks.size(), "callback"),
-                           counted(static_cast<std::uint64_t>(missing), "deadline"), flagged),
-               report.has_finding()    ? Look::bad
-               : report.is_undecided() ? Look::doubtful
-                                       : Look::good,
-               style)
-      << '\n'
+  out << painted(fmt::format("{} of {} have a bound; {} not guaranteed; {} above the bound without "
+                             "explanation",
+                             bounded, counted(report.callbacks.size(), "callback"),
+                             counted(static_cast<std::uint64_t>(missing), "deadline"), flagged),
+                 report.has_finding()    ? Look::bad
+                 : report.is_undecided() ? Look::doubtful
+                                         : Look::good,
+                 style)
       << undecided(report, style) << damages(of, style) << '\n'
       << table(report, titles, style) << '\n'
-      << processors(report) << above_the_bound(report, titles, style)
-      << without_bound(report, titles, style) << notes(report);
+      << processors(report, style) << above_the_bound(report, titles, style)
+      << without_bound(report, titles, style) << notes(report, style);
 }
 
 }  // namespace cie::viewer_export

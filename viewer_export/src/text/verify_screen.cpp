@@ -20,6 +20,7 @@ namespace {
 using analysis::Verdict;
 
 constexpr std::size_t kRowsOfARule = 3;
+constexpr std::size_t kLinesOfAWholeRow = 5;
 
 class VerifyScreen {
  public:
@@ -51,10 +52,10 @@ class VerifyScreen {
   }
 
   // One of a rule's rows: "     pool-0, pool-1   7 callbacks each".
-  std::string line_of(const FindingRow& row, std::size_t width) const {
+  Lines lines_of(const FindingRow& row, std::size_t width, std::size_t most) const {
     const auto name = names(row, width);
     const std::string blanks(width - std::min(width, display_width(name)), ' ');
-    return cut("     " + name + blanks + "  " + detail_of(row) + row.more, style_.columns, gap_);
+    return paragraph("     " + name + blanks + "  ", detail_of(row) + row.more, most, style_);
   }
 
   // As many as there is room for: "4005, 4006, … 3 more".
@@ -74,7 +75,8 @@ class VerifyScreen {
     return text;
   }
 
-  Lines block(const Finding& finding, std::size_t rows) const {
+  // Rows of at most so many lines each; what is longer is cut.
+  Lines block(const Finding& finding, std::size_t rows, std::size_t lines_of_a_row) const {
     const auto order = rows == 0 || finding.order.empty() ? "" : ", " + finding.order;
     Lines lines{cut(fmt::format("  {:<3}{:<28}{}{}", finding.rule->id, finding.rule->name,
                                 finding.subjects, order),
@@ -92,9 +94,9 @@ class VerifyScreen {
     const auto width =
         std::min(widest, style_.columns - 7 - std::min(details, style_.columns * 2 / 5));
     for (std::size_t i = 0; i < shown; ++i) {
-      lines.push_back(line_of(finding.rows[i], width));
+      append(lines, lines_of(finding.rows[i], width, lines_of_a_row));
       if (i == 0 && !finding.worst.empty())
-        lines.push_back(cut("     worst: " + finding.worst, style_.columns, gap_));
+        append(lines, paragraph("     worst: ", finding.worst, lines_of_a_row, style_));
     }
     if (shown > 0 && told < finding.violating)
       lines.push_back(fmt::format("     {} {} more", gap_, finding.violating - told));
@@ -108,15 +110,23 @@ class VerifyScreen {
     return size;
   }
 
+  std::vector<Lines> blocks_of(std::size_t rows, std::size_t lines_of_a_row) const {
+    std::vector<Lines> blocks;
+    for (const auto& finding : findings_)
+      blocks.push_back(block(finding, rows, lines_of_a_row));
+    return blocks;
+  }
+
   // The violated rules with as many rows as there is room for, then why the others are undecided.
+  // Rows are whole where that takes no line from any of it.
   Lines body(std::size_t room) const {
     const std::size_t for_doubts = doubts_.empty() ? 0 : 1;
-    std::vector<Lines> blocks;
-    for (auto rows = kRowsOfARule + 1; rows-- > 0;) {
-      blocks.clear();
-      for (const auto& finding : findings_)
-        blocks.push_back(block(finding, rows));
-      if (size_of(blocks) + for_doubts <= room) break;
+    auto blocks = blocks_of(kRowsOfARule, kLinesOfAWholeRow);
+    if (size_of(blocks) + for_doubts + doubts_.size() > room) {
+      for (auto rows = kRowsOfARule + 1; rows-- > 0;) {
+        blocks = blocks_of(rows, 1);
+        if (size_of(blocks) + for_doubts <= room) break;
+      }
     }
     Lines lines;
     for (auto& block : blocks)
@@ -155,8 +165,9 @@ class VerifyScreen {
         lines.push_back(fmt::format("{}{} {}", indent, gap_, counted(after + 1, "more reason")));
         break;
       }
-      // A second line is for reasons that take none from those after them.
-      auto reason = paragraph(begin, doubts_[i].reason, left >= after + 2 ? 2 : 1, style_);
+      // More lines than one are for reasons that take none from those after them.
+      const auto most = left > after + 1 ? left - after : 1;
+      auto reason = paragraph(begin, doubts_[i].reason, most, style_);
       append(lines, std::move(reason));
     }
     return lines;

@@ -82,14 +82,21 @@ std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const Text
 std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
                     const analysis::Report& report, const std::string& reader_arguments,
                     const TextStyle& style) {
-  std::string text = subject.is_suppressed() ? paint("SUPPRESSED ", Look::faint, style) : "";
-  text += paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
-  text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
-  text += subject.checked > 0 ? fmt::format(" ({} checked)\n", subject.checked) : "\n";
-  if (subject.suppression) text += "    " + words_of(*subject.suppression) + "\n";
-  for (const auto& evidence : subject.evidence) {
-    text += "    " + evidence_line(evidence, report) + "\n";
-  }
+  constexpr std::size_t kIndent = 2;
+  const std::string suppressed = subject.is_suppressed() ? "SUPPRESSED " : "";
+  const auto label = analysis::label(subject.verdict);
+  const auto checked =
+      subject.checked > 0 ? fmt::format(" ({} checked)", subject.checked) : std::string();
+  const auto title = filled(fmt::format("{}{}  {} {}: {}{}", suppressed, label, rule.id, rule.name,
+                                        printable(subject.subject), checked),
+                            style.columns, kIndent + 2);
+  auto text = paint(suppressed, Look::faint, style) +
+              paint(label, look_of(subject.verdict), style) +
+              title.substr(suppressed.size() + label.size());
+  if (subject.suppression)
+    text += filled("    " + words_of(*subject.suppression), style.columns, kIndent);
+  for (const auto& evidence : subject.evidence)
+    text += filled("    " + evidence_line(evidence, report), style.columns, kIndent);
   if (!subject.evidence.empty()) {
     text += "    " +
             paint(events_command(subject.evidence, report, reader_arguments), Look::faint, style) +
@@ -174,44 +181,47 @@ std::string exceptions(const analysis::Report& report) {
   }
   if (all == 0) return {};
   if (callbacks > kMostNodes) names += fmt::format(" and of {} more", callbacks - kMostNodes);
-  return fmt::format("{} ended by an exception: {}\n", counted(all, "instance"), names);
+  return fmt::format("{} ended by an exception: {}", counted(all, "instance"), names);
 }
 
 std::string summary(const analysis::VerdictReport& verdicts, const analysis::Report& report,
-                    const VerifyContext& context) {
+                    const VerifyContext& context, const TextStyle& style) {
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;
   for (const auto& callback : report.callbacks) {
     instances += callback.instances;
     incomplete += callback.partly_seen();
   }
-  std::string text =
-      fmt::format("{} of {} in {} checked; {} cut by an edge of the trace or never ended\n",
+  std::string text;
+  const auto add = [&text, &style](const std::string& line) {
+    constexpr std::size_t kIndent = 2;
+    if (!line.empty()) text += filled(line, style.columns, kIndent);
+  };
+  add(fmt::format("{} of {} in {} checked; {} cut by an edge of the trace or never ended",
                   counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
-                  counted(report.processes.size(), "process"), incomplete);
-  text += exceptions(report);
+                  counted(report.processes.size(), "process"), incomplete));
+  add(exceptions(report));
   for (const auto& defect : report.defects) {
     if (defect.severity != analysis::Severity::info) {
-      text += fmt::format("tainted by {} x {}: {}\n", analysis::label(defect.kind), defect.count,
-                          printable(defect.advice));
+      add(fmt::format("tainted by {} x {}: {}", analysis::label(defect.kind), defect.count,
+                      printable(defect.advice)));
     }
   }
   for (const auto& recording : report.recordings) {
     for (const auto& sentence : sentences_of(recording))
-      text += fmt::format("recording {}: {}\n", printable(recording.path), sentence);
+      add(fmt::format("recording {}: {}", printable(recording.path), sentence));
   }
   if (const auto& window = verdicts.window) {
-    text += fmt::format("judged is the window {}..{} ns ({}) alone\n", window->from.ns,
-                        window->to.ns, format_duration((window->to - window->from).ns));
+    add(fmt::format("judged is the window {}..{} ns ({}) alone", window->from.ns, window->to.ns,
+                    format_duration((window->to - window->from).ns)));
   }
   for (const auto& sentence : useless_suppressions(verdicts))
-    text += sentence + "\n";
-  text +=
-      context.spec_name.empty()
-          ? "no --spec was given: rules that compare with one are not applicable\n"
-          : fmt::format("spec {} sha256 {}\n", printable(context.spec_name), context.spec_sha256);
-  return text +
-         fmt::format("cie {}; cie verify --explain ID tells what a rule means\n", tool_version());
+    add(sentence);
+  add(context.spec_name.empty()
+          ? std::string("no --spec was given: rules that compare with one are not applicable")
+          : fmt::format("spec {} sha256 {}", printable(context.spec_name), context.spec_sha256));
+  add(fmt::format("cie {}; cie verify --explain ID tells what a rule means", tool_version()));
+  return text;
 }
 
 }  // namespace
@@ -239,7 +249,7 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
     write(Verdict::fail, is_suppressed);
     write(Verdict::inconclusive, is_suppressed);
   }
-  out << summary(verdicts, report, context);
+  out << summary(verdicts, report, context, style);
 }
 
 }  // namespace cie::viewer_export

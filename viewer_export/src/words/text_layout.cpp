@@ -211,11 +211,15 @@ std::size_t TextTable::natural_width() const {
 
 std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
   auto result = natural_widths();
-  // The names get what is left, but never less than a fifth of the line.
+  // The names get what is left, but never less than a fifth of the line; than the title, where names
+  // may stand above their numbers.
   const std::size_t others =
       std::accumulate(result.begin() + 1, result.end(), kIndent + 2 * (result.size() - 1));
   const std::size_t left = columns > others ? columns - others : 0;
-  result.front() = std::min(result.front(), std::max(left, columns / 5));
+  const auto title =
+      std::max(display_width(columns_.front().title), display_width(columns_.front().subtitle));
+  const auto least = is_row_a_line_ ? columns / 5 : std::min(columns / 5, title);
+  result.front() = std::min(result.front(), std::max(left, least));
   // Text at the end of the line gets what is left after that.
   if (columns_.size() > 1 && columns_.back().align == Align::left) {
     const std::size_t rest = others - result.back() + result.front();
@@ -258,7 +262,8 @@ std::string TextTable::render_all(const TextStyle& style) const {
   for (const auto part : {&Column::title, &Column::subtitle}) {
     if (part == &Column::title ? has_upper || !has_two_lines : has_two_lines) {
       text += line([&](std::size_t i) {
-        return paint(pad(columns_[i].*part, width[i], columns_[i].align), Look::faint, style);
+        return paint(pad(cut(columns_[i].*part, width[i], gap(style)), width[i], columns_[i].align),
+                     Look::faint, style);
       });
     }
   }

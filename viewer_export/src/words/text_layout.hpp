@@ -15,6 +15,7 @@
 namespace cie::viewer_export {
 
 using cie::display_width;
+using cie::filled;
 using cie::wrap;
 
 // At most `columns` wide: the middle of a longer text becomes `gap`.
@@ -59,7 +60,7 @@ inline constexpr std::string_view kNotMeasured = "-";
 inline TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
 
 // Columns aligned over all rows; numbers to the right, the first column (names) to the left. A name
-// too wide for what the other columns leave stands on a line of its own; text in a last column that
+// too wide for what the other columns leave stands on a line of its own, if rows may take two; text in a last column that
 // is aligned to the left is cut to what is left. Where there is no room for all numbers, columns of
 // numbers are left out.
 class TextTable {
