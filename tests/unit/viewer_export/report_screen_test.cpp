@@ -324,6 +324,13 @@ TEST(ReportScreen, WithoutTheKernelsEventsNobodyKnowsWhatTheRunDid) {
                         "(of 2.500 ms)\n"));
 }
 
+TEST(ReportScreen, NamesNoWorstRunOfAReleaseThatNothingProved) {
+  EXPECT_THAT(screen_of(shared_report(), {}), HasSubstr("worst: "));
+  auto unproven = usual_context();
+  unproven.verify.worst_runs[0].response_time = {2'500'001};  // the report has no time as long
+  EXPECT_THAT(screen_of(shared_report(), {}, {}, unproven), Not(HasSubstr("worst: ")));
+}
+
 TEST(ReportScreen, SaysHowMuchOfThePreemptionTheNamedOneTook) {
   auto preempted = usual_context();
   preempted.verify.worst_runs[0].preempted_by_time = {80'000};  // of 200 us
