@@ -278,6 +278,10 @@ std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read
 
 // One more of moment applied.
 void note_applied(ThreadFacts& thread, const ReadBack& read_back);
+// Its tid may be another one's by now.
+inline bool is_gone(const ThreadFacts& thread) noexcept {
+  return thread.kernel_exit.has_value() || thread.is_tid_given_anew;
+}
 // When it began, as far as it is known.
 std::optional<Timestamp> birth_of(const ThreadFacts& thread);
 

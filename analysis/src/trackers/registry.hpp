@@ -200,6 +200,14 @@ class Registry {
   };
   template <typename Value>
   using KeyMap = FlatMap<Key, Value, KeyHash>;
+  template <typename Index>
+  static std::uint64_t scope(Index index) noexcept {
+    return static_cast<std::uint64_t>(index);
+  }
+  template <typename Id>
+  static std::int64_t key(Id id) noexcept {
+    return static_cast<std::int64_t>(to_number(id));
+  }
 
   Emitter find_emitter(const EventHead& head);
   static Emitter emitter_of(KnownEmitter& known) noexcept {

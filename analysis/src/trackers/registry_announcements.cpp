@@ -1,0 +1,280 @@
+// What applications and the kernel announce: processes, nodes, callbacks, publishers, threads.
+#include <cie/analysis/deadline.hpp>
+
+#include "registry.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+
+ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
+  ReadBack read{.at = ref(head),
+                .moment = event.moment,
+                .n = event.n,
+                .policy = event.policy,
+                .flags = event.flags,
+                .nice = event.nice,
+                .priority = event.priority,
+                .runtime_ns = event.runtime_ns,
+                .deadline_ns = event.deadline_ns,
+                .period_ns = event.period_ns,
+                .cpus = {event.cpus.begin(), event.cpus.end()},
+                .error = event.error,
+                .slice_ns = event.slice_ns,
+                .util_min = event.util_min,
+                .util_max = event.util_max,
+                .change = event.change,
+                .starts_before = 0};
+  std::ranges::sort(read.cpus);  // most often they are
+  return read;
+}
+
+void Registry::apply(const EventHead& head, const RunBegin& event) {
+  auto of_process = head;
+  if (!of_process.pid) of_process.pid = event.pid;
+  auto index = *process_of(of_process);
+  const bool is_pid_own = event.pid == *of_process.pid;
+  const auto is_of = [&](const ProcessFacts& process) {
+    // Two that begin in one tick of the kernel's clock have the same start.
+    return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
+           process.is_pid_own == is_pid_own;
+  };
+  if (model_.processes[at(index)].start_ns && !is_of(model_.processes[at(index)])) {
+    const auto former = index;
+    index = new_process(host_of(head), *of_process.pid);
+    auto& before = model_.processes[at(former)];
+    auto& process = model_.processes[at(index)];
+    process.first_seen = process.last_seen = ref(head);
+    if (!before.run_end && (!before.is_pid_own || !is_pid_own || before.pid_ns != event.pid_ns)) {
+      before.shares_pid_since = process.shares_pid_since = ref(head);
+    }
+  }
+  auto& process = model_.processes[at(index)];
+  note_speaker(head, index);
+  process.executor = event.executor;
+  if (event.moment == RunMoment::announce) ++process.announcements;
+  if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
+  if (!event.spec_sha256.empty() && event.spec_sha256 != process.spec_sha256) {
+    if (process.run_begin) process.spec_since = head.time;
+    process.spec_sha256 = event.spec_sha256;
+  }
+  if (process.run_begin) return;
+  process.run_begin = ref(head);
+  process.first_spec_sha256 = event.spec_sha256;
+  process.first_moment = event.moment;
+  process.boot_id = event.boot_id;
+  process.tool_version = event.tool_version;
+  process.start_ns = event.process_start_ns;
+  process.pid_ns = event.pid_ns;
+  if (!has_tids_of_kernel(process)) hide_from_kernel(index);
+  process.is_pid_own = is_pid_own;
+  process.contract_version = event.contract_version;
+  process.online_cpus = event.online_cpus;
+}
+
+void Registry::apply(const EventHead& head, const RunEnd& event) {
+  const auto index = speaker_of(head);
+  if (!index) return;
+  auto& process = model_.processes[at(*index)];
+  process.run_end = RunTotals{.at = ref(head),
+                              .callbacks = event.callbacks,
+                              .threads = event.threads,
+                              .groups = event.groups,
+                              .publishers = event.publishers,
+                              .status = event.status};
+}
+
+void Registry::apply(const EventHead& head, const NodeInit& event) {
+  const auto process = speaker_of(head);
+  if (!process) return;
+  const auto [index, is_new] = node_by_id_.insert({scope(*process), key(event.node)});
+  if (is_new) {
+    *index = static_cast<std::uint32_t>(model_.nodes.size());
+    model_.nodes.push_back(
+        NodeFacts{.process = *process, .id = event.node, .name = std::string(event.name)});
+  }
+}
+
+void Registry::apply(const EventHead& head, const GroupInit& event) {
+  const auto process = speaker_of(head);
+  if (!process) return;
+  auto& facts = model_.groups[group(*process, event.group, head)];
+  facts.node = event.node;
+  facts.type = event.type;
+}
+
+bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts) {
+  if (!facts.is_accounted || !facts.is_identified || !event.is_identified) return false;
+  return event.logical_id != facts.logical_id || event.kind != facts.kind ||
+         event.source != facts.source || event.period_ns != facts.period_ns;
+}
+
+void Registry::apply(const EventHead& head, const CallbackInit& event) {
+  const auto process = speaker_of(head);
+  if (!process) return;
+  const auto index = callback(*process, event.callback);
+  auto& facts = model_.callbacks[at(index)];
+  ++facts.inits;
+  // Repeated state follows a run_begin(announce), also of what was not seen to be registered; an init
+  // without one registers the callback anew.
+  const auto announcements = model_.processes[at(*process)].announcements;
+  const bool is_announcement = announcements != facts.announcements_at_init;
+  facts.announcements_at_init = announcements;
+  if (!is_announcement) facts.last_init = ref(head);
+  if (facts.registered) {
+    // Ids are given once: another process has this pid, and its run_begin was not seen.
+    auto& of = model_.processes[at(*process)];
+    if (!of.shares_pid_since && is_of_another(event, facts)) {
+      of.shares_pid_since = ref(head);
+      of.is_sharing_begin_lost = true;
+    }
+    return;
+  }
+  facts.registered = ref(head);
+  facts.first_next_seq = event.next_seq;
+  facts.is_accounted = !head.is_derived;
+  facts.is_identified = event.is_identified;
+  facts.logical_id = event.logical_id;
+  facts.node_id = event.node;
+  facts.node = node_name(*process, event.node);
+  facts.kind = event.kind;
+  facts.source = event.source;
+  facts.symbol = event.symbol;
+  facts.period_ns = event.period_ns;
+  facts.queue_depth = event.queue_depth;
+  facts.deadline_ns = event.deadline_ns;
+  facts.response_deadline =
+      response_deadline(spec_ == nullptr || !facts.is_identified
+                            ? nullptr
+                            : spec_->find_callback(facts.logical_id, facts.period_ns),
+                        event.deadline_ns);
+  facts.first_expiry = event.first_expiry;
+  if (to_number(event.group) != kNoId) {
+    facts.group = event.group;
+    model_.groups[group(*process, event.group, head)].callbacks.push_back(index);
+  }
+}
+
+void Registry::apply(const EventHead& head, const CallbackFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.callbacks[at(callback(*process, event.callback))].fini =
+      CallbackTotals{.at = ref(head),
+                     .started = event.started,
+                     .ended = event.ended,
+                     .released = event.released,
+                     .overwritten = event.overwritten,
+                     .lost = event.lost};
+}
+
+void Registry::apply(const EventHead& head, const PublisherInit& event) {
+  const auto process = speaker_of(head);
+  if (!process) return;
+  const auto index = publisher(*process, event.publisher);
+  auto& facts = model_.publishers[index];
+  if (facts.registered) return;
+  facts.registered = ref(head);
+  facts.first_next_seq = event.next_seq;
+  facts.topic = event.topic;
+  facts.writer_gid = event.writer_gid;
+  facts.node = event.node;
+  facts.is_accounted = !head.is_derived;
+  ++publishers_told_;
+  publisher_by_gid_[event.writer_gid] = index;
+  const auto host = model_.processes[at(*process)].host;
+  publisher_by_host_gid_[{scope(host), static_cast<std::int64_t>(event.writer_gid)}] = index;
+}
+
+void Registry::apply(const EventHead& head, const PublisherFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.publishers[publisher(*process, event.publisher)].fini = {ref(head), event.published};
+}
+
+std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
+  const auto process = speaker_of(head);
+  if (!process) return std::nullopt;
+  auto index = find_thread(*process, event.tid);
+  if (index) {
+    const auto& known = model_.threads[at(*index)];
+    const bool is_same_creation = known.start_ns && *known.start_ns == event.start_ns;
+    const bool was_unannounced = !known.announced && !is_gone(known) &&
+                                 (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
+    if (!is_same_creation && !was_unannounced) index.reset();
+  }
+  if (!index) index = new_thread(*process, event.tid);
+  auto& thread = model_.threads[at(*index)];
+  if (thread.fini) {  // announced anew after its end: another spin on the same thread
+    thread.fini.reset();
+    thread.announced_again = head.time;
+    thread.last_change = 0;
+    SequenceTracker::restart(thread.read_backs);
+  }
+  if (!thread.announced) {
+    thread.announced = ref(head);
+    thread.start_ns = event.start_ns;
+  }
+  thread.role = event.role;
+  if (event.callback != kNoCallback) thread.callback = event.callback;
+  if (event.group != kNoGroup) thread.group = event.group;
+  thread.name = event.name;
+  if (head.tid && *head.tid == thread.tid) {
+    if (!thread.first_seen) thread.first_seen = ref(head);
+    thread.last_seen = ref(head);
+  }
+  return index;
+}
+
+void Registry::apply(const EventHead& head, const ThreadFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  const auto index = find_thread(*process, event.tid);
+  if (!index) return;
+  auto& thread = model_.threads[at(*index)];
+  thread.fini = ref(head);
+  thread.fini_read_backs += event.read_backs;
+}
+
+std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSched& event) {
+  const auto process = process_of(head);
+  if (!process) return std::nullopt;
+  auto index = find_thread(*process, event.tid);
+  if (!index) index = new_thread(*process, event.tid);
+  auto& thread = model_.threads[at(*index)];
+  auto read_back = read_back_of(head, event);
+  for (const auto* pair : thread.ran)
+    read_back.starts_before += pair->starts;
+  read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
+  if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
+  if (event.moment == SchedMoment::applied) {
+    note_applied(thread, read_back);
+  }
+  if (event.moment == SchedMoment::audit) {
+    thread.audits = thread.audits.value_or(0) + 1;
+    if (!thread.first_audit) thread.first_audit = read_back;
+  }
+  thread.last_change = std::max(thread.last_change, event.change);
+  const bool is_last = !thread.last_read_back || !is_older(read_back, *thread.last_read_back);
+  if (is_last) thread.last_read_back = std::move(read_back);
+  return index;
+}
+
+void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
+  if (const auto index = thread_by_tid(host_of(head), event.tid))
+    note_exit(head, *index, SchedProcessExit::kName);
+}
+
+void Registry::apply(const EventHead& head, const ProcessName& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& name = model_.processes[at(*process)].name;
+  if (!head.is_derived || name.empty()) name = event.name;
+  if (!head.is_derived) return;
+  // What follows from an event's context is what its thread is called.
+  const auto thread = emitter_of(head).thread;
+  if (thread && model_.threads[at(*thread)].name.empty()) {
+    model_.threads[at(*thread)].name = event.name;
+  }
+}
+
+}  // namespace cie::analysis
