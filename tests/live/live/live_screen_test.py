@@ -129,7 +129,7 @@ class Screen(unittest.TestCase):
     def test_a_terminal_without_a_screen(self):
         terminal = Terminal(self, term="nonsense")
         self.assertEqual(terminal.wait(), 4)
-        self.assertIn(b"use --batch, --json or --listen", terminal.output)
+        self.assertIn(b"use --batch, --json or --listen", b" ".join(terminal.output.split()))
         self.assertEqual(termios.tcgetattr(terminal.slave), terminal.before)
 
     def test_without_colours(self):

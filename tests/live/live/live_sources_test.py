@@ -110,7 +110,7 @@ class Command(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("VIOLATED M2 one-callback-per-thread"), 1)
         last = done.stdout[done.stdout.rindex("cie live  "):]
-        self.assertIn("  ended  FAIL M2 one-callback-per-thread (1)  ", last)
+        self.assertIn("  ended  FAIL M2 one-callback-per-thread (1)", last)
         for name in (SHORT_TIMER, SHORT_SUBSCRIPTION.replace("\u2190", "<-")):
             self.assertIn(name, last)
 

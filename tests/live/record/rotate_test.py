@@ -2,6 +2,7 @@
 """Recordings in chunks (`cie record --rotate`): each can be read alone, together they lack nothing.
 Arguments: PROGRAMS APPLICATION (traced_app)."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -170,8 +171,11 @@ class Rotate(unittest.TestCase):
     def test_chunks_outlive_the_session_daemon(self):
         recorder, directory = self.record("killed")
         chunk = self.wait_for_whole_chunk(directory)
-        daemon, = (int(child) for task in Path(f"/proc/{recorder.pid}/task").iterdir()
-                   for child in (task / "children").read_text().split()
+        children = []
+        for task in Path(f"/proc/{recorder.pid}/task").iterdir():
+            with contextlib.suppress(FileNotFoundError):  # a thread that has ended meanwhile
+                children += (task / "children").read_text().split()
+        daemon, = (int(child) for child in children
                    if Path(f"/proc/{child}/comm").read_text().strip() == "lttng-sessiond")
         os.kill(daemon, signal.SIGKILL)
         _, said = self.end(recorder, status=4)
