@@ -40,6 +40,8 @@ int main(int argc, char** argv) {
     std::ofstream{ready} << "ready";
     while (!is_recorded())
       std::this_thread::sleep_for(10ms);
+    // LTTng's thread enables tracepoints first and its session then, which nothing tells.
+    std::this_thread::sleep_for(500ms);
   }
   lttng_ust_tracepoint(ros2, rcl_init, kContext, "4.1.1");
   lttng_ust_tracepoint(ros2, rcl_node_init, kNode, kNode + 1, "leg", "/robot");
