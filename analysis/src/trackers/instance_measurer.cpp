@@ -11,9 +11,12 @@ namespace {
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
-Extreme<Duration> extreme_of(const LiveInstance& live, Timestamp release, Duration value) {
-  return {
-      .value = value, .seq = live.seq, .start = live.start, .end = live.end, .release = release};
+Extreme<Duration> extreme_of(const auto& instance, Timestamp release, Duration value) {
+  return {.value = value,
+          .seq = instance.seq,
+          .start = instance.start,
+          .end = instance.end,
+          .release = release};
 }
 
 // From here on not every instance has its duration as what is certain of its response time.
@@ -231,13 +234,15 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   if (live.pair != nullptr) ++live.pair->instances;
   auto& bounds = bounds_[live.callback];
   note_response_time(live, measured, bounds);
-  if (is_unproven) [[unlikely]] {
-    keep_unproven(live, measured);
-  } else if (is_known(source)) {
-    const Arrival instance{
+  if (is_known(measured.release_source)) {
+    Arrival instance{
         .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
-    note_known(facts, bounds, instance);
-    note_arrival(facts, live.callback, live.host, instance, bounds);
+    if (is_unproven) [[unlikely]] {
+      keep_unproven(live.callback, live.host, instance);
+    } else {
+      note_known(facts, bounds, instance);
+      note_arrival(facts, live.callback, live.host, instance, bounds);
+    }
   }
   note_parts(live, measured, bounds);
 }
@@ -250,32 +255,28 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   const auto response = instance.end.time - instance.release;
   facts.response_time.add(response);
   facts.start_latency.add(instance.start.time - instance.release);
-  const auto extreme = [&] {
-    return Extreme<Duration>{.value = response,
-                             .seq = instance.seq,
-                             .start = instance.start,
-                             .end = instance.end,
-                             .release = instance.release};
-  };
-  if (bounds.response.rise(response)) facts.max_response = extreme();
-  if (bounds.response_upper.rise(response)) facts.max_response_upper = extreme();
+  if (bounds.response.rise(response)) {
+    facts.max_response = extreme_of(instance, instance.release, response);
+  }
+  if (bounds.response_upper.rise(response)) {
+    facts.max_response_upper = extreme_of(instance, instance.release, response);
+  }
 }
 
-void InstanceMeasurer::keep_unproven(const LiveInstance& live, const Measured& measured) {
-  auto& facts = *live.callback_facts;
-  auto& [instances, host, has_left_bounds] = unproven_[live.callback];
-  if (instances.size() >= Unproven::kMost) leave_bounds(live.callback);
+void InstanceMeasurer::keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance) {
+  auto& facts = model_.callbacks[at(index)];
+  auto& unproven = unproven_[index];
+  if (unproven.instances.size() >= Unproven::kMost) leave_bounds(index);
   keep_lower_apart(facts);
   ++facts.without_upper_bound;
-  host = live.host;
-  instances.push_back(
-      {.seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release});
+  unproven.host = host;
+  unproven.instances.push_back(instance);
 }
 
 void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
   auto& facts = model_.callbacks[at(index)];
   auto& bounds = bounds_[index];
-  for (const auto& instance : unproven.instances) {
+  for (auto& instance : unproven.instances) {
     const auto start = instance.start.time;
     const auto end = instance.end.time;
     --facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)];
@@ -419,7 +420,7 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_arrival(CallbackFacts& facts,
                                                                   CallbackIndex callback,
-                                                                  HostIndex host, Arrival arrived,
+                                                                  HostIndex host, Arrival& arrived,
                                                                   Bounds& bounds) {
   auto& arrivals = arrivals_[callback];
   const auto pair = [&](Arrival& earlier, Arrival& later) {

@@ -188,12 +188,12 @@ class InstanceMeasurer {
   // An instance whose release is known.
   inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance);
   inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
-                           Arrival arrived, Bounds& bounds);
+                           Arrival& arrived, Bounds& bounds);
   static bool is_unproven(const LiveInstance& live, const Measured& measured) {
     return live.proven_by > live.callback_facts->grid.prompt_starts &&
            measured.release_source == ReleaseSource::timer_grid;
   }
-  void keep_unproven(const LiveInstance& live, const Measured& measured);
+  void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
