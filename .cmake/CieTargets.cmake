@@ -185,7 +185,7 @@ function(cie_archives result)
 endfunction()
 
 # cie_link_static(cie): without any shared library, the C library's included, where the system has its archive. A start
-# maps and looks up nothing: two of its five milliseconds. Addresses stay random (static PIE). The linker warns of what
+# maps and looks up nothing, which was a fifth of it. Addresses stay random (static PIE). The linker warns of what
 # needs shared libraries after all: modules of NSS (users and hosts) and plugins of SQLite, none of which cie asks for.
 function(cie_link_static target)
   set(CMAKE_REQUIRED_LINK_OPTIONS -static-pie)
