@@ -109,10 +109,10 @@ struct Analyzer::Pipeline {
     if (!head.pid) ++model.events.cie_without_pid;
     if (!head.tid) ++model.events.cie_without_tid;
     const auto who = registry.emitter_of(head);
-    if (head.cpu) note_cpu(head, who);
+    note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    if (head.tid && is_running && recording.has_kernel(who.host) &&
+    if (recording.has_kernel(who.host) && head.tid && is_running &&
         (!who.thread || registry.facts_of(who).is_known_to_kernel)) {
       timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
     }
@@ -125,7 +125,12 @@ struct Analyzer::Pipeline {
   }
 
   // A thread emitted an event on a CPU, of which the kernel may have recorded nothing.
-  void note_cpu(const EventHead& head, const Emitter& who) {
+  [[gnu::always_inline]] void note_cpu(const EventHead& head, const Emitter& who) {
+    // Without the kernel's events it is enough to have seen the CPU once.
+    const bool tells_nothing = !who.is_elsewhere && !recording.coverage().is_any();
+    if (!tells_nothing && head.cpu) see_cpu(head, who);
+  }
+  void see_cpu(const EventHead& head, const Emitter& who) {
     if (recording.coverage().see(who.host, *head.cpu) || !who.thread) return;
     auto& thread = model.threads[at(*who.thread)];
     if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
@@ -201,9 +206,8 @@ struct Analyzer::Pipeline {
                           !recording.has_kernel(known->host) &&
                           !enforcement.heeds_events_of(known->thread);
     if (!is_usual) return false;
-    const bool is_elsewhere = known->last_cpu != head.cpu;
     const auto who = registry.see_again(*known, head.cpu, *start.end);
-    if (is_elsewhere && head.cpu) note_cpu(head, who);
+    note_cpu(head, who);
     constexpr std::uint64_t kBoth = 2;
     ++by_class[kCallbackStart];
     ++by_class[kCallbackEnd];
@@ -463,6 +467,11 @@ void Analyzer::consume(const Event& event) {
     if (is_passing_by) return;
   }
   pipeline.instances->advance(event.head);
+}
+
+bool Analyzer::is_worth_expecting() const noexcept {
+  constexpr std::size_t kInCache = 512;  // some 5 KB each: measured, a second-level cache's worth
+  return pipeline_->model.pairs.size() > kInCache;
 }
 
 void Analyzer::expect_emitter(const EventHead& head) const noexcept {

@@ -126,10 +126,14 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
                        const AnalysisOptions& options) {
   analyzer.add(find_recordings(traces, options.is_content_checked));
   const auto translator = std::make_unique<EventTranslator>();  // too large for untouched stack
-  const auto consume = [&analyzer](const EventBatch& batch) {
-    batch.each([&analyzer](const Event& event) { analyzer.expect(event); },
-               [&analyzer](const Event& event) { analyzer.expect_next(event); },
-               [&analyzer](const Event& event) { analyzer.consume(event); });
+  const auto consume_one = [&analyzer](const Event& event) { analyzer.consume(event); };
+  const auto consume = [&analyzer, &consume_one](const EventBatch& batch) {
+    if (analyzer.is_worth_expecting()) {
+      batch.each([&analyzer](const Event& event) { analyzer.expect(event); },
+                 [&analyzer](const Event& event) { analyzer.expect_next(event); }, consume_one);
+    } else {
+      batch.each(consume_one);
+    }
   };
   read_for(consume, traces,
            {.metadata_from = options.metadata_from,

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <limits>
+#include <type_traits>
 
 namespace cie::analysis {
 namespace {
@@ -17,11 +18,12 @@ std::uint64_t magnitude(std::int64_t value) noexcept {
   return value < 0 ? 0 - bits : bits;
 }
 
+// Without a branch: of an octave's 64 the first is the one that its least value, 64 when shifted, is
+// added to.
 std::size_t bucket_of(std::uint64_t value) noexcept {
-  if (value < kExact) return value;
-  const auto octave = static_cast<unsigned>(std::bit_width(value)) - 1;  // >= 7
-  const auto sub = (value >> (octave - kSubBucketBits)) & 63U;
-  return kExact + std::size_t{64} * (octave - 7) + sub;
+  const auto shift =
+      static_cast<unsigned>(std::bit_width(value | (kExact - 1))) - (kSubBucketBits + 1);
+  return (std::size_t{shift} << kSubBucketBits) + (value >> shift);
 }
 
 // Midpoint of a bucket; the bucket's own value where it holds one.
@@ -111,21 +113,23 @@ std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const no
   return static_cast<std::uint64_t>(std::ranges::count(*carries_, bucket)) << 32U;
 }
 
-template <typename Integer>
-void LogLinearHistogram::add_all(std::span<const Integer> values) {
-  for (const std::int64_t value : values) {
-    const auto bucket = bucket_of(magnitude(value));
-    if (value >= 0) [[likely]] {
-      positive_.add(bucket);
+template <typename Integer, typename Visit>
+void LogLinearHistogram::add_all(std::span<const Integer> values, const Visit& visit) {
+  for (const auto value : values) {
+    visit(value);
+    if (std::is_unsigned_v<Integer> || value >= 0) [[likely]] {
+      positive_.add(bucket_of(static_cast<std::uint64_t>(value)));
     } else {
       if (!negative_) negative_.emplace();
-      negative_->add(bucket);
+      negative_->add(bucket_of(magnitude(value)));
     }
   }
   count_ += values.size();
 }
 
-void LogLinearHistogram::add(std::span<const std::int64_t> values) { add_all(values); }
+void LogLinearHistogram::add(std::span<const std::int64_t> values) {
+  add_all(values, [](std::int64_t /*value*/) {});
+}
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
   positive_.merge(other.positive_);
@@ -187,19 +191,20 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
 template <typename Integer>
 void Statistics::Values::take_all(std::span<const Integer> values) {
   if (values.empty()) return;
-  if (histogram.count() == 0) min = max = values.front();
-  auto least = min;
-  auto most = max;
-  auto total = sum;
-  for (const std::int64_t value : values) {
+  const bool is_first = histogram.count() == 0;
+  // Of numbers of 32 bits there are few enough for one of 64.
+  using Total = std::conditional_t<std::is_same_v<Integer, std::uint32_t>, std::uint64_t, Int128>;
+  auto least = values.front();
+  auto most = values.front();
+  Total total = 0;
+  histogram.add_all(values, [&](Integer value) {
     least = std::min(least, value);
     most = std::max(most, value);
     total += value;
-  }
-  min = least;
-  max = most;
-  sum = total;
-  histogram.add_all(values);
+  });
+  min = is_first ? least : std::min<std::int64_t>(min, least);
+  max = is_first ? most : std::max<std::int64_t>(max, most);
+  sum += total;
 }
 
 void Statistics::Values::take(std::int64_t value) {

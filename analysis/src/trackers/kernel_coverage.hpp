@@ -51,6 +51,8 @@ class KernelCoverage {
     const auto* stream = streams_.find(index);
     return stream == nullptr || !stream->is_kernel || stream->is_evidence;
   }
+  // Some kernel stream is evidence.
+  bool is_any() const noexcept { return evidence_ != 0; }
   bool has_kernel(HostIndex host) const noexcept {
     if (evidence_ == 0) return false;
     const auto* state = hosts_.find(host);

@@ -65,7 +65,7 @@ class KnownEmitters {
   void expect(const EventHead& head) const noexcept {
     prefetch_to_write(&places_[place(head.pid, head.tid)]);
   }
-  // Null: not known.
+  // Null: its emitter must be looked up. Valid until another one is kept.
   [[gnu::always_inline]] const KnownEmitter* peek(const EventHead& head,
                                                   HostIndex host) const noexcept {
     const auto& known = places_[place(head.pid, head.tid)];
@@ -73,13 +73,6 @@ class KnownEmitters {
   }
   [[gnu::always_inline]] KnownEmitter* peek(const EventHead& head, HostIndex host) noexcept {
     return const_cast<KnownEmitter*>(std::as_const(*this).peek(head, host));
-  }
-  // Notes the event; null: its emitter must be looked up. Valid until another one is kept.
-  KnownEmitter* find(const EventHead& head, HostIndex host) {
-    auto* const known = peek(head, host);
-    if (known == nullptr) return nullptr;
-    see_again(*known, head.cpu, head.time);
-    return known;
   }
   // Notes another event of it.
   void see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu, Timestamp time) noexcept {

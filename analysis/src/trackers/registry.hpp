@@ -29,6 +29,8 @@ struct Emitter {
   std::optional<ThreadIndex> thread;
   // The registry's, until another emitter is looked up; null: it was not looked up before.
   KnownEmitter* known = nullptr;
+  // Its last event was on another CPU, or is not known.
+  bool is_elsewhere = true;
 };
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event);
@@ -54,19 +56,23 @@ class Registry {
   const KnownEmitter* known_emitter_of(const EventHead& head) const noexcept {
     return emitters_.peek(head, host_of(head));
   }
-  KnownEmitter* known_emitter_of(const EventHead& head) noexcept {
+  [[gnu::always_inline]] KnownEmitter* known_emitter_of(const EventHead& head) noexcept {
     return emitters_.peek(head, host_of(head));
   }
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
-    const auto host = host_of(head);
-    auto* const known = emitters_.find(head, host);
-    return known == nullptr ? find_emitter(head) : emitter_of(*known);
+    auto* const known = known_emitter_of(head);
+    return known == nullptr ? find_emitter(head) : see_again(*known, head.cpu, head.time);
   }
   // Another event of a known emitter.
   Emitter see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu, Timestamp time) noexcept {
+    const bool is_elsewhere = known.last_cpu != cpu;
     emitters_.see_again(known, cpu, time);
-    return emitter_of(known);
+    return {.host = known.host,
+            .process = known.process,
+            .thread = known.thread,
+            .known = &known,
+            .is_elsewhere = is_elsewhere};
   }
   // The same of a callback's start. A thread may publish after its `thread_fini`, but runs no
   // callback: one that starts there, unless a `thread_init` came since, is on an unknown thread.
@@ -210,9 +216,6 @@ class Registry {
   }
 
   Emitter find_emitter(const EventHead& head);
-  static Emitter emitter_of(KnownEmitter& known) noexcept {
-    return {.host = known.host, .process = known.process, .thread = known.thread, .known = &known};
-  }
   // The process lives in another pid namespace than the kernel's events.
   void hide_from_kernel(ProcessIndex process);
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);

@@ -67,7 +67,9 @@ class Analyzer {
 
   void consume(const Event& event);
   // Hints, not needed: the event will be consumed after some others, and in the second case after a
-  // few. What it takes to do so is on its way into the processor's cache meanwhile.
+  // few. What it takes to do so is on its way into the processor's cache meanwhile. They cost more
+  // than they gain unless so many callbacks run that what is known of them does not stay there.
+  bool is_worth_expecting() const noexcept;
   void expect(const Event& event) const noexcept {
     if (is_foretelling(event)) expect_emitter(event.head);
   }

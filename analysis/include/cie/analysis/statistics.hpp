@@ -119,8 +119,9 @@ class LogLinearHistogram {
   };
 
   friend class Statistics;
-  template <typename Integer>
-  void add_all(std::span<const Integer> values);
+  // Calls `visit` with each.
+  template <typename Integer, typename Visit>
+  void add_all(std::span<const Integer> values, const Visit& visit);
   template <typename Visit>
   void each(const Visit& visit) const;
 
