@@ -27,6 +27,7 @@ class Monitor final : public analysis::Observer {
   // Callbacks of a process that ended are shown this long after their last instance.
   static constexpr std::int64_t kKeptAfterEndNs = 60'000'000'000;
 
+  bool waits_for_proof() const override { return false; }  // what is going on is shown now
   void on_instance(const analysis::Instance& instance) override;
 
   // What is known now. `result`: of the analyzer that this observes.

@@ -84,6 +84,11 @@ inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& m
     measured.release = *live.release;
     measured.release_source = ReleaseSource::exact;
   } else if (live.expiry && !live.callback_facts->grid.is_refuted) {
+    if (is_unproven(live)) {
+      measured.unproven = live.expiry;
+      measured.release = live.start.time;
+      return;
+    }
     measured.release = *live.expiry;
     measured.release_source = ReleaseSource::timer_grid;
   } else if (const auto wake = is_isolated_thread(live) ? woken(live, measured) : OptionalTime{}) {
@@ -148,7 +153,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
     }
     instance.preempted_by = live.preempted_by;
   }
-  instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
+  instance.missed = facts.kind == CallbackKind::timer && !measured.unproven ? live.missed : 0;
   instance.response_deadline = facts.response_deadline;
   instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
   instance.writer_gid = live.writer_gid;
@@ -208,15 +213,14 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
       }
       break;
   }
-  if (observer_ != nullptr) observer_->on_instance(instance_of(live, measured));
+  if (observer_ != nullptr) tell(live, measured);
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::count(const LiveInstance& live,
                                                            const Measured& measured) {
   auto& facts = *live.callback_facts;
   ++facts.instances;
-  const bool is_unproven = InstanceMeasurer::is_unproven(live, measured);
-  const auto source = is_unproven ? ReleaseSource::start : measured.release_source;
+  const auto source = measured.release_source;
   ++facts.by_release_source[static_cast<std::size_t>(source)];
   if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
   const auto start = live.start.time;
@@ -234,15 +238,15 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   if (live.pair != nullptr) ++live.pair->instances;
   auto& bounds = bounds_[live.callback];
   note_response_time(live, measured, bounds);
-  if (is_known(measured.release_source)) {
+  if (is_known(source)) {
     Arrival instance{
         .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
-    if (is_unproven) [[unlikely]] {
-      keep_unproven(live.callback, live.host, instance);
-    } else {
-      note_known(facts, bounds, instance);
-      note_arrival(facts, live.callback, live.host, instance, bounds);
-    }
+    note_known(facts, bounds, instance);
+    note_arrival(facts, live.callback, live.host, instance, bounds);
+  } else if (measured.unproven) [[unlikely]] {
+    keep_unproven(
+        live.callback, live.host,
+        {.seq = live.seq, .start = live.start, .end = *live.end, .release = *measured.unproven});
   }
   note_parts(live, measured, bounds);
 }
@@ -287,6 +291,9 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
             *facts.response_deadline) {
       ++facts.late;
     }
+    for (auto* extreme : longest_of(facts)) {
+      if (*extreme && (*extreme)->seq == instance.seq) (*extreme)->release = instance.release;
+    }
     note_known(facts, bounds, instance);
     note_arrival(facts, index, unproven.host, instance, bounds);
   }
@@ -305,7 +312,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
   if (bounds.response_lower.rise(lower)) {
     facts.max_response_lower = extreme_of(live, release, lower);
   }
-  if (!is_known(source)) {
+  if (!is_known(source) && !measured.unproven) {
     if (lower != end - start) keep_lower_apart(facts);
     if (!facts.is_lower_duration) facts.response_time_lower.add(lower);
     if (const auto written = bound_of_release(live)) {

@@ -14,6 +14,7 @@
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -98,7 +99,9 @@ class InstanceMeasurer {
   // A prompt start of the timer has proven the calculated releases before it.
   void prove(CallbackIndex index) {
     auto* unproven = unproven_.find(index);
-    if (unproven != nullptr && !unproven->instances.empty()) count_unproven(index, *unproven);
+    if (unproven == nullptr) return;
+    if (!unproven->rows.empty()) tell_rows(index, *unproven);
+    if (!unproven->instances.empty()) count_unproven(index, *unproven);
   }
   // No start will: what they told becomes bounds.
   void leave_bounds(CallbackIndex index);
@@ -151,10 +154,16 @@ class InstanceMeasurer {
     Bound max_inter_arrival;
   };
 
+  // What observers will be told of an instance.
+  struct Row {
+    Instance instance;  // with the calculated release
+    std::vector<Preemptor> preempted_by;
+  };
   // Measured instances of a timer that count as bounds until a prompt start proves their releases.
   struct Unproven {
     static constexpr std::size_t kMost = 4096;
     std::vector<Arrival> instances;
+    std::vector<Row> rows;  // of these and of those that are not counted
     HostIndex host{};
     bool has_left_bounds = false;
   };
@@ -164,6 +173,7 @@ class InstanceMeasurer {
     InstanceState state = InstanceState::complete;
     ReleaseSource release_source = ReleaseSource::start;
     Timestamp release;
+    OptionalTime unproven;  // a calculated release that no prompt start has proven
     OptionalTime waking;
     const ThreadTimeline::Parts* parts = nullptr;  // of the instance; null: unknown
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
@@ -189,12 +199,20 @@ class InstanceMeasurer {
   inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance);
   inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
                            Arrival& arrived, Bounds& bounds);
-  static bool is_unproven(const LiveInstance& live, const Measured& measured) {
-    return live.proven_by > live.callback_facts->grid.prompt_starts &&
-           measured.release_source == ReleaseSource::timer_grid;
+  static bool is_unproven(const LiveInstance& live) {
+    return live.proven_by > live.callback_facts->grid.prompt_starts;
+  }
+  // What was longest by more than responses alone: witnesses that may have any release.
+  static auto longest_of(CallbackFacts& facts) {
+    return std::array{&facts.max_response_lower, &facts.max_duration, &facts.max_execution,
+                      &facts.max_duration_without_execution};
   }
   void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
+  // Tells the observer, or keeps the row until its release is proven.
+  void tell(const LiveInstance& live, const Measured& measured);
+  void tell_rows(CallbackIndex index, Unproven& unproven);
+  void tell_bounds(CallbackIndex index, Unproven& unproven);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);

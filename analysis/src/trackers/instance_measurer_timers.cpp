@@ -35,19 +35,60 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
                   .min_inter_arrival = {},
                   .max_inter_arrival = {}};
   arrivals_[index] = {};
-  unproven_[index].instances.clear();
+  for (auto* extreme : longest_of(facts)) {
+    if (*extreme) (*extreme)->release.reset();
+  }
+  auto* unproven = unproven_.find(index);
+  if (unproven == nullptr) return;
+  unproven->instances.clear();
+  tell_bounds(index, *unproven);
 }
 
 void InstanceMeasurer::leave_bounds(CallbackIndex index) {
   auto* unproven = unproven_.find(index);
   if (unproven == nullptr) return;
-  auto& [instances, host, has_left_bounds] = *unproven;
+  tell_bounds(index, *unproven);
+  auto& instances = unproven->instances;
+  auto& has_left_bounds = unproven->has_left_bounds;
   auto& facts = model_.callbacks[at(index)];
   for (const auto& instance : instances)
     facts.response_time_lower.add(instance.end.time - instance.start.time);
   has_left_bounds = has_left_bounds || !instances.empty();
   instances.clear();
   if (has_left_bounds) chains_.forget_releases(index);
+}
+
+void InstanceMeasurer::tell(const LiveInstance& live, const Measured& measured) {
+  auto instance = instance_of(live, measured);
+  if (!measured.unproven || !observer_->waits_for_proof()) {
+    observer_->on_instance(instance);
+    return;
+  }
+  auto& unproven = unproven_[live.callback];
+  if (unproven.rows.size() >= Unproven::kMost) tell_bounds(live.callback, unproven);
+  instance.release = measured.unproven;
+  instance.release_source = ReleaseSource::timer_grid;
+  instance.missed = live.missed;
+  unproven.rows.push_back({.instance = instance, .preempted_by = live.preempted_by});
+}
+
+void InstanceMeasurer::tell_rows(CallbackIndex index, Unproven& unproven) {
+  const auto& facts = model_.callbacks[at(index)];
+  for (auto& [instance, preempted_by] : unproven.rows) {
+    if (facts.registered) instance.logical_id = facts.logical_id;  // it may have moved
+    instance.preempted_by = preempted_by;
+    observer_->on_instance(instance);
+  }
+  unproven.rows.clear();
+}
+
+void InstanceMeasurer::tell_bounds(CallbackIndex index, Unproven& unproven) {
+  for (auto& [instance, preempted_by] : unproven.rows) {
+    instance.release = instance.start;
+    instance.release_source = ReleaseSource::start;
+    instance.missed = 0;
+  }
+  tell_rows(index, unproven);
 }
 
 }  // namespace cie::analysis

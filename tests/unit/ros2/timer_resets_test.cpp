@@ -2,7 +2,9 @@
 // starts have a reason then, and fit the grid as it was.
 #include "ros2_text.hpp"
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -21,7 +23,7 @@ constexpr auto kHeldUp = "/n@Timer(10000000)";
 
 // Some prompt starts; then another callback holds up each one by 3 ms, of a grid that moved by so
 // much; then, where it did not, perhaps a prompt start again. All instances take 1 ms.
-std::string held_up(std::int64_t moved, bool ends_promptly) {
+std::string held_up(std::int64_t moved, bool ends_promptly, int late_starts = kLateStarts) {
   std::string text = R"(
     0 rcl_node_init node_handle=0x10 node_name=n namespace=/
     0 rcl_timer_init timer_handle=0x20 period=10000000
@@ -33,8 +35,8 @@ std::string held_up(std::int64_t moved, bool ends_promptly) {
             std::to_string(end) + " callback_end callback=" + callback + '\n';
   };
   const auto expiry = [](int k) { return k * kEvery - 10 * kMicrosecond; };
-  for (int k = 1; k <= kPromptStarts + kLateStarts + (ends_promptly ? 1 : 0); ++k) {
-    const bool is_late = k > kPromptStarts && k <= kPromptStarts + kLateStarts;
+  for (int k = 1; k <= kPromptStarts + late_starts + (ends_promptly ? 1 : 0); ++k) {
+    const bool is_late = k > kPromptStarts && k <= kPromptStarts + late_starts;
     const auto start = expiry(k) + (is_late ? moved + 3 * kMillisecond : 100 * kMicrosecond);
     if (is_late) run("0x70", expiry(k) - 2 * kMillisecond, start - kMicrosecond);
     run("0x30", start, start + kMillisecond);
@@ -69,6 +71,41 @@ TEST(Ros2TimerResets, APromptStartProvesLateOnesBeforeIt) {
   EXPECT_EQ(timer.inter_arrival->count, kPromptStarts + kLateStarts);
   EXPECT_FALSE(timer.response_time_lower);
   EXPECT_EQ(timer.missed_releases, 0U);
+}
+
+std::vector<std::int64_t> releases_of_rows(const Ros2Result& result) {
+  std::vector<std::int64_t> releases;
+  for (const auto& row : result.instances) {
+    if (row.logical_id == kHeldUp) releases.push_back(row.release);
+  }
+  return releases;
+}
+
+TEST(Ros2TimerResets, RowsTellNoReleaseThatNothingProves) {
+  const auto releases = releases_of_rows(analyze_ros2(held_up(4 * kMillisecond, false)));
+  ASSERT_EQ(releases.size(), kPromptStarts + kLateStarts);
+  for (int k = 1; k <= kPromptStarts + kLateStarts; ++k) {
+    const auto proven = k <= kPromptStarts ? k * kEvery - 10 * kMicrosecond : -1;
+    EXPECT_EQ(releases[static_cast<std::size_t>(k - 1)], proven) << k;
+  }
+}
+
+TEST(Ros2TimerResets, RowsTellReleasesThatAPromptStartProvesLater) {
+  const auto releases = releases_of_rows(analyze_ros2(held_up(0, true)));
+  ASSERT_EQ(releases.size(), kPromptStarts + kLateStarts + 1);
+  for (int k = 1; k <= kPromptStarts + kLateStarts + 1; ++k)
+    EXPECT_EQ(releases[static_cast<std::size_t>(k - 1)], k * kEvery - 10 * kMicrosecond) << k;
+}
+
+// More than are waited for: the first are told by bounds, the others are proven.
+TEST(Ros2TimerResets, RowsAreHeldBackInBoundedMemory) {
+  constexpr int kMost = 4096;
+  constexpr int kLate = kMost + 500;
+  const auto releases = releases_of_rows(analyze_ros2(held_up(0, true, kLate)));
+  ASSERT_EQ(releases.size(), kPromptStarts + kLate + 1);
+  EXPECT_EQ(std::ranges::count(releases, -1), kMost);
+  EXPECT_EQ(releases[kPromptStarts + kMost],
+            (kPromptStarts + kMost + 1) * kEvery - 10 * kMicrosecond);
 }
 
 // Its deadline is missed only by what is proven.

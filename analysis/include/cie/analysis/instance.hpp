@@ -99,6 +99,10 @@ struct Waking {
 class Observer {
  public:
   virtual ~Observer() = default;
+  // A late start proves no release of a ROS 2 timer; one on time that follows proves those before it.
+  // Who waits is told of such an instance then only, or at last, if nothing proved its release, by
+  // what bounds it; who does not, at once, by what bounds it.
+  virtual bool waits_for_proof() const { return true; }
   virtual void on_instance(const Instance&) {}
   virtual void on_publication(const Publication&) {}
   virtual void on_sched_slice(const SchedSlice&) {}
