@@ -73,6 +73,26 @@ TEST(InstanceCsv, WithoutASignOfReleaseTheStartIsTheBound) {
             std::string(kHeader) + "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,0,ok,robot\n");
 }
 
+// As the analysis took back the releases of the first timer, and not those of the other.
+TEST(InstanceCsv, TheStartIsTheBoundWhereACalculatedReleaseWasTakenBack) {
+  InstanceWriter writer;
+  auto report = on_robot();
+  for (const auto number : {0U, 1U}) {
+    auto row = instance("/a@Timer(1)", 11, number, 100, 150, 160);
+    row.callback = analysis::CallbackIndex{number};
+    row.release_source = analysis::ReleaseSource::timer_grid;
+    row.missed = 3;
+    writer.on_instance(row);
+    report.callbacks.emplace_back().index = row.callback;
+  }
+  report.callbacks.back().response_time.emplace().count = 1;
+  std::ostringstream out;
+  writer.write(out, TableFormat::csv, report);
+  EXPECT_EQ(out.str(), std::string(kHeader) +
+                           "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,0,ok,robot\n" +
+                           "/a@Timer(1),4001,11,1,100,,150,160,,,,,,timer_grid,,,3,ok,robot\n");
+}
+
 TEST(InstanceCsv, OrdersByStartThenThreadHoweverRowsArriveAndHoweverFewFitInMemory) {
   for (const std::size_t rows_in_memory : {std::size_t{1}, std::size_t{2}, std::size_t{100}}) {
     InstanceWriter writer({}, rows_in_memory);

@@ -32,7 +32,7 @@ std::vector<std::string> replayed(RecordedRun& run, const CommonClock& clock = {
   std::vector<std::int64_t> starts(64);
   std::vector<std::pair<std::size_t, std::vector<std::uint64_t>>> receivers;
   run.replay(
-      clock,
+      {}, clock,
       [&](const RecordedInstance& r) {
         starts.at(r.index) = r.instance.start.ns;
         told.push_back(std::to_string(r.instance.start.ns) + " " + std::to_string(r.instance.tid) +
@@ -67,11 +67,27 @@ TEST(RecordedRun, TellsEverythingInOrderOfTimeWithMessagesJoined) {
   }
 }
 
+TEST(RecordedRun, TellsNoReleaseThatWasTakenBack) {
+  RecordedRun run(1'000, {});
+  auto told = test::instance(test::kTimer, 11, 0, 100, 150, 160);
+  told.release_source = analysis::ReleaseSource::timer_grid;
+  run.add(told);
+  analysis::Report report;
+  report.callbacks.emplace_back().index = told.callback;  // has no response time
+  run.replay(
+      report, {},
+      [](const RecordedInstance& r) {
+        EXPECT_EQ(r.instance.release, analysis::Timestamp{150});
+        EXPECT_EQ(r.instance.release_source, analysis::ReleaseSource::start);
+      },
+      [](const RecordedPublication&) {});
+}
+
 // Which of the publications at 1, 2, 3, … some instance took, by `run`.
 std::vector<std::int64_t> taken_publications(RecordedRun& run) {
   std::vector<std::int64_t> taken;
   run.replay(
-      {}, [](const RecordedInstance&) {},
+      {}, {}, [](const RecordedInstance&) {},
       [&](const RecordedPublication& r) {
         if (!r.receivers.empty()) taken.push_back(r.publication.time.ns);
       });

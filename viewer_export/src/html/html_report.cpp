@@ -185,7 +185,13 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
                        const SchedulingSpec* spec, std::string_view input,
                        bool is_isolation_expected) {
   std::string columns;
-  Json timeline = State::lanes_json(result.report, state_->choice.take(), columns);
+  auto lanes = state_->choice.take();
+  const TakenBackReleases taken_back(result.report);
+  for (auto& lane : lanes) {
+    for (auto& instance : lane.instances)
+      instance = taken_back.corrected(instance);
+  }
+  Json timeline = State::lanes_json(result.report, lanes, columns);
   std::ostringstream compressed;
   GzipStream gzip(compressed);
   gzip.stream() << columns;

@@ -36,4 +36,24 @@ std::optional<std::int64_t> KeptInstance::response() const {
   return numbers.value(end) - numbers.value(release);
 }
 
+TakenBackReleases::TakenBackReleases(const analysis::Report& report) {
+  for (const auto& callback : report.callbacks) {
+    const auto number = analysis::at(callback.index);
+    if (number >= has_releases_.size()) has_releases_.resize(number + 1, true);
+    has_releases_[number] = callback.response_time.has_value();
+  }
+}
+
+KeptInstance TakenBackReleases::corrected(KeptInstance row) const {
+  const auto number = analysis::at(row.callback);
+  const bool is_taken_back = row.release_source == analysis::ReleaseSource::timer_grid &&
+                             number < has_releases_.size() && !has_releases_[number];
+  if (is_taken_back) {
+    row.release_source = analysis::ReleaseSource::start;
+    row.numbers.keep(KeptInstance::release, std::optional(row.start));
+    row.missed = 0;
+  }
+  return row;
+}
+
 }  // namespace cie::viewer_export

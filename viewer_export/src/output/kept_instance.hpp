@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/report.hpp>
 
 #include "optional_numbers.hpp"
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace cie::viewer_export {
 
@@ -51,6 +53,18 @@ struct KeptInstance {
   }
   // From an exactly known release to the end.
   std::optional<std::int64_t> response() const;
+};
+
+// Timers of ROS 2 whose calculated releases the analysis took back, all of them, when some rows had
+// been told.
+class TakenBackReleases {
+ public:
+  explicit TakenBackReleases(const analysis::Report& report);
+  // The row as the report has it: where its release was taken back its start is the bound.
+  KeptInstance corrected(KeptInstance row) const;
+
+ private:
+  std::vector<bool> has_releases_;  // by callback
 };
 
 }  // namespace cie::viewer_export

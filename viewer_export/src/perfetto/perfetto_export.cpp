@@ -237,7 +237,7 @@ void PerfettoExport::State::write_packets(std::ostream& out,
   // Of two events at the same time Perfetto takes the first in the file first, and a publication
   // lies inside the callback that starts with it: replay() tells the instance first.
   run.replay(
-      clock,
+      result.report, clock,
       [&](const RecordedInstance& record) {
         draw(record);
         flush_full();

@@ -132,7 +132,9 @@ void InstanceRows::drain(InstanceWriter& instances, const analysis::Report& repo
                          const Consume& consume) {
   auto& state = *instances.state_;
   const analysis::ReportRows rows(report);
-  state.drain([&](const KeptInstance& row) {
+  const TakenBackReleases taken_back(report);
+  state.drain([&](const KeptInstance& told) {
+    const auto row = taken_back.corrected(told);
     consume(cells_of(row, state.names.name(row.name), rows.process_of(row)), row.process,
             row.state == analysis::InstanceState::complete);
   });

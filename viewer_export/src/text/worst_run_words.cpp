@@ -35,8 +35,8 @@ std::string preempted_words(const WorstRun& worst) {
   return fmt::format("preempted, {} of it by {}", format_duration(worst.preempted_by_time.ns), by);
 }
 
-// Its release was calculated, and in the end nothing proved it: the report has a bound in its place.
-bool is_unproven(const WorstRun& worst, const analysis::CallbackReport& callback) {
+// Its release was calculated, and taken back when it had been told: the report has a bound in its place.
+bool is_taken_back(const WorstRun& worst, const analysis::CallbackReport& callback) {
   return std::ranges::none_of(
       std::array{&callback.response_time, &callback.response_time_lower, &callback.duration},
       [&worst](const auto* times) { return *times && (*times)->max >= worst.response_time.ns; });
@@ -47,7 +47,7 @@ bool is_unproven(const WorstRun& worst, const analysis::CallbackReport& callback
 const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackReport& callback) {
   const auto& all = judged.context.worst_runs;
   const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
-  return found == all.end() || is_unproven(*found, callback) ? nullptr : &*found;
+  return found == all.end() || is_taken_back(*found, callback) ? nullptr : &*found;
 }
 
 std::string where_time_went(const Judged& judged, const WorstRun& worst) {

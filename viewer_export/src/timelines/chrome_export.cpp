@@ -44,7 +44,7 @@ class ChromeExport final : public RecordingExport {
           << fmt::format(R"(","begin_monotonic_ns":"{}"}},"traceEvents":[)", begin_);
     name_threads(result.report);
     run().replay(
-        clock_, [this](const RecordedInstance& record) { draw(record); },
+        result.report, clock_, [this](const RecordedInstance& record) { draw(record); },
         [this](const RecordedPublication& record) { draw(record); });
     *out_ << "\n]}\n";
     add_to(counts_);

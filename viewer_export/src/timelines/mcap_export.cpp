@@ -49,7 +49,7 @@ class McapExport final : public RecordingExport {
     callback_channels_.resize(run().callbacks().size());
     topic_channels_.resize(run().topics().size());
     run().replay(
-        clock_, [this](const RecordedInstance& record) { draw(record); },
+        result.report, clock_, [this](const RecordedInstance& record) { draw(record); },
         [this](const RecordedPublication& record) { draw(record); });
     writer.finish();
     add_to(counts_);

@@ -81,7 +81,7 @@ class OtlpExport final : public RecordingExport {
     names_ = &names;
     clock_ = CommonClock(result.report);
     run().replay(
-        clock_, [this](const RecordedInstance& record) { draw(record); },
+        result.report, clock_, [this](const RecordedInstance& record) { draw(record); },
         [this](const RecordedPublication& record) { draw(record); });
     for (auto& [process, batch] : batches_)
       flush(process, batch);

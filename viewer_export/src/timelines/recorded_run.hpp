@@ -39,9 +39,10 @@ class RecordedRun {
 
   // Calls on_instance(RecordedInstance) at each start and on_publication(RecordedPublication) at
   // its time, in order of time by `clock`; at one time instances first, the outer before the inner.
-  // What it tells has the times of each host's own clock. Once.
+  // What it tells has the times of each host's own clock, and releases as `report` has them. Once.
   template <typename OnInstance, typename OnPublication>
-  void replay(const CommonClock& clock, OnInstance on_instance, OnPublication on_publication);
+  void replay(const analysis::Report& report, const CommonClock& clock, OnInstance on_instance,
+              OnPublication on_publication);
 
   const NameTable& callbacks() const noexcept { return callbacks_; }
   const NameTable& topics() const noexcept { return topics_; }
@@ -168,8 +169,9 @@ class RecordedRun {
 };
 
 template <typename OnInstance, typename OnPublication>
-void RecordedRun::replay(const CommonClock& clock, OnInstance on_instance,
-                         OnPublication on_publication) {
+void RecordedRun::replay(const analysis::Report& report, const CommonClock& clock,
+                         OnInstance on_instance, OnPublication on_publication) {
+  const TakenBackReleases taken_back(report);
   if (progress_ != nullptr) progress_->total = instances_->size();
   prepare(clock);
   RecordedPublication publication;
@@ -182,7 +184,7 @@ void RecordedRun::replay(const CommonClock& clock, OnInstance on_instance,
   };
   instances_->drain([&](const KeptInstance& kept) {
     publish_until(shifted(kept.thread, kept.start));
-    auto record = restored(kept, threads_);
+    auto record = restored(taken_back.corrected(kept), threads_);
     record.takes_seen_message = takes_seen_message_[record.index];
     on_instance(record);
     if (progress_ != nullptr) progress_->add(1);
