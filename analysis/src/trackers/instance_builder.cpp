@@ -340,6 +340,8 @@ void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, C
   // Of what began before the recording, or the window, nothing is told.
   const bool is_awaited = facts.registered && seq >= facts.first_next_seq;
   if (!is_awaited) return;
+  const bool follows_one_inside = facts.starts.first && seq > *facts.starts.first;
+  if (facts.registered->time < window_begin_ && !follows_one_inside) return;
   auto& pair = pair_of(index, thread, end, seq);
   pair.last_activity = end;
   callbacks_[index].last_on = &pair;

@@ -19,6 +19,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -50,6 +51,8 @@ class InstanceBuilder {
   void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
   void apply(const EventHead& head, const Emitter& who, const Publish& event);
   void thread_began(HostIndex host, ThreadIndex thread);
+  // What began before is not looked at; its numbers may not have been seen.
+  void begin_window(Timestamp from) noexcept { window_begin_ = from; }
   // Events of applications were lost.
   void lose() noexcept { ++losses_; }
   // An instance that is not looked at, because it began before the window, begins and ends.
@@ -171,6 +174,7 @@ class InstanceBuilder {
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   std::uint64_t losses_ = 0;
+  Timestamp window_begin_{std::numeric_limits<std::int64_t>::min()};
   std::vector<UndecidedPublication> undecided_;
 };
 

@@ -9,6 +9,10 @@ void keep_first(std::optional<std::uint64_t>& first, std::uint64_t number) {
   first = first ? std::min(*first, number) : number;
 }
 
+bool is_among(std::uint64_t seq, const SequenceFacts& seqs, const SequenceTracker& starts) {
+  return seqs.first && seq >= *seqs.first && seq <= *seqs.last && !starts.is_missing(seq);
+}
+
 // Releases are numbered from 1; some writers begin with 0.
 std::uint64_t first_number(const std::optional<std::uint64_t>& first_seen) {
   return first_seen == 0U ? 0 : 1;
@@ -31,6 +35,7 @@ std::uint64_t WindowCut::releases_until(const OfCallback& state, std::uint64_t s
 void WindowCut::begin_at(Timestamp time) noexcept {
   is_awaiting_begin_ = false;
   window_.from = std::max(window_.from, time);
+  instances_.begin_window(window_.from);
 }
 
 // Of a snapshot, the first release and the first loss inside tell what had been counted before.
@@ -38,7 +43,11 @@ void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
   if (!who.process) return;
   if (const auto* end = std::get_if<CallbackEnd>(&body)) {
     auto& state = callbacks_[index_of(who, end->callback)];
-    state.ended_inside += state.open.erase(end->seq);
+    if (state.open.erase(end->seq) != 0) {
+      ++state.ended_inside;
+    } else if (is_among(end->seq, state.seqs, state.starts)) {
+      ++state.ended_again_inside;
+    }
     return;
   }
   if (!is_snapshot_) return;
@@ -72,12 +81,9 @@ void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBo
 }
 
 bool WindowCut::is_second_end(CallbackIndex index, std::uint64_t seq) const {
-  const auto is_in = [seq](const SequenceFacts& seqs, const SequenceTracker& starts) {
-    return seqs.first && seq >= *seqs.first && seq <= *seqs.last && !starts.is_missing(seq);
-  };
   const auto* before = callbacks_.find(index);
-  return (before != nullptr && is_in(before->seqs, before->starts)) ||
-         is_in(model_.callbacks[at(index)].starts, registry_.starts(index));
+  return (before != nullptr && is_among(seq, before->seqs, before->starts)) ||
+         is_among(seq, model_.callbacks[at(index)].starts, registry_.starts(index));
 }
 
 void WindowCut::before(const EventHead& head, const Emitter& who, const EventBody& body) {
@@ -320,6 +326,9 @@ void WindowCut::finish() {
     if (!facts.fini) continue;
     // An instance that began before the window and never ended is no violation in it.
     auto& totals = *facts.fini;
+    // More ends than starts that none in it accounts for: the surplus is outside, of lost starts.
+    totals.ended =
+        std::min(totals.ended, totals.started + facts.second_ends + state.ended_again_inside);
     const auto unended = totals.started - std::min(totals.started, totals.ended);
     const auto inside = std::min<std::uint64_t>(unended, instances_.open_count(index));
     totals.ended += std::min<std::uint64_t>(unended - inside, state.open.size());

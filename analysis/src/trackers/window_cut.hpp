@@ -25,7 +25,9 @@ namespace cie::analysis {
 class WindowCut {
  public:
   WindowCut(const TimeWindow& window, Model& model, Registry& registry, InstanceBuilder& instances)
-      : window_(window), model_(model), registry_(registry), instances_(instances) {}
+      : window_(window), model_(model), registry_(registry), instances_(instances) {
+    instances_.begin_window(window_.from);
+  }
 
   const TimeWindow& window() const noexcept { return window_; }
   bool is_before(Timestamp time) const noexcept {
@@ -71,10 +73,11 @@ class WindowCut {
     std::set<std::uint64_t> open;        // of them, those that were not seen to end
     std::uint64_t told_overwritten = 0;  // by its callback_fini, in all of its life
     std::uint64_t told_lost = 0;
-    std::uint64_t spanning = 0;      // began before it and ended after it
-    std::uint64_t ended_inside = 0;  // began before it and ended in it
-    bool has_lost_inside = false;    // of a snapshot only, these two
-    bool is_release_known = false;   // the first release inside was seen
+    std::uint64_t spanning = 0;            // began before it and ended after it
+    std::uint64_t ended_inside = 0;        // began before it and ended in it
+    std::uint64_t ended_again_inside = 0;  // ended before it, and in it a second time
+    bool has_lost_inside = false;          // of a snapshot only, these two
+    bool is_release_known = false;         // the first release inside was seen
   };
 
   using TidOf = std::tuple<HostIndex, std::int64_t, std::int64_t>;  // host, pid, tid

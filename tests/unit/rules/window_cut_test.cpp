@@ -413,6 +413,49 @@ TEST(Window, ASecondEndOutsideItHidesNoInstanceThatNeverEnded) {
   EXPECT_EQ(in_window(kOpen, 16, 40)["E1"], Verdict::pass);
 }
 
+// Even if the recording lacks its start, wherever the second end is told.
+TEST(Window, ASecondEndOutsideItOfALostStartIsNoneOfItsConcern) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    callback other timer period=20
+    10 start plan release=10
+    12 end plan
+    13 end plan seq=0
+    30 start plan release=30
+    32 end plan
+    34 start other release=34
+    36 end other
+    50 start plan release=50
+    52 end plan)";
+  const auto judged = [](std::string_view text, std::int64_t from, std::int64_t to) {
+    auto trace = trace_of(text);
+    trace.erase<CallbackStart>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 10; });
+    return Verified(trace, {}, window(from, to));
+  };
+  EXPECT_EQ(judged(kTwice, 20, 40)["E1"], Verdict::inconclusive) << "seq 0 may have run in it";
+  EXPECT_EQ(judged(kTwice, 35, 60)["E1"], Verdict::pass);
+  // What ends first or again in the window began before it.
+  auto elsewhere = std::string(kTwice);
+  elsewhere.insert(elsewhere.find("seq=0") + 5, " on=other");
+  for (const auto* rule : {"M2", "M3"}) {
+    EXPECT_EQ(in_window(elsewhere, 11, 60)[rule], Verdict::pass) << rule;
+    EXPECT_EQ(judged(elsewhere, 11, 60)[rule], Verdict::inconclusive) << rule;
+  }
+}
+
+// Nor is one in it that ended before.
+TEST(Window, ASecondEndInItCountsThoughItsInstanceEndedBefore) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    10 start plan release=10
+    12 end plan
+    21 end plan seq=0
+    30 start plan release=30
+    32 end plan)";
+  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::fail);
+}
+
 TEST(Window, ThreadsOfLaterAreCountedThoughTheyHaveOneTid) {
   constexpr const char* kTrace = R"(
     callback plan timer period=20
