@@ -91,7 +91,11 @@ void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
   state.allowed_cpu = -1;
   auto& thread = model_.threads[at(index)];
   if (!state.outside_initial.empty()) {
-    judge_outside_initial(thread, state, event.moment == SchedMoment::applied);
+    // The one between the first and an audit that is not the next may come in the same nanosecond.
+    const bool is_applied = event.moment == SchedMoment::applied;
+    if (is_applied || event.n <= state.initial->n + 1) {
+      judge_outside_initial(thread, state, is_applied);
+    }
   }
   const auto* expected = reference(thread);
   if (expected != nullptr && event.n == expected->n) {  // from here on it is the reference

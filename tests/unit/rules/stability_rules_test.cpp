@@ -275,6 +275,29 @@ TEST(AllowedCpusOnly, LetsWhatIsAppliedFirstSendAThreadWhereItMightNotBeBefore) 
   EXPECT_EQ(judged("-90 audit fusion cpus=0"), Verdict::fail) << "nothing was applied";
 }
 
+// Within a nanosecond, events of two CPUs may come in any order.
+TEST(AllowedCpusOnly, AwaitsWhatIsAppliedFirstThoughAnAuditComesBeforeIt) {
+  const auto judged = [](bool is_swapped, std::uint32_t lost = 99) {
+    auto trace = trace_of(R"(
+      callback fusion cpu=1
+      -100 initial fusion cpus=0
+      -95 switch 1 idle fusion
+      -90 applied fusion cpus=1 cpu=1
+      -90 audit fusion cpus=1 cpu=1
+      10 start fusion cpu=1
+      12 end fusion cpu=1)");
+    const auto first =
+        std::ranges::find(trace.events, -90, [](const Event& event) { return event.head.time.ns; });
+    if (is_swapped) std::iter_swap(first, std::next(first));
+    trace.erase<ThreadSched>(
+        [lost](const ThreadSched& e, const EventHead&) { return e.n == lost; });
+    return Verified(trace)["S4"];
+  };
+  EXPECT_EQ(judged(false), Verdict::pass);
+  EXPECT_EQ(judged(true), Verdict::pass);
+  EXPECT_EQ(judged(true, 1), Verdict::inconclusive) << "what was applied is lost";
+}
+
 // Whoever looks at a live system in that moment does not end it.
 TEST(AllowedCpusOnly, AwaitsWhatIsAppliedFirstThoughSomebodyLooks) {
   const auto trace = trace_of(R"(
