@@ -10,27 +10,38 @@
 namespace cie::analysis {
 namespace {
 
-using ThreadsOfGroups = std::map<std::pair<ProcessIndex, GroupId>, std::set<ThreadIndex>>;
+struct Threads {
+  std::map<std::pair<ProcessIndex, GroupId>, std::set<ThreadIndex>> of_groups;
+  std::set<ThreadIndex> in_pools;  // some group or callback ran on several, this one among them
+};
 
-ThreadsOfGroups threads_of_groups(const Model& model) {
-  ThreadsOfGroups threads;
+Threads threads_of(const Model& model) {
+  Threads threads;
   for (const auto& callback : model.callbacks) {
-    if (!callback.group) continue;
-    for (const auto* pair : callback.ran_on)
-      threads[{callback.process, *callback.group}].insert(pair->thread);
+    const bool is_pooled = callback.ran_on.size() > 1;
+    for (const auto* pair : callback.ran_on) {
+      if (is_pooled) threads.in_pools.insert(pair->thread);
+      if (callback.group)
+        threads.of_groups[{callback.process, *callback.group}].insert(pair->thread);
+    }
+  }
+  for (const auto& [group, ran_on] : threads.of_groups) {
+    if (ran_on.size() > 1) threads.in_pools.insert(ran_on.begin(), ran_on.end());
   }
   return threads;
 }
 
 // Who served it, if that is known. The callbacks of a group that ran on several threads are a
-// pool's, any thread of which may have served it.
+// pool's, any thread of which may have served it; so may be those that ran on one of its threads, as
+// a short recording of a multi-threaded executor shows them.
 std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
                                                 const ProcessFacts& process, ProcessIndex index,
-                                                const ThreadsOfGroups& groups) {
+                                                const Threads& threads) {
   if (hidden.is_client && !hidden.is_action && process.tells_responses) return hidden.ran_on;
   if (!hidden.group) return std::nullopt;
-  const auto found = groups.find({index, *hidden.group});
-  if (found == groups.end() || found->second.size() != 1) return std::nullopt;
+  const auto found = threads.of_groups.find({index, *hidden.group});
+  if (found == threads.of_groups.end() || found->second.size() != 1) return std::nullopt;
+  if (threads.in_pools.contains(*found->second.begin())) return std::nullopt;
   return found->second;
 }
 
@@ -40,13 +51,13 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
   if (std::ranges::all_of(model.processes, &std::vector<HiddenCallback>::empty,
                           &ProcessFacts::hidden))
     return;
-  const auto groups = threads_of_groups(model);
+  const auto threads = threads_of(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     if (!process.is_told_by_ros2) continue;
     for (const auto& hidden : process.hidden) {
-      const auto servers = servers_of(hidden, process, index, groups);
+      const auto servers = servers_of(hidden, process, index, threads);
       if (!servers) anywhere_[index].add(hidden);
       if (!servers) continue;
       for (const auto thread : *servers)

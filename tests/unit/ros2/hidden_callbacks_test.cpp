@@ -112,6 +112,14 @@ TEST(HiddenCallbacks, OfAGroupInAPoolMayHaveRunAnywhereInTheProcess) {
   EXPECT_THAT(result.evidence("M2"), HasSubstr("thread 2:"));
 }
 
+// The client's group was seen on one thread of the pool only.
+TEST(HiddenCallbacks, OfAGroupOnAThreadOfAPoolMayHaveRunAnywhereInTheProcess) {
+  const auto result = judged(std::string(kClient) + kGroup, std::string(kIsolated) + R"(
+    30 callback_start tid=1 callback=0x31
+    31 callback_end tid=1 callback=0x31)");
+  EXPECT_THAT(result.evidence("M2"), HasSubstr("thread 2: rcl_client_init: may also have served"));
+}
+
 TEST(HiddenCallbacks, WhoTookResponsesIsKnownWhereTheTracerTells) {
   const auto result = judged(kClient, std::string(kIsolated) + R"(
     30 rmw_take_response tid=2 rmw_client_handle=0x51 taken=1)");
