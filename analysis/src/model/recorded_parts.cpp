@@ -177,6 +177,13 @@ std::optional<std::string> missing_user_part(const Model& model) {
   return std::nullopt;
 }
 
+std::optional<std::string> missing_kernel_part(const Model& model) {
+  for (const auto& part : unseen_parts(model)) {
+    if (part.kind == PartKind::kernel) return part.note;
+  }
+  return std::nullopt;
+}
+
 bool begins_late(const RecordingReport& recording) noexcept {
   return recording.first_chunk && *recording.first_chunk > 1;
 }

@@ -26,6 +26,9 @@ std::vector<UnseenPart> unseen_parts(const Model& model);
 // Why events of user space may be missing that were recorded; empty: nothing says so.
 std::optional<std::string> missing_user_part(const Model& model);
 
+// The same of all events of the kernel.
+std::optional<std::string> missing_kernel_part(const Model& model);
+
 // What recordings say of themselves, the chunks of one taken together.
 std::vector<RecordingReport> recording_reports(const Model& model);
 

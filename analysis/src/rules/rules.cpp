@@ -186,14 +186,25 @@ void leave_out_passes(std::vector<SubjectVerdict>& subjects) {
   subjects.shrink_to_fit();
 }
 
+// Of what manifests say was recorded.
+struct MissingParts {
+  std::optional<std::string> of_user;
+  std::optional<std::string> of_kernel;
+
+  const std::optional<std::string>& for_rule(const Rule& rule) const {
+    return of_user || !rule.needs.kernel ? of_user : of_kernel;
+  }
+};
+
 RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids& shared,
-                  const std::optional<std::string>& missing) {
+                  const MissingParts& parts) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
   if (verdict.subjects.empty()) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
   doubt_shared_pids(rule, context.model, shared, verdict.subjects);
+  const auto& missing = parts.for_rule(rule);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
   if (context.options.is_judged) sort_rows(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
@@ -250,7 +261,8 @@ std::vector<RulePage> rule_pages() {
 
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
-  const auto missing = missing_user_part(context.model);
+  const MissingParts missing{.of_user = missing_user_part(context.model),
+                             .of_kernel = missing_kernel_part(context.model)};
   const auto shared = shared_pids(context.model);
   for (const auto& rule : rules()) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;

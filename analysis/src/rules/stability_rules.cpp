@@ -278,7 +278,8 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
 }  // namespace
 
 const Rule kParametersUnchanged{
-    "S3", "parameters-unchanged",
+    "S3",
+    "parameters-unchanged",
     "A thread keeps the parameters that were last applied: every later audit agrees with them, "
     "and so does the priority in every sched_switch, intervals of priority inheritance aside. On "
     "a process that was attached to, the first audit stands for what was applied. Where the "
@@ -292,10 +293,12 @@ const Rule kParametersUnchanged{
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
     "it right.",
-    judge_parameters_unchanged};
+    judge_parameters_unchanged,
+    {.kernel = true}};
 
 const Rule kAllowedCpusOnly{
-    "S4", "allowed-cpus-only",
+    "S4",
+    "allowed-cpus-only",
     "A thread ran only on CPUs of the mask that was last read back before; until its first parameters "
     "are applied, also of those that they give. Without kernel "
     "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
@@ -306,10 +309,12 @@ const Rule kAllowedCpusOnly{
     "Inconclusive when there is no read-back of the mask, or read-backs were lost.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
     "spec's affinity and read it back.",
-    judge_allowed_cpus};
+    judge_allowed_cpus,
+    {.kernel = true}};
 
 const Rule kNoParameterLeak{
-    "S5", "no-parameter-leak",
+    "S5",
+    "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
     "by what they read back at creation, other children of real-time threads by the priority "
     "they first run with. One that first runs with another real-time priority than its creator's was "
@@ -321,6 +326,7 @@ const Rule kNoParameterLeak{
     "Inconclusive when the thread's first read-back was lost.\n"
     "Remedy: SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising "
     "the priority.",
-    judge_no_leak};
+    judge_no_leak,
+    {.kernel = true}};
 
 }  // namespace cie::analysis

@@ -152,6 +152,30 @@ TEST(RecordedParts, EventsOfTheKernelThatAreMissingAreNamed) {
       << "an idle machine has none";
 }
 
+// L7 holds of each rule, for who chooses one of them: the kernel alone may have shown why it fails.
+TEST(RecordedParts, NoRulePassesInPlaceOfWhatTheKernelAloneShows) {
+  auto manifest = manifest_of({kFirst});
+  manifest.has_kernel_events = true;
+  constexpr const char* kReadBack = R"(
+    process first pid=100
+    callback fusion
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    10 start fusion
+    12 end fusion
+    30 audit fusion policy=fifo priority=80)";
+  const auto kernel = std::string(kReadBack) + "\n 9 switch 2 idle fusion next_prio=20";
+  const Judged whole(trace_of(kernel), manifest);
+  const Judged reduced(trace_of(kReadBack), manifest);
+  for (const auto* rule : {"S3", "S4"}) {
+    EXPECT_EQ(whole[rule], Verdict::fail) << rule;
+    EXPECT_EQ(reduced[rule], Verdict::inconclusive) << rule;
+    EXPECT_EQ(reduced.of(rule, "thread 101"), Verdict::pass) << rule << " by what was read back";
+    EXPECT_EQ(Judged(trace_of(kReadBack), manifest_of({kFirst}))[rule], Verdict::pass) << rule;
+  }
+  EXPECT_EQ(reduced["S5"], Verdict::inconclusive);
+}
+
 TEST(RecordedParts, FilesThatAreNotWhatTheyWereAreNamed) {
   auto recording = recording_of(manifest_of({kFirst, kSecond}));
   recording.doubts = {{.kind = FileDoubtKind::missing_file,
