@@ -213,7 +213,12 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
       }
       break;
   }
-  if (observer_ != nullptr) tell(live, measured);
+  if (observer_ == nullptr) return;
+  if (measured.unproven && observer_->waits_for_proof()) [[unlikely]] {
+    hold_back(live, measured);
+  } else {
+    observer_->on_instance(instance_of(live, measured));
+  }
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::count(const LiveInstance& live,

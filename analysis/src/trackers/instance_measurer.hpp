@@ -209,8 +209,8 @@ class InstanceMeasurer {
   }
   void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
-  // Tells the observer, or keeps the row until its release is proven.
-  void tell(const LiveInstance& live, const Measured& measured);
+  // Keeps the row until its release is proven.
+  void hold_back(const LiveInstance& live, const Measured& measured);
   void tell_rows(CallbackIndex index, Unproven& unproven);
   void tell_bounds(CallbackIndex index, Unproven& unproven);
   // Two instances with consecutive numbers.

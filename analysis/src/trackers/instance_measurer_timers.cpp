@@ -58,14 +58,10 @@ void InstanceMeasurer::leave_bounds(CallbackIndex index) {
   if (has_left_bounds) chains_.forget_releases(index);
 }
 
-void InstanceMeasurer::tell(const LiveInstance& live, const Measured& measured) {
-  auto instance = instance_of(live, measured);
-  if (!measured.unproven || !observer_->waits_for_proof()) {
-    observer_->on_instance(instance);
-    return;
-  }
+void InstanceMeasurer::hold_back(const LiveInstance& live, const Measured& measured) {
   auto& unproven = unproven_[live.callback];
   if (unproven.rows.size() >= Unproven::kMost) tell_bounds(live.callback, unproven);
+  auto instance = instance_of(live, measured);
   instance.release = measured.unproven;
   instance.release_source = ReleaseSource::timer_grid;
   instance.missed = live.missed;
