@@ -4,6 +4,7 @@
 
 #include "app_file.hpp"
 #include "base/help_text.hpp"
+#include "base/messages.hpp"
 #include "container.hpp"
 #include "control.hpp"
 #include "parameter_orders.hpp"
@@ -184,7 +185,7 @@ int run(const Arguments& arguments) {
 }
 
 int wrong_usage(const std::string& what) {
-  std::fprintf(stderr, "cie: %s\nTry: cie run --help\n", what.c_str());
+  tell_wrong_usage(what, "cie run");
   return unusable_input;
 }
 

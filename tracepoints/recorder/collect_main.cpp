@@ -1,5 +1,6 @@
 // cie-collect: receives what `cie record --to` of several machines sends.
 #include "base/help_text.hpp"
+#include "base/messages.hpp"
 #include "collection.hpp"
 #include "options/options.hpp"
 #include "system/error.hpp"
@@ -18,10 +19,9 @@ namespace {
 constexpr int kUsage = 2;
 constexpr int kFailed = 4;
 
-int fail(int status, const std::string& text) {
-  std::fprintf(stderr, "cie: %s\n%s", text.c_str(),
-               status == kUsage ? "Try: cie collect --help\n" : "");
-  return status;
+int wrong_usage(const std::string& what) {
+  cie::tell_wrong_usage(what, "cie collect");
+  return kUsage;
 }
 
 // "ADDRESS", "ADDRESS:PORT" or "PORT".
@@ -81,10 +81,11 @@ int main(int argc, char** argv) {
     std::printf("cie-collect %s\n", cie::kToolVersion);
     return 0;
   } catch (const CLI::ParseError& error) {
-    return fail(kUsage, error.what());
+    return wrong_usage(error.what());
   } catch (const cie::record::UsageError& error) {
-    return fail(kUsage, error.what());
+    return wrong_usage(error.what());
   } catch (const std::exception& error) {
-    return fail(kFailed, error.what());
+    cie::tell(error.what());
+    return kFailed;
   }
 }

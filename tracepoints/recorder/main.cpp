@@ -1,4 +1,5 @@
 // cie-record: records a run with LTTng into a directory.
+#include "base/messages.hpp"
 #include "keeping/flight_recorder.hpp"
 #include "kernel/kernel_trial.hpp"
 #include "options/command_line.hpp"
@@ -17,12 +18,6 @@ namespace {
 
 constexpr int kUsage = 2;
 constexpr int kFailed = 4;
-
-int fail(int status, const std::string& text) {
-  std::fprintf(stderr, "cie: %s\n%s", text.c_str(),
-               status == kUsage ? "Try: cie record --help\n" : "");
-  return status;
-}
 
 }  // namespace
 
@@ -51,8 +46,10 @@ int main(int argc, char** argv) {
     }
     return cie::record::record(*parsed.options) ? 0 : kFailed;
   } catch (const cie::record::UsageError& error) {
-    return fail(kUsage, error.what());
+    cie::tell_wrong_usage(error.what(), "cie record");
+    return kUsage;
   } catch (const std::exception& error) {
-    return fail(kFailed, error.what());
+    cie::tell(error.what());
+    return kFailed;
   }
 }

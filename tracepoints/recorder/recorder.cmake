@@ -86,7 +86,7 @@ else()
   target_sources(cie_recorder PRIVATE recorder/kernel/no_bpf_source.cpp)
 endif()
 
-cie_program(cie-record OF_PACKAGES SOURCES recorder/main.cpp LIBRARIES cie_recorder)
+cie_program(cie-record OF_PACKAGES SOURCES recorder/main.cpp LIBRARIES cie_recorder cie_help)
 cie_program(cie-collect OF_PACKAGES SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder cie_help fmt::fmt)
 target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()

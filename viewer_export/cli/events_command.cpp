@@ -2,6 +2,7 @@
 #include <cie/tracepoints/nearest_name.hpp>
 #include <cie/viewer_export/recorded_event_writer.hpp>
 
+#include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"

@@ -3,6 +3,7 @@
 #include <cie/viewer_export/perfetto_export.hpp>
 #include <cie/viewer_export/viewer_exports.hpp>
 
+#include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"

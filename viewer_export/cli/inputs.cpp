@@ -2,6 +2,7 @@
 
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/messages.hpp"
 #include "output.hpp"
 #include "words/recording_words.hpp"
 #include "words/text_layout.hpp"

@@ -1,5 +1,6 @@
 #include <cie/analysis/live_reader.hpp>
 
+#include "base/messages.hpp"
 #include "batch_text.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"

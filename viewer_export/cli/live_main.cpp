@@ -18,5 +18,5 @@ int main(int argc, char** argv) {
                                   cie::viewer_export::tool_version(), bt_version_get_major(),
                                   bt_version_get_minor(), bt_version_get_patch()));
   }
-  return run_command(live_command, arguments, "Try: cie live --help");
+  return run_command(live_command, arguments, "cie live");
 }

@@ -106,5 +106,5 @@ int main(int argc, char** argv) {
   }
   const bool has_help = command != nullptr && is_here;
   return run_command([](const Arguments& all) { return dispatch(all); }, arguments,
-                     fmt::format("Try: cie {}--help", has_help ? arguments.front() + " " : ""));
+                     has_help ? "cie " + arguments.front() : "cie");
 }

@@ -18,7 +18,6 @@
 #include <string_view>
 #include <system_error>
 
-#include <fmt/format.h>
 #include <langinfo.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -161,16 +160,6 @@ void write_data(OutputFile& output, const std::function<void(std::ostream&)>& wr
     write(output.stream());
   }
   output.commit();
-}
-
-void tell(std::string_view text) { tell_plainly("cie: " + std::string(text)); }
-
-void tell_plainly(std::string_view text) {
-  const auto line = printable(text);
-  const bool is_terminal = ::isatty(STDERR_FILENO) == 1;
-  fmt::print(
-      stderr, "{}",
-      is_terminal ? viewer_export::filled(line, terminal_columns(STDERR_FILENO)) : line + '\n');
 }
 
 analysis::Progress* begin_writing(ProgressBar& bar, const OutputFile& output) {

@@ -34,11 +34,6 @@ viewer_export::TextStyle screen_style(const viewer_export::OutputFile& output);
 // a file or a pipe gets the data as they are.
 void write_data(viewer_export::OutputFile& output, const std::function<void(std::ostream&)>& write);
 
-// "cie: " and the text on standard error, on lines as wide as it is if that is a terminal.
-void tell(std::string_view text);
-// The same without "cie: ".
-void tell_plainly(std::string_view text);
-
 // Where to count the instances written to `output`; null if nothing is drawn: `output` may be the
 // terminal itself.
 analysis::Progress* begin_writing(ProgressBar& bar, const viewer_export::OutputFile& output);

@@ -4,10 +4,9 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/viewer_export/output_file.hpp>
 
+#include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
-#include "output.hpp"
-#include "words/text_layout.hpp"
 
 #include <csignal>
 #include <cstdio>
@@ -15,17 +14,13 @@
 #include <string_view>
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 namespace cie::cli {
 namespace {
 
-int fail(std::string_view what, int code, std::string_view hint = "") {
+int fail(std::string_view what, int code) {
   tell(what);
-  if (!hint.empty()) {
-    fmt::print(stderr, "{}\n", hint);
-  }
   return code;
 }
 
@@ -56,11 +51,12 @@ void turn_signals_into_errors() {
 }
 
 int run_command(int (*command)(const Arguments&), const Arguments& arguments,
-                const std::string& hint) {
+                const std::string& name) {
   try {
     return command(arguments);
   } catch (const UsageError& error) {
-    return fail(error.what(), usage_error, hint);
+    tell_wrong_usage(error.what(), name);
+    return usage_error;
   } catch (const SpecError& error) {
     return fail(error.what(), usage_error);
   } catch (const viewer_export::ClosedPipe&) {

@@ -16,10 +16,10 @@ void reserve_standard_descriptors();
 // in place of this one would inherit it.
 void turn_signals_into_errors();
 
-// Runs the command. Its errors become one line, a wrong usage also one with `hint`, and the exit
-// code that stands for them.
+// Runs the command that is called `name`, as in "cie report". Its errors become one line, a wrong usage also
+// one with the help to ask for, and the exit code that stands for them.
 int run_command(int (*command)(const Arguments&), const Arguments& arguments,
-                const std::string& hint);
+                const std::string& name);
 
 // Prints to standard output. The exit code is that of success.
 int print_text(const std::string& text);

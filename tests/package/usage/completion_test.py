@@ -82,6 +82,11 @@ class Errors(unittest.TestCase):
                 done = PROGRAMS.run("cie", command, *arguments)
                 self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", f"cie: {said}\nTry: cie {command} --help\n"))
 
+    def test_say_what_they_quote_without_control_characters(self):
+        for command in ("report", "run", "record", "collect"):
+            with self.subTest(command):
+                self.assertIn(r"\x1b[31m", PROGRAMS.run("cie", command, "--\x1b[31m").stderr)
+
 
 class Completion(unittest.TestCase):
     def test_commands(self):
