@@ -38,8 +38,7 @@ constexpr const char* kDescription =
     "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME\n"
     "  reload                 the spec's file, as SIGHUP does";
 constexpr const char* kFooter =
-    R"(
-Example:
+    R"(Example:
   cie run app.yaml --executor single
   cie record -o out -- cie run app.yaml
   cie run --control unload /demo/talker

@@ -8,7 +8,6 @@
 #include <iterator>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -106,21 +105,10 @@ class UsageFirst final : public CLI::Formatter {
  public:
   explicit UsageFirst(std::string usage) : usage_(std::move(usage)) {}
   std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override {
-    return in_columns("Usage: " + usage_ + "\n\n" + app->get_description()) +
-           make_positionals(app) + make_groups(app, CLI::AppFormatMode::Normal) + "\n" +
+    auto options = make_positionals(app) + make_groups(app, CLI::AppFormatMode::Normal);
+    options.erase(options.find_last_not_of('\n') + 1);  // a hidden group leaves a blank line
+    return in_columns("Usage: " + usage_ + "\n\n" + app->get_description()) + options + "\n\n" +
            in_columns(app->get_footer());
-  }
-  // What an option may be, where the list of that is too wide: broken behind commas.
-  std::string make_option(const CLI::Option* option, bool is_positional) const override {
-    constexpr std::string_view kBreak = "\n        ";
-    auto text = CLI::Formatter::make_option(option, is_positional);
-    for (std::size_t line = 0; text.find('\n', line) - line > kHelpColumns;) {
-      const auto comma = text.rfind(',', line + kHelpColumns - 1);
-      if (comma == std::string::npos || comma <= line) break;
-      text.insert(comma + 1, kBreak);
-      line = comma + 2;
-    }
-    return text;
   }
   std::string make_option_opts(const CLI::Option* option) const override {
     if (option->get_type_size() == 0) return {};

@@ -30,10 +30,13 @@ int run(example::RunSettings settings) {
 int main(int argc, char** argv) {
   example::RunSettings settings{.program = "cie-autoware-reference"};
   CLI::App app{
-      R"(The Autoware reference system: 24 nodes from lidars to vehicle commands in one process.
-Prints its key figures at the end: the latency of the hot path (from the older of two lidar
-)"
-      "samples to the estimate made of them), dropped samples, and the planner's period."};
+      "The Autoware reference system: 24 nodes from lidars to vehicle commands in one process.\n"
+      "Prints its key figures at the end: the latency of the hot path (from the older of two\n"
+      "lidar samples to the estimate made of them), dropped samples, and the planner's period."};
+  app.footer(
+      "Example:\n"
+      "  cie record -o run -- cie-autoware-reference --spec autoware_reference.yaml\n"
+      "\nExit codes: 0 ran, 2 wrong usage, or the spec or the executor could not be set up.");
   app.name(settings.program);
   example::add_options(app, settings);
   return example::run_main(argc, argv, app, settings,

@@ -4,6 +4,7 @@
 #include <cie/executor/on_hangup.hpp>
 
 #include "base/help_text.hpp"
+#include "base/messages.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -13,6 +14,8 @@
 #include <utility>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace example {
 namespace {
@@ -58,32 +61,43 @@ void reload(cie::Executor& executor, const RunSettings& settings) noexcept {
   }
 }
 
+int wrong_usage(const RunSettings& settings, const std::string& what) {
+  cie::tell_wrong_usage(what, settings.program);
+  return 2;
+}
+
 }  // namespace
 
 void add_options(CLI::App& app, RunSettings& settings) {
   cie::lay_out_help(app, settings.program + " [OPTIONS]");
-  app.add_option("--executor", settings.executor, "Who runs the callbacks")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))
-      ->capture_default_str();
-  app.add_option("--duration", settings.duration_s, "Seconds to run")
-      ->check(CLI::Range(0.0, 86400.0))
-      ->capture_default_str();
-  app.add_option("--load", settings.load, "Factor of the callbacks' CPU work")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  app.add_option("--threads", settings.threads, "Threads of `multi`; 0: one for each CPU")
-      ->check(CLI::Range(0U, 256U))
-      ->capture_default_str();
-  app.add_option("--spec", settings.spec, "Scheduling spec of the threads")
+  app.add_option("--executor", settings.executor,
+                 fmt::format("Who runs the callbacks ({}): {}", settings.executor,
+                             fmt::join(cie::kExecutorNames, ", ")))
+      ->option_text("NAME")
+      ->check(cie::one_of({cie::kExecutorNames.begin(), cie::kExecutorNames.end()}));
+  app.add_option("--duration", settings.duration_s,
+                 fmt::format("How long to run ({})", settings.duration_s))
+      ->option_text("SECONDS")
+      ->check(CLI::Range(0.0, 86400.0));
+  app.add_option("--load", settings.load,
+                 fmt::format("Factor of the callbacks' CPU work ({})", settings.load))
+      ->option_text("FACTOR")
+      ->check(CLI::Range(0.0, 1000.0));
+  app.add_option("--threads", settings.threads, "Threads of multi (one for each CPU)")
+      ->option_text("N")
+      ->check(CLI::Range(0U, 256U));
+  app.add_option("--spec", settings.spec, "Scheduling spec of the threads (YAML)")
+      ->option_text("FILE")
       ->check(CLI::ExistingFile);
-  app.add_option("--on-error", settings.on_error, "When the spec cannot be applied")
-      ->check(CLI::IsMember({"refuse", "warn"}))
-      ->capture_default_str();
-  app.add_option("--domain", settings.domain, "DDS domain")
-      ->check(CLI::Range(0U, 230U))
-      ->capture_default_str();
-  app.add_option("--tag", settings.tag, "Only processes of the same tag see each other");
+  app.add_option("--on-error", settings.on_error,
+                 "When the spec cannot be applied: refuse to run (default), or warn")
+      ->option_text("HOW")
+      ->check(cie::one_of({"refuse", "warn"}));
+  app.add_option("--domain", settings.domain, fmt::format("DDS domain ({})", settings.domain))
+      ->option_text("N")
+      ->check(CLI::Range(0U, 230U));
+  app.add_option("--tag", settings.tag, "Only processes of the same tag see each other")
+      ->option_text("TEXT");
 }
 
 cie::Context::Options context_options(const RunSettings& settings) {
@@ -112,17 +126,21 @@ int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
              const std::function<int()>& body) noexcept {
   try {
     try {
+      app.allow_extras();  // judged below, with a suggestion
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : 2;
+      if (error.get_exit_code() == 0) return app.exit(error);  // --help
+      return wrong_usage(settings, error.what());
     }
+    if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
+      return wrong_usage(settings, unexpected);
     if (!settings.spec.empty()) cie::hold_hangups();
     const cie::CancelOnSignals signals;  // until all is torn down
     return body();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", settings.program.c_str(), error.what());
+    cie::tell(error.what(), settings.program);
   } catch (...) {
-    std::fprintf(stderr, "%s: unknown exception\n", settings.program.c_str());
+    cie::tell("unknown exception", settings.program);
   }
   return 2;
 }

@@ -1,5 +1,6 @@
 // cie-demo: a small car in two processes, to be run under any of the executors.
 #include "../common/runner.hpp"
+#include "base/help_text.hpp"
 #include "graph.hpp"
 
 #include <cerrno>
@@ -126,16 +127,22 @@ int command_line(int argc, char** argv) {
   Settings settings;
   CLI::App app{
       "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 28 callbacks in two\n"
-      "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
+      "processes, to be run under any of the executors and recorded."};
+  app.footer(
+      "Examples:\n"
+      "  cie record -o demo -- cie-demo    then cie report demo, cie verify demo\n"
+      "  cie record -o pool -- cie-demo --executor multi --background 50\n"
+      "\nExit codes: 0 ran, 1 the planning process failed, 2 wrong usage, or the spec or\n"
+      "the executor could not be set up.");
   app.name(settings.common.program);
   example::add_options(app, settings.common);
-  app.add_option("--part", settings.part, "Run one of the two processes only")
-      ->check(CLI::IsMember({"both", "sensing", "planning"}))
-      ->capture_default_str();
+  app.add_option("--part", settings.part, "Processes to run: both (default), sensing or planning")
+      ->option_text("PART")
+      ->check(cie::one_of({"both", "sensing", "planning"}));
   app.add_option("--background", settings.background_ms,
-                 "Milliseconds of CPU time that each of two background callbacks takes of 190")
-      ->check(CLI::Range(0.0, 190.0))
-      ->capture_default_str();
+                 "Milliseconds of CPU time that each of two background callbacks takes of 190 (0)")
+      ->option_text("MS")
+      ->check(CLI::Range(0.0, 190.0));
   app.add_flag("--network", settings.common.is_networked,
                "The other part may run on another machine (with --part, without --tag)");
   return example::run_main(argc, argv, app, settings.common, [&settings] { return run(settings); });

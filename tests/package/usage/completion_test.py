@@ -48,19 +48,32 @@ def subjects():
     yield from ((program, (program,)) for program in OTHERS)
 
 
+EXAMPLES = ("cie-demo", "cie-autoware-reference")
+HELPED = [words for _, words in subjects()] + [("cie-autoware-reference",)]
+
+
 class Help(unittest.TestCase):
     def test_fits_into_a_terminal_of_80_columns(self):
-        for words in (("cie",), ("cie-autoware-reference",), *(words for _, words in subjects())):
+        for words in (("cie",), *HELPED):
             with self.subTest(words):
                 self.assertLessEqual(max(map(len, PROGRAMS.help(*words).splitlines())), 80)
 
+    def test_has_one_blank_line_between_parts(self):
+        for words in HELPED:
+            with self.subTest(words):
+                self.assertNotIn("\n\n\n", PROGRAMS.help(*words))
+
+    def test_keeps_explanations_in_their_column(self):
+        for words in HELPED:
+            with self.subTest(words):
+                parts = PROGRAMS.help(*words).split("\nOptions:\n")[1].split("\n\n")
+                self.assertEqual([line for line in parts[0].splitlines() if not re.match(r"  -|  +- |\s{26}\S", line)], [])
 
     def test_shows_what_stands_for_values_and_no_types(self):
-        for _, words in subjects():
-            if words[0] == "cie":
-                with self.subTest(words):
-                    for option in PROGRAMS.options(*words):
-                        self.assertNotRegex(option.declaration, r" (U?INT|FLOAT|TEXT:)|Needs:|Excludes:|REQUIRED|[{}]")
+        for words in HELPED:
+            with self.subTest(words):
+                for option in PROGRAMS.options(*words):
+                    self.assertNotRegex(option.declaration, r" (U?INT|FLOAT|TEXT:)|Needs:|Excludes:|REQUIRED|[{}]")
 
 
 class Errors(unittest.TestCase):
@@ -78,14 +91,28 @@ class Errors(unittest.TestCase):
                 ("record", ("--attach", "--kernel", "root"), '--kernel: does not know "root"; available: auto, yes, no, bpf, tracefs'),
                 ("record", ("--atach",), 'unknown option "--atach"; did you mean "--attach"?; the command to record follows after --'),
                 ("collect", (), "no DIR was given: name the directory for the recordings with -o")):
-            with self.subTest(command=command, arguments=arguments):
-                done = PROGRAMS.run("cie", command, *arguments)
-                self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", f"cie: {said}\nTry: cie {command} --help\n"))
+            self.assert_refused(("cie", command), arguments, said)
+
+    def test_of_examples(self):
+        for program in EXAMPLES:
+            for arguments, said in (
+                    (("--executor", "mutli"),
+                     '--executor: does not know "mutli"; did you mean "multi"? available: isolated, single, multi, events, '
+                     "isolated-waitset, single-waitset, multi-waitset"),
+                    (("--spce", "x"), 'unknown option "--spce"; did you mean "--spec"?'),
+                    (("car",), 'one argument too many: "car"')):
+                self.assert_refused((program,), arguments, said)
 
     def test_say_what_they_quote_without_control_characters(self):
-        for command in ("report", "run", "record", "collect"):
-            with self.subTest(command):
-                self.assertIn(r"\x1b[31m", PROGRAMS.run("cie", command, "--\x1b[31m").stderr)
+        for words in (("cie", "report"), ("cie", "run"), ("cie", "record"), ("cie", "collect"), ("cie-demo",)):
+            with self.subTest(words):
+                self.assertIn(r"\x1b[31m", PROGRAMS.run(*words, "--\x1b[31m").stderr)
+
+    def assert_refused(self, words, arguments, said):
+        with self.subTest(words=words, arguments=arguments):
+            done = PROGRAMS.run(*words, *arguments)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (2, "", f"{words[0]}: {said}\nTry: {' '.join(words)} --help\n"))
 
 
 class Completion(unittest.TestCase):

@@ -4,7 +4,8 @@ import re
 import subprocess
 
 # What a command wants before it looks at an option's value.
-WANTED = {"analyze": ["schedulability"], "export": ["--to", "csv"], "view": ["--port", "0"], "diff": ["/nonexistent"]}
+WANTED = {"analyze": ["schedulability"], "export": ["--to", "csv"], "view": ["--port", "0"], "diff": ["/nonexistent"],
+          "cie-demo": ["--duration", "0"]}
 NOT_THERE = "not available in this version"
 
 
@@ -16,8 +17,6 @@ class Option:
         names, _, rest = self.declaration.partition(" ")
         self.names = names.split(",")
         self.takes_value = bool(rest)
-        choices = re.search(r"\{([^}]*)\}", rest)
-        self.choices = choices.group(1).split(",") if choices else []
 
 
 class Programs:
@@ -41,8 +40,7 @@ class Programs:
         return result.stdout
 
     def options(self, *words):
-        whole = re.sub(r",\n {8}(?=\S)", ",", self.help(*words))  # a list of choices that no line has room for
-        return [Option(line) for line in whole.splitlines() if re.match(r"\s{2}-", line)]
+        return [Option(line) for line in self.help(*words).splitlines() if re.match(r"\s{2}-", line)]
 
     def exit_codes(self, *words):
         text = " ".join(self.help(*words).split())
@@ -50,12 +48,11 @@ class Programs:
         return set(re.findall(r"(?:^|, )(\d) ", found.group(1))) if found else set()
 
     def values(self, words, option):
-        """What the option may be set to, by --help or else by what a wrong value is answered with; empty: anything."""
-        if option.choices or not option.takes_value or words[0] != "cie":
-            return option.choices
-        if "--output" in option.names:
+        """What the option may be set to, by what a wrong value is answered with; empty: anything."""
+        if not option.takes_value or "--output" in option.names:
             return []
-        before = [word for word in WANTED.get(words[1], []) if words[1] != "export" or "--to" not in option.names]
+        wanted = WANTED.get(words[-1], [])
+        before = [word for word in wanted if words[-1] != "export" or "--to" not in option.names]
         return self.available(*words, *before, "/nonexistent", option.names[-1], "?")
 
     def actions(self, command):
