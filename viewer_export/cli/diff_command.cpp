@@ -103,7 +103,7 @@ int diff_command(const Arguments& arguments) {
               "warn: exit 0 when undecided, if anything was compared; fail: exit 1");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
-  line.flag("--all", is_all, "Text: every change, not only the slowest runs beside deadlines");
+  line.flag("--all", is_all, "Text: every change, not only what one screen has room for");
   line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {

@@ -1,5 +1,8 @@
 #include <cie/viewer_export/diff_writers.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -21,7 +24,8 @@ using testing::StartsWith;
 using analysis::Absence;
 using analysis::Comparison;
 
-std::string diff_text_of(const Comparison& comparison, const TextStyle& style = {}) {
+std::string diff_text_of(const Comparison& comparison, const TextStyle& style = {},
+                         bool is_all = false) {
   std::ostringstream out;
   write_diff_text(out, comparison,
                   {.before = "old",
@@ -29,6 +33,7 @@ std::string diff_text_of(const Comparison& comparison, const TextStyle& style = 
                    .tolerance = 0.05,
                    .isolation_before = {.own_thread = 3, .ran = 3},
                    .isolation_after = {.own_thread = 2, .ran = 3},
+                   .is_all = is_all,
                    .arguments = "old new"},
                   style);
   return out.str();
@@ -84,8 +89,6 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
       "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
       "  worst      plan timer 20 ms: response time p99 1.000 ms -> 3.000 ms, +200.0 %\n"
       "  best       lidar <- /points: duration p50 2.000 us -> 1.000 us, -50.0 %\n"
-      "  before     old\n"
-      "  after      new\n"
       "\n"
       "  no longer has a thread of its own: plan timer 20 ms\n"
       "\n"
@@ -95,8 +98,59 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
       "  lidar <- /points  duration p50       2.000 us  1.000 us   -50.0 %    900 ns .. 1.100 us  "
       "better\n"
       "\n"
-      "1 quantile within the tolerance; 0 undecided: too few instances to tell it from chance.\n"
-      "Each statement is certain to 99.9 % if instances are independent of each other.\n");
+      "1 quantile within the tolerance.\n"
+      "Each statement is certain to 99.9 % if instances are independent of each other.\n"
+      "  every change: cie diff old new --all\n");
+}
+
+// Of everything that a comparison can say, many.
+Comparison much(bool has_deadlines) {
+  std::vector<CallbackChange> changes;
+  for (int i = 0; i < 40; ++i) {
+    auto change = change_of(fmt::format("/a/n{}@Timer(20000000)", i), "response_time", 990,
+                            1'000'000, 2'000'000 + i);
+    change.absence = std::array{Absence::gone, Absence::gone_from_process, Absence::never_runs,
+                                Absence::none}[static_cast<std::size_t>(i % 4)];
+    change.is_absence_proved = i < 20;
+    change.lost_isolation = change.never_ends = change.runs_less = true;
+    change.exceptions = change.lost = change.overwritten = Change::worse;
+    change.exceptions_before = change.lost_before = change.overwritten_before = 0;
+    change.exceptions_after = change.lost_after = change.overwritten_after = 9;
+    const analysis::Lateness late{
+        .deadline = {2'000}, .late = 5, .instances = 10, .max = 4'000'000};
+    if (has_deadlines) change.lateness_before = change.lateness_after = late;
+    changes.push_back(change);
+  }
+  changes.push_back(kBetter);
+  auto comparison = comparison_of(changes);
+  comparison.before.losses = comparison.after.losses = {{analysis::DefectKind::damaged_packets, 2},
+                                                        {analysis::DefectKind::seq_gaps, 325}};
+  return comparison;
+}
+
+TEST(DiffText, IsOneScreenUnlessAllIsWanted) {
+  for (const bool has_deadlines : {false, true}) {
+    const auto comparison = much(has_deadlines);
+    const TextStyle terminal{.columns = 80};
+    const auto text = diff_text_of(comparison, terminal);
+    EXPECT_LE(std::ranges::count(text, '\n'), 24) << text;
+    EXPECT_THAT(text, HasSubstr("  is gone: n0 timer 20 ms, n4 timer 20 ms, n8 timer 20 ms, "));
+    EXPECT_THAT(text, HasSubstr("\n  ... 8 more kinds of change\n"));
+    EXPECT_THAT(text, HasSubstr(has_deadlines ? " more callbacks\n" : " more changes\n"));
+    EXPECT_THAT(text, testing::EndsWith("\n  every change: cie diff old new --all\n"));
+    const auto all = diff_text_of(comparison, terminal, true);
+    for (int i = 0; i < 40; ++i)
+      EXPECT_THAT(all, HasSubstr(fmt::format("\n  n{} timer 20 ms  ", i)));
+    EXPECT_THAT(all, Not(HasSubstr("...")));
+  }
+}
+
+TEST(DiffText, HasNoStatisticsOfNothing) {
+  auto added = kSame;
+  added.is_before = false;
+  added.quantities.clear();
+  EXPECT_THAT(diff_text_of({added}),
+              testing::AllOf(Not(HasSubstr("quantile")), Not(HasSubstr("certain"))));
 }
 
 CallbackChange with_deadline(std::int64_t deadline_ns, std::uint64_t late_before,
@@ -291,8 +345,8 @@ TEST(DiffText, SaysWhatIsTooCloseToTell) {
   quantity.change = Change::undecided;
   EXPECT_THAT(
       diff_text_of({change}),
-      HasSubstr("0 quantiles within the tolerance; 0 undecided: too few instances to tell it "
-                "from chance; 1 too close\nto tell: values are known within 1.6 %.\n"));
+      HasSubstr("0 quantiles within the tolerance; 1 too close to tell: values are known within "
+                "1.6 %.\n"));
 }
 
 TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {

@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace cie::viewer_export {
 namespace {
 
 using analysis::Absence;
 using analysis::CallbackChange;
+
+constexpr auto kEveryLine = std::numeric_limits<std::size_t>::max();
 
 std::string losses_in_words(const std::vector<analysis::RecordLoss>& losses) {
   std::string text;
@@ -26,24 +30,48 @@ std::string before_to_after(std::uint64_t before, std::uint64_t after, const Tex
   return fmt::format("{} {} {}", before, style.unicode ? "→" : "->", after);
 }
 
+// ", ... 3 more".
+std::string more_names(std::size_t count, const TextStyle& style) {
+  return fmt::format(", {} {} more", gap(style), count);
+}
+
+// As many of the names as have room, and how many more there are; at least one.
+std::string first_of(const std::vector<std::string>& names, std::size_t columns,
+                     const TextStyle& style) {
+  for (auto shown = names.size(); shown > 1; --shown) {
+    auto text = fmt::format(
+        "{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
+    if (shown < names.size()) text += more_names(names.size() - shown, style);
+    if (display_width(text) <= columns) return text;
+  }
+  if (names.size() == 1) return cut(names.front(), columns, gap(style));
+  const auto more = more_names(names.size() - 1, style);
+  return cut(names.front(), columns - std::min(columns, more.size()), gap(style)) + more;
+}
+
 // Lines of names: those of changes that something is so of.
 class NameLists {
  public:
   NameLists(const std::vector<CallbackChange>& changes, const CallbackNames& names,
-            const TextStyle& style)
-      : changes_(changes), names_(names), style_(style) {}
+            ListLength length, const TextStyle& style)
+      : changes_(changes), names_(names), length_(length), style_(style) {}
 
   // `more` tells something of a change, for behind its name.
   template <typename IsSo, typename More>
   void say(std::string_view what, Look look, const IsSo& is_so, const More& more) {
-    std::string all;
+    std::vector<std::string> all;
     for (const auto& change : changes_) {
-      if (!is_so(change)) continue;
-      all += (all.empty() ? "" : ", ") + names_.of_id(change.logical_id) + more(change);
+      if (is_so(change)) all.push_back(names_.of_id(change.logical_id) + more(change));
     }
     if (all.empty()) return;
-    constexpr std::size_t kMost = 3;
-    for (const auto& line : paragraph(fmt::format("  {}: ", what), all, kMost, style_))
+    const auto begin = fmt::format("  {}: ", what);
+    if (length_ == ListLength::screen) {
+      const auto room = style_.columns - std::min(style_.columns, display_width(begin));
+      lines_.push_back(paint(begin + first_of(all, room, style_), look, style_));
+      return;
+    }
+    const auto text = fmt::format("{}", fmt::join(all, ", "));
+    for (const auto& line : paragraph(begin, text, kEveryLine, style_))
       lines_.push_back(paint(line, look, style_));
   }
   template <typename IsSo>
@@ -55,6 +83,7 @@ class NameLists {
  private:
   const std::vector<CallbackChange>& changes_;
   const CallbackNames& names_;
+  ListLength length_;
   const TextStyle& style_;
   Lines lines_;
 };
@@ -103,11 +132,12 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
 
 }  // namespace
 
-Lines record_lines(const analysis::Comparison& comparison, const TextStyle& style) {
+Lines record_lines(const analysis::Comparison& comparison, ListLength length,
+                   const TextStyle& style) {
   Lines lines;
-  const auto say = [&style, &lines](const std::string& what) {
-    constexpr std::size_t kMost = 3;
-    for (const auto& line : paragraph("  record     ", what, kMost, style))
+  const auto most = length == ListLength::screen ? 1 : kEveryLine;
+  const auto say = [&style, &lines, most](const std::string& what) {
+    for (const auto& line : paragraph("  record     ", what, most, style))
       lines.push_back(paint(line, Look::doubtful, style));
   };
   std::string incomplete;
@@ -125,8 +155,8 @@ Lines record_lines(const analysis::Comparison& comparison, const TextStyle& styl
 }
 
 Lines structural_changes(const std::vector<CallbackChange>& changes, const CallbackNames& names,
-                         const TextStyle& style) {
-  NameLists lists(changes, names, style);
+                         ListLength length, const TextStyle& style) {
+  NameLists lists(changes, names, length, style);
   add_absences(lists, style);
   lists.say("is new", Look::plain, [](const auto& c) { return !c.is_before; });
   lists.say("no longer has a thread of its own", Look::bad,

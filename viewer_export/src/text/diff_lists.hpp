@@ -12,11 +12,15 @@
 
 namespace cie::viewer_export {
 
-// "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325"; none for complete records.
-Lines record_lines(const analysis::Comparison& comparison, const TextStyle& style);
+// Whether lists are as long as they are, or shortened for a screen.
+enum class ListLength : bool { screen, whole };
 
-// "  is gone: plan timer 20 ms", a line for each such thing that there is.
+// "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325"; none for complete records.
+Lines record_lines(const analysis::Comparison& comparison, ListLength length,
+                   const TextStyle& style);
+
+// "  is gone: plan timer 20 ms, ... 3 more", for each such thing that there is; on a screen a line.
 Lines structural_changes(const std::vector<analysis::CallbackChange>& changes,
-                         const CallbackNames& names, const TextStyle& style);
+                         const CallbackNames& names, ListLength length, const TextStyle& style);
 
 }  // namespace cie::viewer_export

@@ -118,30 +118,32 @@ bool is_open(const std::optional<std::uint64_t>& before, const std::optional<std
   return before && after && *before != *after && change == Change::undecided;
 }
 
+using Row = std::vector<TextCell>;
+
 // The callback's name stands on its first line.
-void add_quantities(TextTable& table, const CallbackChange& change, const CallbackNames& names,
-                    bool has_range) {
+void add_quantities(std::vector<Row>& rows, const CallbackChange& change,
+                    const CallbackNames& names) {
   auto name = names.of_id(change.logical_id);
   for (const auto& quantity : change.quantities) {
     if (!is_certain(quantity.change)) continue;
-    table.add({{std::exchange(name, {})},
-               {in_words(quantity)},
-               {format_duration(quantity.before->estimate)},
-               {format_duration(quantity.after->estimate)},
-               {percent(quantity.before->estimate, quantity.after->estimate)},
-               {has_range ? range(*quantity.after) : std::string(kNotMeasured)},
-               {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
+    rows.push_back({{std::exchange(name, {})},
+                    {in_words(quantity)},
+                    {format_duration(quantity.before->estimate)},
+                    {format_duration(quantity.after->estimate)},
+                    {percent(quantity.before->estimate, quantity.after->estimate)},
+                    {range(*quantity.after)},
+                    {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
   }
   const auto add_count = [&](const char* what, const std::optional<std::uint64_t>& before,
                              const std::optional<std::uint64_t>& after, Change kind) {
     if (!is_certain(kind) && !is_open(before, after, kind)) return;
-    table.add({{std::exchange(name, {})},
-               {what},
-               {std::to_string(*before)},
-               {std::to_string(*after)},
-               {std::string(kNotMeasured)},
-               {std::string(kNotMeasured)},
-               {std::string(analysis::label(kind)), look_of(kind)}});
+    rows.push_back({{std::exchange(name, {})},
+                    {what},
+                    {std::to_string(*before)},
+                    {std::to_string(*after)},
+                    not_measured(),
+                    not_measured(),
+                    {std::string(analysis::label(kind)), look_of(kind)}});
   };
   add_count("missed releases", change.missed_before, change.missed_after, change.missed);
   add_count("exceptions", change.exceptions_before, change.exceptions_after, change.exceptions);
@@ -150,8 +152,10 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
             change.overwritten);
 }
 
-TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNames& names,
-                   bool has_range) {
+constexpr std::size_t kRangeColumn = 5;
+
+// Where ranges have no room, they are left out.
+std::string table_of(std::span<const Row> rows, const TextStyle& style) {
   TextTable table({{"callback", "", TextTable::Align::left},
                    {"quantity", "", TextTable::Align::left},
                    {"before", "", TextTable::Align::right, 1},
@@ -159,10 +163,27 @@ TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNam
                    {"change", ""},
                    {"after lies in", ""},
                    {"", "", TextTable::Align::left}});
-  for (const auto& change : changes)
-    add_quantities(table, change, names, has_range);
-  if (!has_range) table.drop_columns_of(kNotMeasured);
-  return table;
+  const auto fill = [](TextTable empty, std::span<const Row> all, bool has_range) {
+    for (auto row : all) {
+      if (!has_range) row[kRangeColumn] = not_measured();
+      empty.add(std::move(row));
+    }
+    if (!has_range) empty.drop_columns_of(kNotMeasured);
+    return empty;
+  };
+  auto whole = fill(table, rows, true);
+  return (whole.natural_width() > style.columns ? fill(table, rows, false) : whole).render(style);
+}
+
+// As many of the changes as that many lines have room for, and how many more there are.
+std::string changes_in(std::size_t lines, std::span<const Row> rows, const TextStyle& style) {
+  for (auto shown = std::min(rows.size(), lines); shown > 0; --shown) {
+    auto text = table_of(rows.first(shown), style);
+    if (shown < rows.size())
+      text += fmt::format("  {} {}\n", gap(style), counted(rows.size() - shown, "more change"));
+    if (std::cmp_less_equal(std::ranges::count(text, '\n'), lines)) return text;
+  }
+  return rows.empty() ? "" : fmt::format("  {} {}\n", gap(style), counted(rows.size(), "change"));
 }
 
 // "26 of 26 callbacks had a thread of their own before, 0 of 26 after".
@@ -249,12 +270,10 @@ std::pair<std::string, std::string> column_names(const DiffContext& context) {
   return {std::move(before), std::move(after)};
 }
 
-// Deadlines kept and missed, side by side.
+// Deadlines kept and missed, side by side, of at most so many callbacks.
 std::string deadline_table(const std::vector<const CallbackChange*>& changes,
-                           const DiffContext& context, const CallbackNames& names,
+                           const DiffContext& context, const CallbackNames& names, std::size_t most,
                            const TextStyle& style) {
-  constexpr std::size_t kMost = 5;
-  const auto most = context.is_all ? changes.size() : kMost;
   const auto deadline = changes.front()->lateness_after->deadline;
   const auto is_common = std::ranges::all_of(changes, [deadline](const CallbackChange* change) {
     return change->lateness_after->deadline == deadline;
@@ -353,11 +372,14 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
   return tally;
 }
 
+// Empty where nothing was compared.
 std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
   const auto tally = tally_of(changes);
-  auto text =
-      fmt::format("{} within the tolerance; {} undecided: too few instances to tell it from chance",
-                  counted(tally.within, "quantile"), tally.undecided);
+  if (tally.within + tally.undecided + tally.too_close + tally.one_sided == 0) return {};
+  auto text = counted(tally.within, "quantile") + " within the tolerance";
+  if (tally.undecided > 0)
+    text +=
+        fmt::format("; {} undecided: too few instances to tell it from chance", tally.undecided);
   if (tally.too_close > 0)
     text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
   if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
@@ -428,6 +450,128 @@ bool is_decided(const analysis::Comparison& comparison) {
           undecided_times(comparison.callbacks).empty());
 }
 
+std::size_t line_count(std::string_view text) {
+  return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+std::string text_of(const Lines& lines) {
+  std::string text;
+  for (const auto& line : lines)
+    text += line + '\n';
+  return text;
+}
+
+class DiffText {
+ public:
+  DiffText(const analysis::Comparison& comparison, const DiffContext& context,
+           const TextStyle& style)
+      : comparison_(comparison),
+        context_(context),
+        style_(style),
+        names_(ids_of(comparison.callbacks), style),
+        by_rank_(comparison.callbacks),
+        urgent_(with_deadline(comparison.callbacks)) {
+    std::ranges::stable_sort(by_rank_, {}, rank);
+    for (const auto& change : by_rank_)
+      add_quantities(changes_, change, names_);
+  }
+
+  std::string whole() const {
+    auto text = facts(ListLength::whole, true) + fmt::format("  {:<11}{}\n  {:<11}{}\n\n", "before",
+                                                             printable(context_.before), "after",
+                                                             printable(context_.after));
+    if (const auto lines = structure(ListLength::whole); !lines.empty())
+      text += text_of(lines) + '\n';
+    if (!urgent_.empty())
+      text += deadline_table(urgent_, context_, names_, urgent_.size(), style_) + '\n';
+    if (!changes_.empty()) text += table_of(changes_, style_) + '\n';
+    return text + statistics();
+  }
+
+  // At most kScreenLines: what is left out, the command at its end prints.
+  std::string screen() const {
+    auto text = facts(ListLength::screen, urgent_.empty());
+    const auto lists = first_of_structure();
+    if (!lists.empty()) text += '\n' + text_of(lists);
+    auto end = urgent_.empty() ? statistics() : std::string();
+    if (!lists.empty() || !changes_.empty() || !urgent_.empty())
+      end += text_of(commands_to_paste(
+          {{"every change", "cie diff " + context_.arguments + " --all"}}, style_));
+    const auto taken = line_count(text) + line_count(end) + 1;  // and a blank line
+    const auto room = kScreenLines - std::min(kScreenLines, taken);
+    if (!urgent_.empty()) return text + '\n' + deadlines_in(room) + end;
+    if (!changes_.empty())
+      text += '\n' + changes_in(room - std::min<std::size_t>(room, 1), changes_, style_);
+    return text + (end.empty() ? "" : "\n") + end;
+  }
+
+ private:
+  static std::vector<std::string> ids_of(const std::vector<CallbackChange>& changes) {
+    std::vector<std::string> ids;
+    ids.reserve(changes.size());
+    for (const auto& change : changes)
+      ids.push_back(change.logical_id);
+    return ids;
+  }
+
+  // Up to the worst and, where wanted, the best change.
+  std::string facts(ListLength length, bool has_best) const {
+    const auto outcome = outcome_words(comparison_, context_.tolerance, style_);
+    const auto lateness = urgent_.empty() ? std::string() : lateness_words(urgent_, style_);
+    constexpr std::size_t kLabel = 11;
+    auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
+                text_of(record_lines(comparison_, length, style_)) +
+                filled(fmt::format("  {:<{}}{}", "isolation", kLabel, isolation_words(context_)),
+                       style_.columns, kLabel) +
+                other_deadlines(comparison_.callbacks);
+    if (by_rank_.empty()) return text;
+    text += extreme("worst", by_rank_.front(), Change::worse, names_, style_);
+    if (has_best) text += extreme("best", by_rank_.back(), Change::better, names_, style_);
+    return text;
+  }
+
+  Lines structure(ListLength length) const {
+    return structural_changes(comparison_.callbacks, names_, length, style_);
+  }
+
+  // What is worse comes first.
+  Lines first_of_structure() const {
+    constexpr std::size_t kMost = 5;
+    auto lines = structure(ListLength::screen);
+    if (lines.size() <= kMost) return lines;
+    const auto left = lines.size() - kMost + 1;
+    lines.resize(kMost - 1);
+    lines.push_back(fmt::format("  {} {} more kinds of change", gap(style_), left));
+    return lines;
+  }
+
+  std::string deadlines_in(std::size_t lines) const {
+    constexpr std::size_t kAround = 3;  // two of titles, one of what is left out
+    constexpr std::size_t kMost = 5;
+    const auto room = lines - std::min(lines, kAround);
+    return deadline_table(urgent_, context_, names_, std::clamp<std::size_t>(room, 1, kMost),
+                          style_);
+  }
+
+  // How sure the comparison is; empty where there was nothing to compare.
+  std::string statistics() const {
+    const auto tally = tally_words(comparison_.callbacks, style_);
+    if (tally.empty() && changes_.empty()) return {};
+    return tally + filled(fmt::format("Each statement is certain to {:g} % if instances are "
+                                      "independent of each other.",
+                                      100 * (1 - analysis::kComparisonError)),
+                          style_.columns);
+  }
+
+  const analysis::Comparison& comparison_;
+  const DiffContext& context_;
+  const TextStyle& style_;
+  CallbackNames names_;
+  std::vector<CallbackChange> by_rank_;
+  std::vector<const CallbackChange*> urgent_;
+  std::vector<Row> changes_;  // those that are certain
+};
+
 }  // namespace
 
 IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samples) {
@@ -442,53 +586,8 @@ IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samp
 
 void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context, const TextStyle& style) {
-  const auto& changes = comparison.callbacks;
-  std::vector<std::string> ids;
-  ids.reserve(changes.size());
-  for (const auto& change : changes)
-    ids.push_back(change.logical_id);
-  const CallbackNames names(ids, style);
-  auto by_rank = changes;
-  std::ranges::stable_sort(by_rank, {}, rank);
-  const auto print = [&out](const Lines& lines) {
-    for (const auto& line : lines)
-      out << line << '\n';
-  };
-  const auto urgent = with_deadline(changes);
-  const auto outcome = outcome_words(comparison, context.tolerance, style);
-  const auto lateness = urgent.empty() ? std::string() : lateness_words(urgent, style);
-  out << (is_decided(comparison) ? lateness + outcome : outcome + lateness);
-  print(record_lines(comparison, style));
-  constexpr std::size_t kLabel = 11;
-  out << filled(fmt::format("  {:<{}}{}", "isolation", kLabel, isolation_words(context)),
-                style.columns, kLabel)
-      << other_deadlines(changes);
-  if (!by_rank.empty()) out << extreme("worst", by_rank.front(), Change::worse, names, style);
-  const auto is_brief = !urgent.empty() && !context.is_all;
-  if (!is_brief) {
-    if (!by_rank.empty()) out << extreme("best", by_rank.back(), Change::better, names, style);
-    out << fmt::format("  {:<11}{}\n  {:<11}{}\n", "before", printable(context.before), "after",
-                       printable(context.after));
-  }
-  out << '\n';
-  const auto structure = structural_changes(changes, names, style);
-  print(structure);
-  if (!structure.empty()) out << '\n';
-  if (!urgent.empty()) out << deadline_table(urgent, context, names, style);
-  if (is_brief) {
-    print(commands_to_paste({{"every change", "cie diff " + context.arguments + " --all"}}, style));
-    return;
-  }
-  if (!urgent.empty()) out << '\n';
-  auto table = table_of(by_rank, names, true);
-  if (table.natural_width() > style.columns) table = table_of(by_rank, names, false);
-  if (!table.is_empty()) out << table.render(style) << '\n';
-  out << tally_words(changes, style)
-      << filled(
-             fmt::format(
-                 "Each statement is certain to {:g} % if instances are independent of each other.",
-                 100 * (1 - analysis::kComparisonError)),
-             style.columns);
+  const DiffText text(comparison, context, style);
+  out << (context.is_all ? text.whole() : text.screen());
 }
 
 }  // namespace cie::viewer_export
