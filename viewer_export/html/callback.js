@@ -1,7 +1,7 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
-import {colour, el, link, scrolled, svg} from "./dom.js";
+import {colour, el, link, scrolled, svg, withoutEmptyColumns} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {fullName, histograms, name, report} from "./recording.js";
+import {atLeast, fullName, histograms, name, report} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {SIGN, count, percent, plural, roundTime, time} from "./words.js";
 
@@ -174,14 +174,14 @@ const stack = (parts, text) => {
 };
 const meanParts = c => {
   const mean = key => (c[key] === null ? 0 : c[key].mean);
-  const parts = [["waited to start", "wait", mean("start_latency_ns")]];
-  if (c.execution_time_ns === null) parts.push(["ran or was kept from running", "run", mean("duration_ns")]);
+  const parts = [["start latency", "wait", mean("start_latency_ns")]];
+  if (c.execution_time_ns === null) parts.push(["duration", "run", mean("duration_ns")]);
   else
     parts.push(
-      ["executed", "run", mean("execution_time_ns")],
+      ["execution time", "run", mean("execution_time_ns")],
       ["preempted", "preempted", mean("preempted_ns")],
       ["blocked", "blocked", mean("blocked_ns")],
-      ["waited for a CPU after waking", "wake", mean("wake_delay_ns")],
+      ["wake delay", "wake", mean("wake_delay_ns")],
     );
   return parts.filter(part => part[2] > 0);
 };
@@ -256,48 +256,62 @@ export const details = index => {
     worst.length
       ? scrolled(
           "Table of slowest runs",
-          el(
-            "table",
-            {},
-            el("caption", {}, "Slowest runs"),
+          withoutEmptyColumns(
             el(
-              "thead",
+              "table",
               {},
+              el("caption", {}, "Slowest runs"),
               el(
-                "tr",
+                "thead",
                 {},
-                ["run", "response", "waited", "ran for", "executed", "preempted", "blocked", "thread", ""].map(h =>
-                  el("th", {scope: "col"}, h),
-                ),
-              ),
-            ),
-            el(
-              "tbody",
-              {},
-              worst.map(i =>
                 el(
                   "tr",
                   {},
-                  el("td", {}, `#${count(lane.seq[i])}`),
                   [
-                    lane.response(i),
-                    lane.wait[i],
-                    lane.duration[i],
-                    lane.execution[i],
-                    lane.preempted[i],
-                    lane.blocked[i],
-                  ].map((ns, at) =>
+                    "run",
+                    "response time",
+                    "start latency",
+                    "duration",
+                    "execution time",
+                    "preempted",
+                    "blocked",
+                    "thread",
+                    "",
+                  ].map(h => el("th", {scope: "col"}, h)),
+                ),
+              ),
+              el(
+                "tbody",
+                {},
+                worst.map(i =>
+                  el(
+                    "tr",
+                    {},
+                    el("td", {}, `#${count(lane.seq[i])}`),
+                    [
+                      lane.least(i),
+                      lane.isExact(i) ? lane.wait[i] : Number.NaN,
+                      lane.duration[i],
+                      lane.execution[i],
+                      lane.preempted[i],
+                      lane.blocked[i],
+                    ].map((ns, at) =>
+                      el(
+                        "td",
+                        {class: at === 0 && lane.isLate(i) ? "fail" : null},
+                        at > 0
+                          ? Number.isNaN(ns)
+                            ? "\u2013"
+                            : time(ns)
+                          : `${lane.isLate(i) ? `${SIGN.FAIL} ` : ""}${atLeast({ns, isBound: !lane.isExact(i)})}`,
+                      ),
+                    ),
+                    el("td", {}, lane.tid(i)),
                     el(
                       "td",
-                      {class: at === 0 && lane.isLate(i) ? "fail" : null},
-                      `${at === 0 && lane.isLate(i) ? `${SIGN.FAIL} ` : ""}${Number.isNaN(ns) ? "\u2013" : time(ns)}`,
+                      {class: "text"},
+                      link("show", () => timeline.show(lane, i)),
                     ),
-                  ),
-                  el("td", {}, lane.tid(i)),
-                  el(
-                    "td",
-                    {class: "text"},
-                    link("show", () => timeline.show(lane, i)),
                   ),
                 ),
               ),

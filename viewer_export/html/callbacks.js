@@ -16,11 +16,23 @@ const isolationOf = c =>
     : ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 
+// Where no release is known, as in recordings of ROS 2's own executors, durations tell more than bounds.
+const hasDurationsAlone = report.callbacks.every(c => c.response_time_ns === null && c.release_source !== "wakeup");
+const TIMES = hasDurationsAlone
+  ? [
+      ["duration p50", c => stat(c, "duration_ns", "p50"), "time"],
+      ["duration p99", c => stat(c, "duration_ns", "p99"), "time"],
+      ["duration max", c => stat(c, "duration_ns", "max"), "time"],
+      ["response at most", c => stat(c, "response_time_upper_ns", "max"), "time"],
+    ]
+  : [
+      ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
+      ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
+      ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
+    ];
 const COLUMNS = [
   ["callback", c => name(c), "text"],
-  ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
-  ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
-  ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
+  ...TIMES,
   ["deadline", c => c.response_deadline_ns, "time"],
   ["late", c => c.late],
   ["isolated", c => isolationOf(c)[1], "text"],
@@ -150,10 +162,10 @@ export const callbacks = () => {
     el(
       "p",
       {class: "soft"},
-      "Response time: from release to end. Start latency: from release to start. \u2013: not measured. \u2265: at least, when the release is not known exactly.",
+      "Response time: from release to end. Start latency: from release to start. Duration: from start to end. \u2013: not measured. \u2265: at least, when the release is not known exactly.",
     ),
     detail,
   );
-  const byMax = shown.findIndex(([header]) => header === "response max");
+  const byMax = shown.findIndex(([header]) => header === TIMES[2][0]);
   sort(byMax < 0 ? 0 : byMax, byMax < 0 ? 1 : -1);
 };

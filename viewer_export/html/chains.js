@@ -1,5 +1,5 @@
 // Chains of callbacks: path latency, reaction time, data age, hop by hop.
-import {el, scrolled} from "./dom.js";
+import {el, scrolled, withoutEmptyColumns} from "./dom.js";
 import {graph} from "./graph.js";
 import {callbackByIndex, inWords, name, report, section, severalHosts, shortNames} from "./recording.js";
 import {count, plural, time} from "./words.js";
@@ -39,34 +39,36 @@ export const chains = () => {
     graph(),
     scrolled(
       "Table of chains",
-      el(
-        "table",
-        {id: "chain-table"},
-        header([
-          "chain",
-          "hops",
-          "runs",
-          "path latency p50",
-          "p99",
-          "max",
-          "reaction time p50",
-          "p99",
-          "max",
-          "data age p50",
-          "p99",
-          "max",
-        ]),
+      withoutEmptyColumns(
         el(
-          "tbody",
-          {},
-          report.chains.map(c =>
-            el(
-              "tr",
-              {},
-              el("td", {class: "name", title: c.name}, short(c)),
-              el("td", {}, c.hops.length),
-              el("td", {}, count(c.instances)),
-              [latencyCells(c), cells(c.reaction_time_ns), cells(c.data_age_ns)].flat().map(t => el("td", {}, t)),
+          "table",
+          {id: "chain-table"},
+          header([
+            "chain",
+            "hops",
+            "runs",
+            "path latency p50",
+            "p99",
+            "max",
+            "reaction time p50",
+            "p99",
+            "max",
+            "data age p50",
+            "p99",
+            "max",
+          ]),
+          el(
+            "tbody",
+            {},
+            report.chains.map(c =>
+              el(
+                "tr",
+                {},
+                el("td", {class: "name", title: c.name}, short(c)),
+                el("td", {}, c.hops.length),
+                el("td", {}, count(c.instances)),
+                [latencyCells(c), cells(c.reaction_time_ns), cells(c.data_age_ns)].flat().map(t => el("td", {}, t)),
+              ),
             ),
           ),
         ),
@@ -79,32 +81,34 @@ export const chains = () => {
         el("summary", {title: c.name}, `Where ${short(c)} spends its time`),
         scrolled(
           `Hops of ${short(c)}`,
-          el(
-            "table",
-            {},
-            header(["in", "p50", "p99", "max", "then to the next, p50", "p99", "max"]),
+          withoutEmptyColumns(
             el(
-              "tbody",
+              "table",
               {},
-              c.hop_table.map((hop, i) =>
-                el(
-                  "tr",
-                  {},
-                  el("td", {class: "name", title: c.hop_table[i].from}, hopName(c, i)),
-                  hopCells(c, hop)
-                    .flatMap(cells)
-                    .map(t => el("td", {}, t)),
-                ),
-              ),
-              c.undivided_ns && !isByStarts(c)
-                ? el(
+              header(["in", "p50", "p99", "max", "then to the next, p50", "p99", "max"]),
+              el(
+                "tbody",
+                {},
+                c.hop_table.map((hop, i) =>
+                  el(
                     "tr",
                     {},
-                    el("td", {class: "name"}, "not divided"),
-                    cells(c.undivided_ns).map(t => el("td", {}, t)),
-                    el("td", {colspan: 3}),
-                  )
-                : null,
+                    el("td", {class: "name", title: c.hop_table[i].from}, hopName(c, i)),
+                    hopCells(c, hop)
+                      .flatMap(cells)
+                      .map(t => el("td", {}, t)),
+                  ),
+                ),
+                c.undivided_ns && !isByStarts(c)
+                  ? el(
+                      "tr",
+                      {},
+                      el("td", {class: "name"}, "not divided"),
+                      cells(c.undivided_ns).map(t => el("td", {}, t)),
+                      ["", "", ""].map(() => el("td")),
+                    )
+                  : null,
+              ),
             ),
           ),
         ),

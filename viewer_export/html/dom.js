@@ -19,6 +19,15 @@ export const link = (text, action, tip) =>
 // What is wider, or higher, than there is room for: keys scroll it, too.
 export const scrolled = (label, child, isTall) =>
   el("div", {class: isTall ? "scroll tall" : "scroll", tabindex: "0", role: "region", "aria-label": label}, child);
+// Columns of a table without any value go; the first one stays.
+export const withoutEmptyColumns = table => {
+  const rows = [...table.querySelectorAll("tr")];
+  const isEmpty = cell => ["", "\u2013"].includes(cell.textContent);
+  for (let i = rows[0].cells.length - 1; i > 0; --i) {
+    if (rows.slice(1).every(row => isEmpty(row.cells[i]))) for (const row of rows) row.cells[i].remove();
+  }
+  return table;
+};
 // What a colour stands for, in a key.
 export const colour = (kind, text) =>
   el(

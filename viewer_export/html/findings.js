@@ -1,7 +1,7 @@
 // The first minute: verdict, worst callback, what is missing.
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
-import {laneOf, partsOf, slowest, waitedFor, worstRun} from "./instances.js";
+import {laneOf, partsOf, waitedFor, worstRun} from "./instances.js";
 import {
   claims,
   fullName,
@@ -207,8 +207,7 @@ export const inShort = () => {
     const most = responseTime(c, "p99");
     const isLate = deadline !== null && r.ns > deadline;
     const lane = laneOf(worst);
-    const i = lane ? slowest(lane, 1)[0] : undefined;
-    const shown = lane ? worstRun(lane) : undefined;
+    const i = lane ? worstRun(lane) : undefined;
     const parts = i === undefined ? [] : partsOf(lane, i).sort((a, b) => b[2] - a[2]);
     const took = r.isBound
       ? ` took at least ${time(r.ns)} from release to end at worst; when it was released is not known exactly`
@@ -223,10 +222,10 @@ export const inShort = () => {
           ? ""
           : `, ${isLate ? "beyond" : "within"} its deadline of ${time(deadline)}`,
         ". ",
-        parts.length
-          ? `In that run it ${parts[0][0] === "preempted" ? "was " : ""}${parts[0][0]} for ${time(parts[0][2])}, ${percent(parts[0][2] / lane.response(i))} of it${why(lane, i, parts[0])}. `
+        parts.length > 1
+          ? `Most of it: ${parts[0][0]}, ${time(parts[0][2])} (${percent(parts[0][2] / lane.least(i))})${why(lane, i, parts[0])}. `
           : "",
-        shown === undefined ? "" : link("Show it", () => timeline.show(lane, shown)),
+        i === undefined ? "" : link("Show it", () => timeline.show(lane, i)),
       ),
     );
   }

@@ -65,8 +65,11 @@ export const decode = async () => {
     });
     const place = column(number);
     lane.tid = i => lane.tids[Math.floor(place[i] / 2)];
-    lane.isExact = i => place[i] % 2 === 1;
+    // Where the report has no response time, no release was proved in the end.
+    lane.isExact = i => place[i] % 2 === 1 && lane.callbackReport.response_time_ns !== null;
     lane.response = i => (lane.isExact(i) ? lane.wait[i] + lane.duration[i] : Number.NaN);
+    // A response time, or what it is at least.
+    lane.least = i => (lane.wait[i] > 0 ? lane.wait[i] : 0) + lane.duration[i];
     lane.callbackReport = report.callbacks[lane.callback];
     lane.title = name(lane.callbackReport);
     lane.deadline = lane.callbackReport.response_deadline_ns;
@@ -75,25 +78,15 @@ export const decode = async () => {
   }
 };
 export const laneOf = callback => lanes.lanes.find(lane => lane.callback === callback);
-// Numbers of a lane's instances, slowest first.
+// Numbers of a lane's instances that ended, slowest first, by what is certain of their response times.
 export const slowest = (lane, n) => {
-  const known = [];
-  for (let i = 0; i < lane.count; ++i) if (!Number.isNaN(lane.response(i))) known.push(i);
-  known.sort((a, b) => lane.response(b) - lane.response(a) || a - b);
-  return known.slice(0, n);
+  const ended = [];
+  for (let i = 0; i < lane.count; ++i) if (!Number.isNaN(lane.least(i))) ended.push(i);
+  ended.sort((a, b) => lane.least(b) - lane.least(a) || a - b);
+  return ended.slice(0, n);
 };
-// The number of the slowest, by what is certain of its response time where none is known; undefined: there is none.
-export const worstRun = lane => {
-  const [known] = slowest(lane, 1);
-  if (known !== undefined) return known;
-  let worst;
-  let longest = -1;
-  for (let i = 0; i < lane.count; ++i) {
-    const least = (lane.wait[i] > 0 ? lane.wait[i] : 0) + lane.duration[i];
-    if (least > longest) [worst, longest] = [i, least];
-  }
-  return worst;
-};
+// The number of the slowest; undefined: there is none.
+export const worstRun = lane => slowest(lane, 1)[0];
 // Whom an instance waited for: runs of others, or earlier ones of its own callback, on its thread between its release
 // and its start, longest in sum first: [lane, ns]. Of runs that are not drawn nothing is known.
 export const waitedFor = (lane, i) => {
@@ -115,15 +108,15 @@ export const waitedFor = (lane, i) => {
 };
 // Where an instance's response time went: [what, its class, ns]. The parts add up to it.
 export const partsOf = (lane, i) => {
-  const parts = [["waited to start", "wait", lane.wait[i]]];
+  const parts = [["start latency", "wait", lane.wait[i]]];
   if (Number.isNaN(lane.execution[i])) {
-    parts.push(["ran or was kept from running", "run", lane.duration[i]]);
+    parts.push(["duration", "run", lane.duration[i]]);
   } else {
     parts.push(
-      ["executed", "run", lane.execution[i]],
+      ["execution time", "run", lane.execution[i]],
       ["preempted", "preempted", lane.preempted[i]],
       ["blocked", "blocked", lane.blocked[i]],
-      ["waited for a CPU after waking", "wake", lane.wake[i]],
+      ["wake delay", "wake", lane.wake[i]],
     );
   }
   return parts.filter(part => part[2] > 0);

@@ -1,5 +1,5 @@
 // Threads, and how they were scheduled.
-import {el, scrolled} from "./dom.js";
+import {el, scrolled, withoutEmptyColumns} from "./dom.js";
 import {inWords, processByIndex, report, section, severalHosts} from "./recording.js";
 import {time} from "./words.js";
 
@@ -22,46 +22,48 @@ export const threads = () => {
     "Threads",
     scrolled(
       "Table of threads",
-      el(
-        "table",
-        {},
+      withoutEmptyColumns(
         el(
-          "thead",
+          "table",
           {},
           el(
-            "tr",
+            "thead",
             {},
-            [
-              "thread",
-              ...(severalHosts ? ["host"] : []),
-              "pid",
-              "tid",
-              "role",
-              "scheduling",
-              "CPUs",
-              "busy",
-              "callbacks",
-            ].map(n =>
-              el("th", {scope: "col", class: ["thread", "pid", "tid", "busy"].includes(n) ? null : "text"}, n),
-            ),
-          ),
-        ),
-        el(
-          "tbody",
-          {},
-          report.threads.map(t =>
             el(
               "tr",
               {},
-              el("td", {}, t.name || "\u2013"),
-              severalHosts ? el("td", {class: "text"}, processByIndex.get(t.process).host) : null,
-              el("td", {}, processByIndex.get(t.process).pid),
-              el("td", {}, t.tid),
-              el("td", {class: "text"}, t.role || "\u2013"),
-              el("td", {class: "text"}, sched(t.sched)),
-              el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
-              el("td", {}, time(t.busy_ns)),
-              el("td", {class: "text name", title: t.callbacks.join(", ")}, t.callbacks.map(inWords).join(", ")),
+              [
+                "thread",
+                ...(severalHosts ? ["host"] : []),
+                "pid",
+                "tid",
+                "role",
+                "scheduling",
+                "CPUs",
+                "busy",
+                "callbacks",
+              ].map(n =>
+                el("th", {scope: "col", class: ["thread", "pid", "tid", "busy"].includes(n) ? null : "text"}, n),
+              ),
+            ),
+          ),
+          el(
+            "tbody",
+            {},
+            report.threads.map(t =>
+              el(
+                "tr",
+                {},
+                el("td", {}, t.name || "\u2013"),
+                severalHosts ? el("td", {class: "text"}, processByIndex.get(t.process).host) : null,
+                el("td", {}, processByIndex.get(t.process).pid),
+                el("td", {}, t.tid),
+                el("td", {class: "text"}, t.role || "\u2013"),
+                el("td", {class: "text"}, sched(t.sched)),
+                el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
+                el("td", {}, time(t.busy_ns)),
+                el("td", {class: "text name", title: t.callbacks.join(", ")}, t.callbacks.map(inWords).join(", ")),
+              ),
             ),
           ),
         ),

@@ -249,6 +249,27 @@ class Contents(Page):
             return [least(i), ...[...Array(lane.count).keys()].map(least)]; })()""")
         self.assertEqual(runs[0], max(runs[1:]))
 
+    def test_what_is_not_known_has_no_columns(self):
+        """As in recordings of ROS 2's own executors without the kernel's events: durations, and no release."""
+        def change(report):
+            for callback in report["callbacks"]:
+                duration = callback["duration_ns"]
+                callback.update(dict.fromkeys((
+                    "response_time_ns", "start_latency_ns", "execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns",
+                    "response_time_upper_ns")), response_time_lower_ns=duration, release_source=duration and "start")
+            for thread in report["threads"]:
+                thread.update(role=None, sched=None, busy_ns=None)
+            for chain in report["chains"]:
+                chain.update(data_age_ns=None)
+        self.shown(change)
+        headers = self.see("#callback-table th")
+        self.assertEqual(headers[:5], ["callback", "duration p50", "duration p99", "duration max", "isolated"])
+        self.assertEqual(self.see("[aria-labelledby=threads] th"), ["thread", "pid", "tid", "callbacks"])
+        self.assertNotIn("data age p50", self.see("#chain-table th"))
+        self.assertEqual(self.see(".detail thead th")[:5], ["run", "response time", "duration", "execution time", "preempted"])
+        self.assertTrue(all(cell.startswith("\u2265") for cell in self.see(".detail tbody tr td:nth-child(2)")))
+        self.assertRegex(" ".join(self.see("#short li")), r"Most of it: (execution time|blocked), \d")
+
     def test_rules_that_hold_are_folded_and_a_symbol_is_one_line(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")
         folded = self.browser.evaluate("[...document.querySelectorAll('#rules ~ details')].map(d => [d.open, d.querySelector('summary').textContent])")
