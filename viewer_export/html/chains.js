@@ -45,8 +45,8 @@ export const chains = () => {
           {id: "chain-table"},
           header([
             "chain",
-            "hops",
-            "runs",
+            "callbacks",
+            "instances",
             "path latency p50",
             "p99",
             "max",

@@ -51,6 +51,17 @@ TEST(ReportText, SaysFirstWhatMatters) {
                 "Chain braking", "Notes"});
 }
 
+// Where ids are wanted, one can find it in the other outputs.
+TEST(ReportText, NamesAChainWithoutASpecByItsFirstAndLastCallback) {
+  auto report = test::sample_report();
+  auto& chain = report.chains.front();
+  chain.is_specified = false;
+  chain.hops = {"/a/lidar@Timer(1000)", "/a/brake@Subscription(/stop)"};
+  chain.name = chain.hops[0] + " -> " + chain.hops[1];
+  const auto text = report_text_of(report, nullptr, {.columns = 200, .ids = true});
+  EXPECT_THAT(text, HasSubstr("\nChain /a/lidar@Timer(1000) -> /a/brake@Subscription(/stop): 2 "));
+}
+
 TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
   auto report = test::sample_report();
   report.defects.clear();

@@ -194,17 +194,13 @@ std::string hop_title(const Report& report, const ChainReport& chain, std::size_
 }
 
 // `said`: notes of the tables before it, which need no repetition.
-std::string chain_table(const Report& report, const ChainReport& chain, std::size_t number,
-                        const CallbackNames& names, const TextStyle& style,
-                        std::set<std::string>& said) {
-  // A chain without a spec is named by all its hops, which the table lists anyway.
-  const bool is_named = chain.is_specified || chain.name.find(" -> ") == std::string::npos;
-  const auto title = fmt::format("Chain {}{}: {}, {} complete",
-                                 is_named    ? printable(chain.name)
-                                 : style.ids ? fmt::format("{}", number)
-                                             : names.of(chain),
-                                 chain_place(report, chain), counted(chain.hops.size(), "callback"),
-                                 counted(chain.instances, "instance"));
+std::string chain_table(const Report& report, const ChainReport& chain, const CallbackNames& names,
+                        const TextStyle& style, std::set<std::string>& said) {
+  const auto name = "Chain " + names.of(chain) + chain_place(report, chain) + ':';
+  const auto counts = fmt::format("{}, {} complete", counted(chain.hops.size(), "callback"),
+                                  counted(chain.instances, "instance"));
+  const bool is_line = display_width(name) + 1 + display_width(counts) <= style.columns;
+  const auto title = elide(name, style.columns) + (is_line ? " " : "\n  ") + counts;
   TextTable table({{"", "", TextTable::Align::left},
                    {"count", ""},
                    {"min", ""},
@@ -230,8 +226,8 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
   }
   if (!by_starts) add_quantity(table, "not divided", chain.undivided);
   add_quantity(table, "response to the client", chain.response);
-  std::string text = paint(elide(title, style.columns), Look::strong, style) + "\n" +
-                     (table.is_empty() ? "" : table.render(style));
+  std::string text =
+      paint(title, Look::strong, style) + "\n" + (table.is_empty() ? "" : table.render(style));
   for (const auto& note : chain_notes(chain)) {
     if (!said.insert(note).second) continue;
     for (const auto& line : wrap(note, style.columns - 2))
@@ -428,8 +424,7 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
   std::string text;
   std::set<std::string> said;
   for (const auto* chain : chains) {
-    const auto number = static_cast<std::size_t>(chain - report.chains.data()) + 1;
-    text += chain_table(report, *chain, number, names, style, said);
+    text += chain_table(report, *chain, names, style, said);
   }
   if (chains.size() < report.chains.size()) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",

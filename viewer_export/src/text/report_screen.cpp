@@ -57,7 +57,7 @@ auto badness(const CallbackReport& callback) {
 
 // What a chain's row tells, and what the spec allows of it.
 struct ChainTimes {
-  std::string_view what;
+  std::string_view what;           // behind the name; empty: path latency
   const Summary* times = nullptr;  // null: none was measured
   std::optional<std::int64_t> bound;
 };
@@ -70,11 +70,11 @@ ChainTimes times_of(const ChainReport& chain, const SchedulingSpec* spec) {
   }
   const bool is_reaction = !chain.path_latency && chain.reaction_time;
   if (is_reaction) {
-    return {.what = "reaction",
+    return {.what = ", reaction",
             .times = &*chain.reaction_time,
             .bound = entry == nullptr ? std::nullopt : entry->reaction_time_ns};
   }
-  return {.what = "chain",
+  return {.what = "",
           .times = chain.path_latency ? &*chain.path_latency : nullptr,
           .bound = entry == nullptr ? std::nullopt : entry->path_latency_ns};
 }
@@ -249,7 +249,7 @@ class ReportScreen {
     const auto row = times_of(chain, spec());
     const auto times = row.times == nullptr ? std::nullopt : std::optional(*row.times);
     const std::string_view mark = chain.clock_error ? "~" : "";
-    std::vector<TextCell> cells{{fmt::format("{} {}", row.what, judged_.names.of(chain))},
+    std::vector<TextCell> cells{{fmt::format("chain {}{}", judged_.names.of(chain), row.what)},
                                 {fmt::format("{}", chain.instances)},
                                 not_measured(),
                                 time_cell(times, &Summary::p50, mark),
