@@ -98,6 +98,18 @@ TEST(GraphDot, ShortensLongNames) {
   EXPECT_THAT(text, HasSubstr("\"topic 1 /one\xC3\xA4"));
 }
 
+TEST(GraphDot, LeavesOutAndCountsWhatNoMessageLinks) {
+  auto report = with_edges();
+  auto lonely = test::callback("/a/alone@Timer(5)", CallbackKind::timer);
+  lonely.index = analysis::CallbackIndex{10};
+  report.callbacks.push_back(lonely);
+  EXPECT_THAT(
+      dot_of(report),
+      ::testing::AllOf(
+          Not(HasSubstr("alone")),
+          HasSubstr("label=\"2 of 5 callbacks not shown: no message links them to others\"")));
+}
+
 TEST(GraphDot, OfNothingIsAnEmptyGraph) {
   EXPECT_THAT(dot_of({}), ::testing::AllOf(::testing::StartsWith("digraph callbacks {\n"),
                                            ::testing::EndsWith("}\n")));

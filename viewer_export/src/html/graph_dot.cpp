@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,11 +85,26 @@ std::string label_of(const Report& report, const analysis::ProcessReport& proces
   return dot_escaped(label);
 }
 
-void write_processes(std::ostream& out, const Report& report, const ReportRows& rows) {
+// Callbacks that no message links would only bury the others: Autoware has a thousand of them.
+std::vector<const CallbackReport*> linked_callbacks(const Report& report) {
+  std::set<analysis::CallbackIndex> linked;
+  for (const auto& edge : report.edges) {
+    if (edge.from) linked.insert(*edge.from);
+    linked.insert(edge.to);
+  }
+  std::vector<const CallbackReport*> callbacks;
+  for (const auto& callback : report.callbacks) {
+    if (linked.contains(callback.index)) callbacks.push_back(&callback);
+  }
+  return callbacks;
+}
+
+void write_processes(std::ostream& out, const Report& report,
+                     const std::vector<const CallbackReport*>& shown, const ReportRows& rows) {
   const CallbackNames names(report, {.unicode = true});
   std::map<ProcessIndex, std::vector<const CallbackReport*>> by_process;
-  for (const auto& callback : report.callbacks)
-    by_process[callback.process].push_back(&callback);
+  for (const auto* callback : shown)
+    by_process[callback->process].push_back(callback);
   for (const auto& [process, callbacks] : by_process) {
     out << fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{}\";\n", at(process),
                        label_of(report, rows.process(process)));
@@ -129,7 +145,12 @@ void write_graph_dot(std::ostream& out, const Report& report) {
   out << "digraph callbacks {\n  rankdir=LR;\n  node [shape=box fontname=\"sans-serif\"];\n"
          "  edge [fontname=\"sans-serif\" fontsize=10];\n";
   const ReportRows rows(report);
-  write_processes(out, report, rows);
+  const auto shown = linked_callbacks(report);
+  if (const auto left = report.callbacks.size() - shown.size(); left > 0) {
+    out << fmt::format("  label=\"{} of {} not shown: no message links them to others\";\n", left,
+                       counted(report.callbacks.size(), "callback"));
+  }
+  write_processes(out, report, shown, rows);
   Topics outside;
   for (const auto& edge : report.edges) {
     if (!edge.from) outside.try_emplace(edge.topic, outside.size());
