@@ -206,6 +206,11 @@ void write_commented(std::ostream& out, const std::string& entry) {
     out << "  # " << line.substr(2) << '\n';
 }
 
+bool never_ran(const CallbackEntry& entry) {
+  return std::ranges::none_of(entry.has_run, [](const auto& in) { return in.second; });
+}
+
+// Commented out, if it did not run in each of its processes; for those that never ran the section says so.
 void write_entry(std::ostream& out, const std::string& id, const CallbackEntry& entry) {
   std::ostringstream lines;
   if (!begin_entry(lines, "id", id)) {
@@ -216,16 +221,14 @@ void write_entry(std::ostream& out, const std::string& id, const CallbackEntry& 
   write_allowed(lines, "missed_releases_allowed", entry.missed_releases);
   write_allowed(lines, "overwrites_allowed", entry.overwritten_samples);
   lines << observed(entry);
-  const auto ran_in =
-      std::ranges::count_if(entry.has_run, [](const auto& in) { return in.second; });
-  if (ran_in == std::ssize(entry.has_run)) {
+  if (std::ranges::all_of(entry.has_run, [](const auto& in) { return in.second; })) {
     out << lines.str();
     return;
   }
-  out << fmt::format(
-      "  # It did not run{}, and verify fails entries of such (M1). If it is meant to run, "
-      "uncomment:\n",
-      ran_in == 0 ? "" : " in each of its processes");
+  if (!never_ran(entry)) {
+    out << "  # It did not run in each of its processes, and verify fails entries of such (M1). If it is\n"
+           "  # meant to run in all, uncomment:\n";
+  }
   write_commented(out, lines.str());
 }
 
@@ -239,8 +242,15 @@ void write_callbacks(std::ostream& out, const Report& report) {
     entries[place->second].second.add(callback, rows);
   }
   out << (entries.empty() ? "callback_groups: []\n" : "callback_groups:\n");
-  for (const auto& [id, entry] : entries)
-    write_entry(out, id, entry);
+  const auto ran = std::ranges::stable_partition(
+      entries, [](const auto& entry) { return !never_ran(entry.second); });
+  const auto silent = ran.begin();
+  for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
+    if (entry == silent) {
+      out << "  # These did not run, and verify fails entries of such (M1). Uncomment what is meant to run:\n";
+    }
+    write_entry(out, entry->first, entry->second);
+  }
 }
 
 void write_workers(std::ostream& out, const Report& report, std::string_view section,

@@ -119,8 +119,8 @@ TEST_F(Template, HasOnlyCommentsOfWhatDidNotRun) {
   callback("/never@Timer(1)", 0).instances = 0;
   EXPECT_TRUE(spec().callbacks().empty());
   EXPECT_THAT(text(),
-              HasSubstr("  # It did not run, and verify fails entries of such (M1). If it is "
-                        "meant to run, uncomment:\n"
+              HasSubstr("  # These did not run, and verify fails entries of such (M1). Uncomment "
+                        "what is meant to run:\n"
                         "  # - id: \"/never@Timer(1)\"\n"
                         "  #   policy: ~\n"
                         "  #   affinity: ~\n"
@@ -130,6 +130,19 @@ TEST_F(Template, HasOnlyCommentsOfWhatDidNotRun) {
        at = uncommented.find("\n  #  ", at))
     uncommented.erase(at + 3, 2);
   EXPECT_EQ(SchedulingSpec::parse(uncommented, "uncommented.yaml").callbacks().size(), 1U);
+}
+
+// As ROS 2's parameter services of each node.
+TEST_F(Template, HasWhatRanFirstAndSaysOnceThatTheOthersDidNot) {
+  callback("/first@Timer(1)", 0).instances = 0;
+  callback("/ran@Timer(1)", 0);
+  callback("/last@Timer(1)", 0).instances = 0;
+  const auto written = text();
+  const auto remark = written.find("  # These did not run");
+  EXPECT_LT(written.find("/ran@"), remark);
+  EXPECT_LT(remark, written.find("/first@"));
+  EXPECT_LT(written.find("/first@"), written.find("/last@"));
+  EXPECT_EQ(written.find("# These did not run", remark + 10), std::string::npos);
 }
 
 TEST_F(Template, HasEntriesOfWhatRanWithoutBeingSeenWhole) {
