@@ -429,6 +429,7 @@ TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
 
 TEST(ReportScreen, TellsWhyThereIsNothing) {
   EXPECT_THAT(screen_of({}, {}), HasSubstr("No callback was seen"));
+  EXPECT_THAT(screen_of({}, {}), HasSubstr("\n  what it holds: cie events "));
 }
 
 TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {

@@ -126,6 +126,10 @@ class ReportScreen {
       append(lines,
              {"  No callback was seen: the trace holds no callback_init or callback_start event.",
               "  Were the tracepoints of cie, or those of ros2_tracing, enabled?"});
+      append(lines,
+             commands_to_paste(
+                 {{"what it holds", "cie events " + context_.verify.view_arguments + " --count"}},
+                 style_));
       return lines;
     }
     auto tail = notes();

@@ -231,8 +231,11 @@ class VerifyScreen {
     if (const auto open = head_.rules_with(Verdict::inconclusive).size(); open > 0)
       parts.push_back(fmt::format("{} undecided", open));
     if (const auto without = head_.rules_with(Verdict::not_applicable).size(); without > 0) {
+      // Where nothing ran, a spec would not help.
+      const bool is_for_want_of_a_spec =
+          judged_.context.spec_name.empty() && !judged_.report.callbacks.empty();
       parts.push_back(fmt::format("{} {} not apply{}", without, without == 1 ? "does" : "do",
-                                  judged_.context.spec_name.empty() ? " (no --spec)" : ""));
+                                  is_for_want_of_a_spec ? " (no --spec)" : ""));
     }
     if (const auto known = head_.suppressed(); known > 0)
       parts.push_back(counted(known, "verdict") + " suppressed");
