@@ -158,8 +158,8 @@ class References(unittest.TestCase):
             emitted[name] = [self.field_name(kind, rest) for kind, rest in fields]
         told = {}
         contract = read("tracepoints", "README.md").split("## The contract")[1].split("### What a reader may rely on")[0]
-        for name, text in re.findall(r"^\| `(\w+)` \|(.*)\|$", contract, re.M):
-            text = re.sub(r"\([^()]*\)", "", text.split("|")[-1])
+        for name, text in re.findall(r"^- `(\w+)`: (.*?)(?=^- |^$)", contract, re.M | re.S):
+            text = re.sub(r"\([^()]*\)", "", " ".join(text.split()).split(". Emitted ")[0])
             told[name] = re.findall(r"(?:^|, )\s*(\w+) (?:[ui]\d+|str|enum|seq of)", text.strip().split(" All *")[0])
         self.assertEqual(set(told), set(emitted))
         for name, fields in emitted.items():
