@@ -377,9 +377,10 @@ std::string tally_words(const std::vector<CallbackChange>& changes, const TextSt
   const auto tally = tally_of(changes);
   if (tally.within + tally.undecided + tally.too_close + tally.one_sided == 0) return {};
   auto text = counted(tally.within, "quantile") + " within the tolerance";
-  if (tally.undecided > 0)
+  if (tally.undecided > 0) {
     text +=
         fmt::format("; {} undecided: too few instances to tell it from chance", tally.undecided);
+  }
   if (tally.too_close > 0)
     text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
   if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
@@ -494,9 +495,10 @@ class DiffText {
     const auto lists = first_of_structure();
     if (!lists.empty()) text += '\n' + text_of(lists);
     auto end = urgent_.empty() ? statistics() : std::string();
-    if (!lists.empty() || !changes_.empty() || !urgent_.empty())
+    if (!lists.empty() || !changes_.empty() || !urgent_.empty()) {
       end += text_of(commands_to_paste(
           {{"every change", "cie diff " + context_.arguments + " --all"}}, style_));
+    }
     const auto taken = line_count(text) + line_count(end) + 1;  // and a blank line
     const auto room = kScreenLines - std::min(kScreenLines, taken);
     if (!urgent_.empty()) return text + '\n' + deadlines_in(room) + end;
