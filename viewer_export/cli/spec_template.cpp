@@ -242,9 +242,8 @@ void write_callbacks(std::ostream& out, const Report& report) {
     entries[place->second].second.add(callback, rows);
   }
   out << (entries.empty() ? "callback_groups: []\n" : "callback_groups:\n");
-  const auto ran = std::ranges::stable_partition(
-      entries, [](const auto& entry) { return !never_ran(entry.second); });
-  const auto silent = ran.begin();
+  const auto silent = std::stable_partition(
+      entries.begin(), entries.end(), [](const auto& entry) { return !never_ran(entry.second); });
   for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
     if (entry == silent) {
       out << "  # These did not run, and verify fails entries of such (M1). Uncomment what is meant to run:\n";
