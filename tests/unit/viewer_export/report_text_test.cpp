@@ -275,6 +275,7 @@ TEST(ReportText, DividesAChainOfRos2ByStarts) {
   EXPECT_THAT(text, ContainsRegex("  response to the client +3  4.000 us"));
   EXPECT_THAT(text,
               HasSubstr("the first release is not known: \"at least\" is from the first start"));
+  EXPECT_THAT(text, HasSubstr("\"at most\" is of 5 of 6 instances: nothing bounds the others"));
 }
 
 TEST(ReportText, SaysOnceWhatHoldsForSeveralChains) {

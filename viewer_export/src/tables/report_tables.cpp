@@ -149,6 +149,13 @@ std::vector<std::string> chain_notes(const ChainReport& chain) {
         "the first release is not known: \"at least\" is from the first start, \"at most\" from what "
         "the release was not before. Callbacks count from start to publish, messages from publish "
         "to start: the rows add up to \"at least\"");
+    const auto bounded = chain.path_latency_upper ? chain.path_latency_upper->count : 0;
+    if (bounded != 0 && bounded < chain.instances) {
+      notes.push_back(fmt::format(
+          "\"at most\" is of {} of {}: nothing bounds the others from above, which may be "
+          "the longest",
+          bounded, counted(chain.instances, "instance")));
+    }
   } else if (measured < chain.instances) {
     notes.push_back(
         fmt::format("path latency of {} of {}: the first release of the others is not "
