@@ -128,6 +128,22 @@ Comparison much(bool has_deadlines) {
   return comparison;
 }
 
+// Of one callback ROS 2's events leave open whether something else ran on its thread.
+TEST(DiffText, TellsBetweenWhatIsolationLiesWhereItIsNotKnown) {
+  std::ostringstream out;
+  write_diff_text(out, {},
+                  {.before = "old",
+                   .after = "new",
+                   .tolerance = 0.05,
+                   .isolation_before = {.own_thread = 1, .ran = 3, .unknown = 1},
+                   .isolation_after = {.own_thread = 0, .ran = 3},
+                   .is_all = false,
+                   .arguments = "old new"},
+                  {});
+  EXPECT_THAT(out.str(),
+              HasSubstr("1 to 2 of 3 callbacks had a thread of their own before, 0 of 3 after"));
+}
+
 TEST(DiffText, IsOneScreenUnlessAllIsWanted) {
   for (const bool has_deadlines : {false, true}) {
     const auto comparison = much(has_deadlines);

@@ -186,20 +186,19 @@ std::string changes_in(std::size_t lines, std::span<const Row> rows, const TextS
   return rows.empty() ? "" : fmt::format("  {} {}\n", gap(style), counted(rows.size(), "change"));
 }
 
-// "26 of 26 callbacks had a thread of their own before, 0 of 26 after".
+// "26 of 26 callbacks had a thread of their own before, 0 to 11 of 26 after": of 11 it is not known.
 std::string isolation_words(const DiffContext& context) {
   const auto& before = context.isolation_before;
   const auto& after = context.isolation_after;
-  const auto unknown = [](const IsolationCount& count) {
-    return count.unknown == 0 ? std::string() : fmt::format(" ({} not known)", count.unknown);
+  const auto isolated = [](const IsolationCount& count) {
+    return count.unknown == 0
+               ? fmt::format("{}", count.own_thread)
+               : fmt::format("{} to {}", count.own_thread, count.own_thread + count.unknown);
   };
-  if (before == after) {
-    return fmt::format("{} of {} had a thread of their own{}, before and after", before.own_thread,
-                       counted(before.ran, "callback"), unknown(before));
-  }
-  return fmt::format("{} of {} had a thread of their own{} before, {} of {}{} after",
-                     before.own_thread, counted(before.ran, "callback"), unknown(before),
-                     after.own_thread, after.ran, unknown(after));
+  const auto told = fmt::format("{} of {} had a thread of their own", isolated(before),
+                                counted(before.ran, "callback"));
+  if (before == after) return told + " before and after";
+  return fmt::format("{} before, {} of {} after", told, isolated(after), after.ran);
 }
 
 // How late runs were before and after is compared against one deadline.
