@@ -47,6 +47,11 @@ constexpr std::chrono::seconds kEndPatience{60};
 std::string url_of(const std::string& name) {
   const bool is_url = name.rfind("net://", 0) == 0 || name.rfind("net4://", 0) == 0;
   if (is_url && name.find("/host/") != std::string::npos) return name;
+  if (!is_url && name.find('/') != std::string::npos) {
+    throw UsageError("\"" + name +
+                     "\" is neither a session's name nor its net:// URL; a recording is "
+                     "read by cie report");
+  }
   auto relay = is_url ? name : std::string("net://localhost");
   const auto sessions = analysis::live_sessions(relay);
   std::string known;

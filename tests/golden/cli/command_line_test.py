@@ -93,6 +93,8 @@ class Usage(Folder):
 
     def test_misspelt(self):
         self.assert_usage_error(("verfy", TRACE), 'there is no command "verfy"; did you mean "verify"?')
+        self.assert_usage_error(("live", "./run1"), '"./run1" is neither a session\'s name nor its net:// URL; '
+                                                 "a recording is read by cie report")
         self.assert_usage_error(("verify", TRACE, "--sepc", "x"), 'unknown option "--sepc"; did you mean "--spec"?')
         self.assert_usage_error(("report", TRACE, "--fromat=json"),
                                 'unknown option "--fromat"; did you mean "--format"?')

@@ -142,6 +142,17 @@ TEST(DiffText, TellsBetweenWhatIsolationLiesWhereItIsNotKnown) {
                   {});
   EXPECT_THAT(out.str(),
               HasSubstr("1 to 2 of 3 callbacks had a thread of their own before, 0 of 3 after"));
+  std::ostringstream of_nothing;
+  write_diff_text(of_nothing, {},
+                  {.before = "old",
+                   .after = "new",
+                   .tolerance = 0.05,
+                   .isolation_before = {.own_thread = 1, .ran = 3},
+                   .isolation_after = {},
+                   .is_all = false,
+                   .arguments = "old new"},
+                  {});
+  EXPECT_THAT(of_nothing.str(), Not(HasSubstr("isolation")));
 }
 
 TEST(DiffText, IsOneScreenUnlessAllIsWanted) {

@@ -521,10 +521,12 @@ class DiffText {
     const auto lateness = urgent_.empty() ? std::string() : lateness_words(urgent_, style_);
     constexpr std::size_t kLabel = 11;
     auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
-                text_of(record_lines(comparison_, length, style_)) +
-                filled(fmt::format("  {:<{}}{}", "isolation", kLabel, isolation_words(context_)),
-                       style_.columns, kLabel) +
-                other_deadlines(comparison_.callbacks);
+                text_of(record_lines(comparison_, length, style_));
+    if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0) {
+      text += filled(fmt::format("  {:<{}}{}", "isolation", kLabel, isolation_words(context_)),
+                     style_.columns, kLabel);
+    }
+    text += other_deadlines(comparison_.callbacks);
     if (by_rank_.empty()) return text;
     text += extreme("worst", by_rank_.front(), Change::worse, names_, style_);
     if (has_best) text += extreme("best", by_rank_.back(), Change::better, names_, style_);
