@@ -299,6 +299,12 @@ TEST(DiffText, OfWhatARecordDoesNotProveSaysThatItMayBe) {
                                "  record     not known to be complete: after\n"
                                "  isolation "));
   EXPECT_THAT(text, HasSubstr("\n  may be gone: map timer 1 us\n"));
+
+  gone.instances_after = 0;
+  auto unrelated = comparison_of({gone});
+  unrelated.after.is_complete = false;
+  EXPECT_THAT(diff_text_of(unrelated),
+              StartsWith("Undecided: no callback ran in both recordings\n  record "));
 }
 
 TEST(DiffText, SaysWhatTheRecordsLack) {

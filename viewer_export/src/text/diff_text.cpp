@@ -417,6 +417,8 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
       fact = {fmt::format("Worse: {} of {}", regressions, all), Look::bad};
       break;
     case analysis::Outcome::undecided:
+      if (!comparison.has_compared())
+        return paint("Undecided: no callback ran in both recordings\n", Look::doubtful, style);
       fact = {"Undecided: no regression in what was recorded", Look::doubtful};
       break;
     case analysis::Outcome::nothing_compared:
