@@ -145,7 +145,7 @@ TEST(ReportText, OfBoundsAloneHasTheColumnsThatHaveValues) {
   const auto text = report_text_of(report);
   EXPECT_THAT(text, HasSubstr("response  duration   iso-\n"));
   EXPECT_THAT(text, HasSubstr("7+1  20.00 ms  >1.750 ms  >2.500 ms  >2.500 ms  2.400 ms     NO\n"));
-  EXPECT_THAT(text, HasSubstr("  thread      tid  runs\n"));
+  EXPECT_THAT(text, HasSubstr("  thread      tid  callback\n"));
 }
 
 TEST(ReportText, HasDeadlinesWithTheirLateInstances) {

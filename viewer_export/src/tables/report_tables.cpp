@@ -397,7 +397,7 @@ std::string thread_tables(const Report& report, const TextStyle& style) {
                           {"scheduling", "", TextTable::Align::left},
                           {"CPUs", "", TextTable::Align::left},
                           {"busy", ""},
-                          {"runs", "", TextTable::Align::left}});
+                          {"callback", "", TextTable::Align::left}});
       },
       [&names](const auto& thread) { return thread_row(thread, names); });
 }
