@@ -162,6 +162,7 @@ class InstanceMeasurer {
   // Measured instances of a timer that count as bounds until a prompt start proves their releases.
   struct Unproven {
     static constexpr std::size_t kMost = 4096;
+    static constexpr std::size_t kMostRows = 16 * kMost;  // of all timers, and one for each
     std::vector<Arrival> instances;
     std::vector<Row> rows;  // of these and of those that are not counted
     HostIndex host{};
@@ -235,6 +236,7 @@ class InstanceMeasurer {
   ByIndex<CallbackIndex, Arrivals> arrivals_;
   ByIndex<CallbackIndex, Bounds> bounds_;
   ByIndex<CallbackIndex, Unproven> unproven_;
+  std::size_t held_back_ = 0;  // rows, of all timers
 };
 
 }  // namespace cie::analysis

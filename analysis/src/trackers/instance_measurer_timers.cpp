@@ -60,12 +60,14 @@ void InstanceMeasurer::leave_bounds(CallbackIndex index) {
 
 void InstanceMeasurer::hold_back(const LiveInstance& live, const Measured& measured) {
   auto& unproven = unproven_[live.callback];
-  if (unproven.rows.size() >= Unproven::kMost) tell_bounds(live.callback, unproven);
+  if (unproven.rows.size() >= Unproven::kMost || held_back_ >= Unproven::kMostRows)
+    tell_bounds(live.callback, unproven);
   auto instance = instance_of(live, measured);
   instance.release = measured.unproven;
   instance.release_source = ReleaseSource::timer_grid;
   instance.missed = live.missed;
   unproven.rows.push_back({.instance = instance, .preempted_by = live.preempted_by});
+  ++held_back_;
 }
 
 void InstanceMeasurer::tell_rows(CallbackIndex index, Unproven& unproven) {
@@ -75,7 +77,8 @@ void InstanceMeasurer::tell_rows(CallbackIndex index, Unproven& unproven) {
     instance.preempted_by = preempted_by;
     observer_->on_instance(instance);
   }
-  unproven.rows.clear();
+  held_back_ -= unproven.rows.size();
+  std::vector<Row>().swap(unproven.rows);
 }
 
 void InstanceMeasurer::tell_bounds(CallbackIndex index, Unproven& unproven) {
