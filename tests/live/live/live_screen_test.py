@@ -57,7 +57,10 @@ class Terminal:
         """Waits until the screen shows it. What changed alone is sent otherwise."""
         def is_shown():
             self.type("\x0c")
-            return text.encode() in self.read(0.1)
+            end = time.monotonic() + 2  # on a busy machine it draws late
+            while text.encode() not in self.output and time.monotonic() < end:
+                self.read()
+            return text.encode() in self.output
         wait_for(is_shown, text)
 
     def wait(self):
