@@ -7,6 +7,7 @@
 #include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "output.hpp"
 
 #include <csignal>
 #include <cstdio>
