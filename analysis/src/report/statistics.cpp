@@ -18,8 +18,8 @@ std::uint64_t magnitude(std::int64_t value) noexcept {
   return value < 0 ? 0 - bits : bits;
 }
 
-// Without a branch: of an octave's 64 the first is the one that its least value, 64 when shifted, is
-// added to.
+// kExact + 64 * (shift - 1) + (value >> shift) - 64, where a value of an octave is 64 to 127 when
+// shifted; below kExact, where nothing is shifted, the value. Both without a branch.
 std::size_t bucket_of(std::uint64_t value) noexcept {
   const auto shift =
       static_cast<unsigned>(std::bit_width(value | (kExact - 1))) - (kSubBucketBits + 1);

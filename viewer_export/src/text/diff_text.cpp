@@ -26,6 +26,8 @@ using analysis::CallbackChange;
 using analysis::Change;
 using analysis::QuantityChange;
 
+constexpr std::size_t kLabel = 11;  // columns of what a fact is about
+
 Look look_of(Change change) {
   switch (change) {
     case Change::worse:
@@ -109,7 +111,7 @@ std::string extreme(std::string_view label, const CallbackChange& callback, Chan
                           format_duration(change->after->estimate));
   const auto share = ", " + percent(change->before->estimate, change->after->estimate);
   if (display_width(text) + share.size() <= room) text += share;
-  return fmt::format("  {:<11}", label) + cut(text, room, gap(style)) + '\n';
+  return fmt::format("  {:<{}}", label, kLabel) + cut(text, room, gap(style)) + '\n';
 }
 
 // Counts that differ, by no more than chance explains.
@@ -249,7 +251,7 @@ std::string other_deadlines(const std::vector<CallbackChange>& changes) {
            deadline(change.lateness_before) != deadline(change.lateness_after);
   });
   if (others == 0) return {};
-  return fmt::format("  {:<11}{} another deadline than before: not compared\n", "deadlines",
+  return fmt::format("  {:<{}}{} another deadline than before: not compared\n", "deadlines", kLabel,
                      others == 1 ? "1 callback has" : fmt::format("{} callbacks have", others));
 }
 
@@ -479,9 +481,9 @@ class DiffText {
   }
 
   std::string whole() const {
-    auto text = facts(ListLength::whole, true) + fmt::format("  {:<11}{}\n  {:<11}{}\n\n", "before",
-                                                             printable(context_.before), "after",
-                                                             printable(context_.after));
+    auto text = facts(ListLength::whole, true) +
+                fmt::format("  {:<{}}{}\n  {:<{}}{}\n\n", "before", kLabel,
+                            printable(context_.before), "after", kLabel, printable(context_.after));
     if (const auto lines = structure(ListLength::whole); !lines.empty())
       text += text_of(lines) + '\n';
     if (!urgent_.empty())
@@ -521,7 +523,6 @@ class DiffText {
   std::string facts(ListLength length, bool has_best) const {
     const auto outcome = outcome_words(comparison_, context_.tolerance, style_);
     const auto lateness = urgent_.empty() ? std::string() : lateness_words(urgent_, style_);
-    constexpr std::size_t kLabel = 11;
     auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
                 text_of(record_lines(comparison_, length, style_));
     if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0) {
