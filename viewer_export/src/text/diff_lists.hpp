@@ -7,10 +7,13 @@
 #include "screen.hpp"
 #include "words/callback_names.hpp"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace cie::viewer_export {
+
+constexpr std::size_t kDiffLabel = 11;  // columns of what a fact is about
 
 // Whether lists are as long as they are, or shortened for a screen.
 enum class ListLength : bool { screen, whole };

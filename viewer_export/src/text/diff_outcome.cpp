@@ -1,0 +1,144 @@
+#include "diff_outcome.hpp"
+
+#include "diff_changes.hpp"
+#include "words/text_layout.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackChange;
+using analysis::Change;
+using analysis::QuantityChange;
+
+// How many comparisons came to what.
+struct Tally {
+  std::uint64_t within = 0;     // quantiles
+  std::uint64_t undecided = 0;  // quantiles and counts
+  std::uint64_t too_close = 0;  // which no number of instances would decide
+  std::uint64_t one_sided = 0;  // measured on one side only
+};
+
+// Whether the interval is as narrow as histograms know values: a bucket is 1/64 of its least value.
+bool is_a_bucket(const analysis::QuantileInterval& interval) {
+  constexpr std::int64_t kPerBucket = 64;
+  return interval.lower && interval.upper &&
+         *interval.upper - *interval.lower <= *interval.lower / kPerBucket;
+}
+
+void add_to(Tally& tally, const QuantityChange& change) {
+  if (change.before.has_value() != change.after.has_value()) {
+    ++tally.one_sided;
+  } else if (change.change == Change::within) {
+    ++tally.within;
+  } else if (change.change == Change::undecided) {
+    const bool is_narrow = is_a_bucket(*change.before) && is_a_bucket(*change.after);
+    ++(is_narrow ? tally.too_close : tally.undecided);
+  }
+}
+
+Tally tally_of(const std::vector<CallbackChange>& changes) {
+  Tally tally;
+  for (const auto& change : changes) {
+    for (const auto& each : change.quantities)
+      add_to(tally, each);
+    for (const bool is_undecided :
+         {is_open(change.missed_before, change.missed_after, change.missed),
+          is_open(change.exceptions_before, change.exceptions_after, change.exceptions),
+          is_open(change.lost_before, change.lost_after, change.lost),
+          is_open(change.overwritten_before, change.overwritten_after, change.overwritten)}) {
+      tally.undecided += is_undecided ? 1U : 0U;
+    }
+  }
+  return tally;
+}
+
+// Empty if something is better, or of some quantile it is certain how it changed or that it did not.
+std::string undecided_times(const std::vector<CallbackChange>& changes) {
+  const auto has_certain = [](const CallbackChange& change) {
+    return is_better(change) ||
+           std::ranges::any_of(change.quantities, is_certain, &QuantityChange::change);
+  };
+  if (tally_of(changes).within > 0 || std::ranges::any_of(changes, has_certain)) return {};
+  const auto quantiles = std::accumulate(
+      changes.begin(), changes.end(), std::size_t{0},
+      [](auto sum, const CallbackChange& change) { return sum + change.quantities.size(); });
+  const auto why = quantiles == 0
+                       ? std::string("none was measured on both sides")
+                       : fmt::format("of {} none is certain", counted(quantiles, "quantile"));
+  return "Times undecided: " + why + "; no other regression";
+}
+
+}  // namespace
+
+bool is_decided(const analysis::Comparison& comparison) {
+  const auto outcome = comparison.outcome();
+  return outcome == analysis::Outcome::regression ||
+         (outcome == analysis::Outcome::no_regression &&
+          undecided_times(comparison.callbacks).empty());
+}
+
+std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
+                          const TextStyle& style) {
+  const auto& changes = comparison.callbacks;
+  const auto regressions =
+      std::ranges::count_if(changes, [](const auto& change) { return change.is_regression(); });
+  const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
+  const auto all = counted(changes.size(), "callback");
+  const bool is_whole = comparison.before.is_complete && comparison.after.is_complete;
+  TextCell fact;
+  switch (comparison.outcome()) {
+    case analysis::Outcome::regression:
+      fact = {fmt::format("Worse: {} of {}", regressions, all), Look::bad};
+      break;
+    case analysis::Outcome::undecided:
+      if (!comparison.has_compared())
+        return paint("Undecided: no callback ran in both recordings\n", Look::doubtful, style);
+      fact = {"Undecided: no regression in what was recorded", Look::doubtful};
+      break;
+    case analysis::Outcome::nothing_compared:
+      return paint("Nothing to compare: no callback ran before and after\n", Look::doubtful, style);
+    case analysis::Outcome::no_regression:
+      if (const auto times = undecided_times(changes); !times.empty())
+        return paint(times, Look::doubtful, style) + '\n';
+      fact = {is_whole ? "No regression" : "No regression in what was recorded", Look::good};
+      break;
+  }
+  std::string more;
+  if (better > 0) {
+    const auto of =
+        regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
+    more = "; better: " + of;
+  }
+  const auto limit = fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+  constexpr std::size_t kIndent = 2;
+  const auto text = filled(fact.text + more + limit, style.columns, kIndent);
+  const auto rest = std::string_view(text).substr(fact.text.size());
+  const auto told = rest.starts_with(more) ? more.size() : 0;
+  return paint(fact.text, fact.look, style) +
+         (told > 0 ? paint(rest.substr(0, told), Look::good, style) : "") +
+         std::string(rest.substr(told));
+}
+
+std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
+  const auto tally = tally_of(changes);
+  if (tally.within + tally.undecided + tally.too_close + tally.one_sided == 0) return {};
+  auto text = counted(tally.within, "quantile") + " within the tolerance";
+  if (tally.undecided > 0) {
+    text +=
+        fmt::format("; {} undecided: too few instances to tell it from chance", tally.undecided);
+  }
+  if (tally.too_close > 0)
+    text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
+  if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
+  return filled(text + '.', style.columns);
+}
+
+}  // namespace cie::viewer_export
