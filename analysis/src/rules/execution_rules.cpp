@@ -166,7 +166,7 @@ const Rule kStartEndPaired{
     "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
     "each tracepoint once.",
     judge_paired,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kNonReentrant{
     "E2",
@@ -178,7 +178,7 @@ const Rule kNonReentrant{
     "served what ROS 2's events do not show (M2).\n"
     "Remedy: put the callback into a mutually exclusive group.",
     judge_non_reentrant,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kNoNesting{
     "E3",
@@ -192,6 +192,6 @@ const Rule kNoNesting{
     "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
     "callback of the client instead.",
     judge_no_nesting,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 }  // namespace cie::analysis

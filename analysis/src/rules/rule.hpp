@@ -17,6 +17,7 @@ struct RuleNeeds {
   bool instances = false;       // of callbacks: without any start it has no subject
   bool spec = false;
   bool whole_recording = false;  // it fails for what was never seen, which a missing part may hold
+  bool totals = false;           // likewise, unless numbers and totals show that nothing is missing
   bool kernel = false;           // the kernel alone may show why it fails
   bool is_of_report = false;     // the report rests on its verdict
 };

@@ -156,6 +156,12 @@ void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& s
   }
 }
 
+// ROS 2's events have neither numbers nor totals: there any part of a recording may lack some.
+bool has_totals(const Model& model, const Subject& subject) {
+  if (subject.process) return !is_told_by_ros2_alone(model.processes[at(*subject.process)]);
+  return std::ranges::none_of(model.processes, is_told_by_ros2_alone);
+}
+
 // L7: of what is missing nobody knows what a rule would have said, so what is left does not pass in
 // its place. A subject is judged as ever: its numbers and totals tell what it lost.
 void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
@@ -163,9 +169,10 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   if (rule.needs.is_about_trace || (context.options.spec == nullptr && rule.needs.spec)) return;
   const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
                               "not all that was recorded is here: " + missing);
-  if (rule.needs.whole_recording) {
+  if (rule.needs.whole_recording || rule.needs.totals) {
     for (auto& subject : subjects) {
       if (subject.verdict != Verdict::fail) continue;
+      if (!rule.needs.whole_recording && has_totals(context.model, subject.about)) continue;
       subject.verdict = Verdict::inconclusive;
       subject.evidence.insert(subject.evidence.begin(), doubt);
     }

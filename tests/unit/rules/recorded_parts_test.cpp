@@ -59,6 +59,15 @@ struct Judged : Verified {
       : Judged(trace, std::vector{recording_of(manifest)}) {}
 };
 
+// As if ROS 2's events told all of it: they have neither numbers nor totals.
+void derive(TextTrace& trace) {
+  for (auto& event : trace.events)
+    event.head.is_derived = true;
+  trace.erase<RunBegin>();
+  trace.erase<RunEnd>();
+  trace.erase<CallbackFini>();
+}
+
 TextTrace without(std::int64_t pid) {
   auto trace = trace_of(kTwoProcesses);
   std::erase_if(trace.events, [pid](const Event& event) { return event.head.pid == pid; });
@@ -293,6 +302,20 @@ TEST(LossOfManifest, IsALossWhereNoneIsAllowed) {
   EXPECT_EQ(t2(true), Verdict::inconclusive) << "it may have told of a loss (L7)";
   manifest.channels.push_back({.name = "cie", .discarded_events = 3, .lost_packets = 0});
   EXPECT_EQ(t2(false), Verdict::fail);
+}
+
+// The second start may have come after an end that is in the missing part.
+TEST(RecordedParts, AFailureOfWhatIsAbsentNeedsTotals) {
+  auto trace = trace_of(
+      "process first pid=100\ncallback fusion subscription topic=/points\n"
+      "10 release fusion\n12 start fusion\n14 start fusion\n"
+      "16 end fusion seq=0\n18 end fusion seq=1");
+  const auto seen = manifest_of({kFirst});
+  const auto missing = manifest_of({kFirst, kSecond});
+  EXPECT_EQ(Judged(trace, missing).of("E2", "callback fusion"), Verdict::fail) << "totals tell";
+  derive(trace);
+  EXPECT_EQ(Judged(trace, seen).of("E2", "callback fusion"), Verdict::fail);
+  EXPECT_EQ(Judged(trace, missing).of("E2", "callback fusion"), Verdict::inconclusive);
 }
 
 }  // namespace
