@@ -38,11 +38,17 @@ void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgem
 }
 
 std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
-  if (callback.exact_instances == callback.instances) return std::nullopt;
+  // Of an instance that never ended it must be known as well.
+  const auto open = callback.has_grid_releases()
+                        ? 0
+                        : std::ranges::count(callback.open, false, &OpenInstance::release_exact);
+  const auto unknown =
+      callback.instances - callback.exact_instances + static_cast<std::uint64_t>(open);
+  if (unknown == 0) return std::nullopt;
   return evidence("release", callback.starts.first_at,
-                  "the release of " +
-                      std::to_string(callback.instances - callback.exact_instances) + " of " +
-                      std::to_string(callback.instances) + " instances is not known exactly");
+                  "the release of " + std::to_string(unknown) + " of " +
+                      std::to_string(callback.instances + callback.open.size()) +
+                      " instances is not known exactly");
 }
 
 std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
@@ -349,7 +355,7 @@ const Rule kArrivalExceedsTurnaround{
     "Remedy: shorten the callback, raise its priority or give it a CPU, or slow its source "
     "down; cie report shows where the time went.",
     judge_arrival,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kNoMissedRelease{
     "R2",
@@ -363,7 +369,7 @@ const Rule kNoMissedRelease{
     "Remedy: find what kept the thread from running or the instance from ending (cie report: "
     "preempted, blocked, wake delay); allow in the spec what the design can bear.",
     judge_missed,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kDeadline{
     kDeadlineRule,
@@ -406,6 +412,6 @@ const Rule kRate{
     "Remedy: correct the source's rate, limit it, or declare what it really is and analyze "
     "again.",
     judge_rate,
-    {.instances = true, .spec = true}};
+    {.instances = true, .spec = true, .totals = true}};
 
 }  // namespace cie::analysis

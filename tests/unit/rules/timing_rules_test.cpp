@@ -134,6 +134,17 @@ TEST(NoMissedRelease, IsInconclusiveWithoutExpiriesAndUnderLoss) {
   EXPECT_EQ(Verified(trace)["R2"], Verdict::inconclusive);
 }
 
+TEST(NoMissedRelease, IsInconclusiveWithoutTheExpiryOfAnInstanceThatNeverEnded) {
+  const auto judged = [](const std::string& release) {
+    return Verified(
+        "callback fusion timer period=10\n12 start fusion release=10\n15 end fusion\n"
+        "22 start fusion release=" +
+        release + "\n32 start fusion release=30\n38 end fusion seq=2");
+  };
+  EXPECT_EQ(judged("20")["R2"], Verdict::pass);
+  EXPECT_EQ(judged("none")["R2"], Verdict::inconclusive);
+}
+
 TEST(NoMissedRelease, JudgesTimersOnly) {
   EXPECT_EQ(Verified("callback fusion subscription\n2 start fusion release=1\n3 end fusion")["R2"],
             Verdict::not_applicable);
