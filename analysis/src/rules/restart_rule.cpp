@@ -127,6 +127,13 @@ std::vector<CallbackIndex> predecessors(const std::vector<Ended>& by_end, const 
   return found;
 }
 
+std::optional<Timestamp> last_end(const Model& model, const std::vector<CallbackIndex>& callbacks) {
+  std::optional<Timestamp> last;
+  for (const auto index : callbacks)
+    last = std::max(last.value_or(Timestamp{}), lifetime_of(model, index).end);
+  return last;
+}
+
 // Of several predecessors that differ nobody knows which one it follows.
 void conclude_restart(const RuleContext& context, const std::vector<CallbackIndex>& before,
                       const Lifetime& life, std::vector<SubjectVerdict>& verdicts) {
@@ -173,6 +180,34 @@ const CallbackFacts* perhaps_ended(const Model& model, const std::vector<Lifetim
   return nullptr;
 }
 
+// Lifetimes that may have had any id, of one host.
+class UnknownLives {
+ public:
+  void add(const Lifetime& life) { lives_.push_back(life); }
+  void sort() {
+    std::ranges::sort(lives_, {}, [](const Lifetime& life) {
+      return std::tuple(life.begin, life.end, life.index);
+    });
+    first_end_.assign(lives_.size(), nullptr);
+    const Lifetime* first = nullptr;
+    for (auto i = lives_.size(); i-- > 0;) {
+      if (first == nullptr || lives_[i].end < first->end) first = &lives_[i];
+      first_end_[i] = first;
+    }
+  }
+  // One that began and ended there; null: none did.
+  const Lifetime* between(Timestamp after, Timestamp before) const {
+    const auto next = std::ranges::upper_bound(lives_, after, {}, &Lifetime::begin);
+    if (next == lives_.end()) return nullptr;
+    const auto* found = first_end_[static_cast<std::size_t>(next - lives_.begin())];
+    return found->end < before ? found : nullptr;
+  }
+
+ private:
+  std::vector<Lifetime> lives_;             // by their begin
+  std::vector<const Lifetime*> first_end_;  // of those from there on the one that ends first
+};
+
 std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
@@ -191,17 +226,22 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   struct Ends {                              // on one host; times of several have nothing in common
     std::optional<Timestamp> first;          // of any lifetime: who begins later may be a restart
     std::optional<Timestamp> first_unknown;  // of one that may have had any id
+    UnknownLives unknown;
   };
   std::map<HostIndex, Ends> ends;
   const auto host_of = [&model](const Lifetime& life) {
     return model.processes[at(model.callbacks[at(life.index)].process)].host;
   };
   for (const auto& life : unknown) {
-    auto& [first_end, first_unknown_end] = ends[host_of(life)];
-    first_end = first_unknown_end = first_end ? std::min(*first_end, life.end) : life.end;
+    auto& of_host = ends[host_of(life)];
+    of_host.first = of_host.first_unknown =
+        of_host.first ? std::min(*of_host.first, life.end) : life.end;
+    of_host.unknown.add(life);
   }
+  for (auto& [host, of_host] : ends)
+    of_host.unknown.sort();
   for (auto& [key, lives] : by_id) {
-    auto& [first_end, first_unknown_end] = ends[key.first];
+    auto& [first_end, first_unknown_end, unknown_lives] = ends[key.first];
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
     const auto by_end = in_order_of_ends(lives);
@@ -215,7 +255,17 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
         conclude(std::move(judgement), verdicts);
       }
       const auto before = predecessors(by_end, lives[i]);
-      if (!before.empty()) conclude_restart(context, before, lives[i], verdicts);
+      const auto ended = last_end(model, before);
+      const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
+      if (between != nullptr) {
+        Judgement judgement(names.callback(lives[i].index));
+        judgement.doubt(evidence("callback_init", first_sign(model.callbacks[at(between->index)]),
+                                 "a callback whose logical id is unknown lived between this "
+                                 "lifetime and the one before: it may have been the same one"));
+        conclude(std::move(judgement), verdicts);
+      } else if (!before.empty()) {
+        conclude_restart(context, before, lives[i], verdicts);
+      }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
         Judgement judgement(names.callback(lives[i].index));

@@ -83,6 +83,27 @@ TEST(MappingSurvivesRestart, ComparesWithAllThatItMayFollow) {
   EXPECT_EQ(judged(30, 20, 30), Verdict::inconclusive);
 }
 
+// The second of three: each is compared with the one before it, which may have been that one.
+TEST(MappingSurvivesRestart, IsInconclusiveAfterALifetimeOfWhichNoIdWasSeen) {
+  const auto judged = [](const std::string& third) {
+    auto trace = trace_of(
+        "process one pid=100 until=100\ncallback a id=/n@Timer timer period=10\n"
+        "process two pid=150 from=1000 until=1200\ncallback b id=/n@Timer timer period=10\n"
+        "process three pid=200 from=2000\ncallback c id=/n@Timer timer period=10\n"
+        "1 initial a\n2 applied a policy=fifo priority=20\n10 start a\n12 end a\n"
+        "1101 initial b\n1102 applied b policy=fifo priority=30\n1110 start b\n1112 end b\n"
+        "2101 initial c\n2102 applied c policy=fifo priority=" +
+        third + "\n2110 start c\n2112 end c");
+    const auto whole = Verified(trace).of("M5", kLater);
+    trace.erase<CallbackInit>(
+        [](const CallbackInit&, const EventHead& head) { return head.pid == 150; });
+    EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive);
+    return whole;
+  };
+  EXPECT_EQ(judged("30"), Verdict::pass) << "as the second";
+  EXPECT_EQ(judged("20"), Verdict::fail) << "as the first";
+}
+
 TEST(MappingSurvivesRestart, IsInconclusiveWithoutALogicalId) {
   auto trace = trace_of(restarted("", ""));
   trace.erase<CallbackInit>(
