@@ -147,7 +147,13 @@ class ChainLosses {
   explicit ChainLosses(const RuleContext& context) : context_(context) {
     const auto& model = context.model;
     for (std::size_t i = 0; i < context.callbacks.size(); ++i) {
-      callbacks_[model.callbacks[at(context.callbacks[i])].logical_id].push_back(i);
+      const auto& callback = model.callbacks[at(context.callbacks[i])];
+      callbacks_[callback.logical_id].push_back(i);
+      if (is_identified(callback)) continue;
+      unknown_.try_emplace(callback.process,
+                           evidence("callback_init", first_sign(callback),
+                                    "a callback whose logical id is unknown begins here: it may "
+                                    "be one of the chain's"));
     }
     for (std::size_t i = 0; i < model.publishers.size(); ++i) {
       const auto& publisher = model.publishers[i];
@@ -187,6 +193,7 @@ class ChainLosses {
         publisher = std::min(publisher.value_or(found->second), found->second);
     }
     if (publisher) return proof.loss(model.publishers[*publisher]);
+    if (auto unknown = perhaps_unknown(hops)) return unknown;
     if (!is_any_unseen) return std::nullopt;
     for (std::size_t i = 0; i < model.processes.size(); ++i) {
       const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
@@ -198,7 +205,23 @@ class ChainLosses {
   }
 
  private:
+  // A callback of which no id was seen may be a hop that its process is not known to have.
+  std::optional<Evidence> perhaps_unknown(const std::set<std::string_view>& hops) const {
+    for (const auto& [process, unknown] : unknown_) {
+      const auto is_known = [&, of = process](std::string_view hop) {
+        const auto found = callbacks_.find(hop);
+        return found != callbacks_.end() &&
+               std::ranges::any_of(found->second, [&](std::size_t position) {
+                 return context_.model.callbacks[at(context_.callbacks[position])].process == of;
+               });
+      };
+      if (!std::ranges::all_of(hops, is_known)) return unknown;
+    }
+    return std::nullopt;
+  }
+
   const RuleContext& context_;
+  std::map<ProcessIndex, Evidence> unknown_;  // of processes, that a callback's id is
   std::map<std::string_view, std::vector<std::size_t>> callbacks_;  // in the context's order
   std::map<std::string_view, std::size_t> of_topics_;               // the first one
   std::optional<std::size_t> of_unknown_topic_;                     // likewise
@@ -283,6 +306,6 @@ const Rule kChainBounds{
     "Remedy: the hop table of cie report --spec shows which callback or message takes the time; "
     "where nothing could be linked, M1 says whether its callbacks exist.",
     judge_chains,
-    {.spec = true}};
+    {.spec = true, .totals = true}};
 
 }  // namespace cie::analysis

@@ -42,7 +42,7 @@ class ChainNodeRef {
 
 // One instance as a link of chains.
 struct ChainNode {
-  enum class Link : std::uint8_t { source, resolved, outside, unseen, forgotten };
+  enum class Link : std::uint8_t { source, resolved, outside, before, unseen, forgotten };
 
   CallbackIndex callback{};
   HostIndex host{};
@@ -53,8 +53,9 @@ struct ChainNode {
   std::uint64_t read = 0;    // its read's number among those of its callback in the window
   bool is_in_window = true;  // began inside the window
 
-  // outside: published outside any callback, or before the first seen; forgotten: its parent, as
-  // what lies further back than chains are long
+  // outside: published outside any callback; before: before the first that was seen; forgotten: its
+  // parent, as what lies further back than chains are long. Of `before` and `unseen` the publication
+  // may yet be read: where the clock of its host is ahead.
   Link link = Link::source;
   std::uint32_t depth = 0;  // instances before it; lags where one of them was resolved after it
   // The message it took: writer and source timestamp; parent and published are resolved from them.

@@ -110,7 +110,7 @@ void ChainTracker::resolve(ChainNode& node) {
       return;
     }
     const auto& first = model_.publishers[*publisher].first_source_timestamp;
-    node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
+    node.link = !first || node.source_timestamp < *first ? ChainNode::Link::before
                                                          : ChainNode::Link::unseen;
     return;
   }
@@ -164,7 +164,7 @@ void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   }
 }
 
-void ChainTracker::on_path(const ChainNode& node, const EventRef& end) {
+void ChainTracker::on_path(ChainNode& node, const EventRef& end) {
   const auto walked = walk(node);
   if (walked != Walk::whole && walked != Walk::too_long) return;
   if (walked == Walk::whole) {
@@ -223,15 +223,16 @@ void ChainTracker::note_edge(const ChainNode& node) {
   clocks_.note_message(node.writer_host, node.host, shown);
 }
 
-ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain) {
+ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
   const auto& hops = chain.facts.hops;
   auto& nodes = scratch_;
   nodes.resize(hops.size());
-  const auto* current = &node;
+  auto* current = &node;
   for (std::size_t i = hops.size(); i-- > 0;) {
     if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return Walk::other;
     nodes[i] = current;
     if (i == 0) break;
+    resolve_again(*current);
     if (current->link == ChainNode::Link::unseen) {
       nodes.front() = current;
       return Walk::missing;
@@ -242,7 +243,7 @@ ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain)
   return nodes.front()->is_in_window ? Walk::whole : Walk::other;
 }
 
-void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
+void ChainTracker::on_specified(ChainNode& node, const EventRef& end, Chain& chain) {
   switch (walk(node, chain)) {
     case Walk::other:
     case Walk::too_long:
@@ -257,14 +258,15 @@ void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chai
   }
 }
 
-ChainTracker::Walk ChainTracker::walk(const ChainNode& node) {
+ChainTracker::Walk ChainTracker::walk(ChainNode& node) {
   auto& nodes = scratch_;
   nodes.clear();
-  for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
+  for (auto* current = &node; current != nullptr; current = current->parent.get()) {
     const bool is_too_long =
         nodes.size() == most_hops_ || current->link == ChainNode::Link::forgotten;
     if (is_too_long) return Walk::too_long;
     nodes.push_back(current);
+    resolve_again(*current);
     // An unseen publish: where the path begins is unknown.
     if (current->link == ChainNode::Link::unseen) return Walk::missing;
   }

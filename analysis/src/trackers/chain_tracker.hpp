@@ -143,6 +143,13 @@ class ChainTracker {
   };
 
   void resolve(ChainNode& node);
+  // The same of one that was, if its message had not been read by then.
+  void resolve_again(ChainNode& node) {
+    const bool may_be_read =
+        node.link == ChainNode::Link::before || node.link == ChainNode::Link::unseen ||
+        (node.link == ChainNode::Link::source && model_.hosts.size() > 1);
+    if (may_be_read) resolve(node);
+  }
   // The publisher of the message that it took. Empty: nobody who is known.
   std::optional<std::uint32_t> writer_of(const ChainNode& node);
   void note_edge(const ChainNode& node);
@@ -150,12 +157,12 @@ class ChainTracker {
   // The instances that led to this one, first to last: whether they are one of the chain that the
   // spec names. Missing: a publication between them is unseen without excuse.
   enum class Walk : std::uint8_t { other, missing, whole, too_long };
-  Walk walk(const ChainNode& node, const Chain& chain);
+  Walk walk(ChainNode& node, const Chain& chain);
   // Likewise, as far back as anything is known. Too long: there are more than are kept.
-  Walk walk(const ChainNode& node);
+  Walk walk(ChainNode& node);
   // An instance was completed, where no spec names chains.
-  void on_path(const ChainNode& node, const EventRef& end);
-  void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
+  void on_path(ChainNode& node, const EventRef& end);
+  void on_specified(ChainNode& node, const EventRef& end, Chain& chain);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);
   // What to add to times of the first callback's host for those of the last one's. Empty: their

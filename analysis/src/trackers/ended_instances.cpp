@@ -13,7 +13,7 @@ constexpr std::size_t kMaxWaiting = 100'000;
 bool EndedInstances::is_message_awaited(const LiveInstance& live) const {
   if (live.source_timestamp <= 0) return false;
   const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
-  if (!publisher) return false;
+  if (!publisher) return model_.hosts.size() > 1;  // the other host may announce it yet
   const auto process = model_.publishers[*publisher].process;
   return model_.processes[at(process)].host != live.host && !chains_.is_published(*live.node);
 }

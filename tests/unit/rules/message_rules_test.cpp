@@ -238,6 +238,26 @@ TEST(ChainBounds, NeedsTheFirstReleaseForThePathLatencyAndNoOther) {
   EXPECT_EQ(Verified(text, chain("path_latency: 24"))["Q2"], Verdict::fail);
 }
 
+// Of a second process of the same kind, whose path takes 85.
+TEST(ChainBounds, IsInconclusiveWhereACallbackIsUnknownThatMayBeOfIt) {
+  auto trace = trace_of("process one pid=100 until=60" + std::string(kChain) + R"(
+  process two pid=200 from=1000
+  publisher out2 topic=/t
+  callback plan2 id=plan timer period=20
+  callback fusion2 id=fusion subscription topic=/t
+  1011 start plan2 release=1010
+  1013 publish out2 on=plan2
+  1015 end plan2
+  1016 release fusion2
+  1018 start fusion2 from=out2:0
+  1095 end fusion2)");
+  EXPECT_EQ(Verified(trace, chain("path_latency: 25"))["Q2"], Verdict::fail);
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return head.pid == 200 && e.logical_id == "fusion";
+  });
+  EXPECT_EQ(Verified(trace, chain("path_latency: 25"))["Q2"], Verdict::inconclusive);
+}
+
 TEST(ChainBounds, IsInconclusiveWhenNothingCouldBeLinked) {
   const auto is_unlinked = [](const Verified& verified) {
     EXPECT_EQ(verified.of("Q2", "chain brake"), Verdict::inconclusive);
@@ -273,7 +293,7 @@ TEST(ChainBounds, IsInconclusiveWhenNothingOfABoundCouldBeMeasured) {
 
 // plan on one host, fusion on another one whose clock is 300 ahead. Ends at 25 and 55 of a path
 // that begins at 10 and 30; the message takes 2 and 10. Back, none takes less than `back`.
-Verdict of_two_hosts(const std::string& bound, int back, std::int64_t ahead = 300) {
+Verified on_two_hosts(const std::string& spec, std::int64_t back, std::int64_t ahead) {
   auto text = std::string(R"(
     process robot pid=100
     publisher out topic=/points
@@ -300,7 +320,25 @@ Verdict of_two_hosts(const std::string& bound, int back, std::int64_t ahead = 30
   }
   auto trace = trace_of(text);
   move_to_host(trace, 200, {.name = "desk", .monotonic = 7'000, .realtime = ahead});
-  return Verified(trace, chain(bound))["Q2"];
+  return Verified(trace, spec);
+}
+
+Verdict of_two_hosts(const std::string& bound, std::int64_t back, std::int64_t ahead = 300) {
+  return on_two_hosts(chain(bound), back, ahead)["Q2"];
+}
+
+// What took a message may be read before what published it, and before its publisher is announced.
+TEST(ChainBounds, BetweenHostsCountEveryInstanceWhateverTheClocks) {
+  const auto instances = [](const std::string& callbacks, std::int64_t ahead) {
+    const auto spec =
+        "chains:\n  - {name: brake, callbacks: [" + callbacks + "], path_latency: 1000}\n";
+    const auto chains = on_two_hosts(spec, 6, ahead).result.report.chains;
+    return chains.size() == 1 ? chains.front().instances : 0;
+  };
+  for (const std::int64_t ahead : {0, 300, -4, -10, -20, -300, 20'000, -20'000}) {
+    EXPECT_EQ(instances("plan, fusion", ahead), 2U) << ahead;
+    EXPECT_EQ(instances("plan, fusion, ack", ahead), 1U) << ahead;
+  }
 }
 
 TEST(ChainBounds, BetweenHostsNeedWhatTheClocksMayDifferByBesides) {
