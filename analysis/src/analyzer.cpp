@@ -329,6 +329,13 @@ struct Analyzer::Pipeline {
   template <typename Other>
   void on(const EventHead& /*head*/, const Emitter& /*who*/, const Other& /*event*/) {}
 
+  // Before an event's emitter is looked up: a process that begins is not whoever had its pid before.
+  void meet(const Event& event) {
+    const auto* begin = std::get_if<RunBegin>(&event.body);
+    if (begin == nullptr || (cut && cut->leaves_out(event.head, event.body))) return;
+    registry.meet(event.head, *begin);
+  }
+
   void state(const Event& event) {
     if (cut && cut->leaves_out(event.head, event.body)) {
       pass_by_state(event);
@@ -451,6 +458,7 @@ void Analyzer::consume(const Event& event) {
     }
     pipeline.hot(event, who);
   } else {
+    if (phase == EventPhase::state) pipeline.meet(event);
     const auto who = pipeline.note_user(event.head);
     if (is_passing_by) {
       pipeline.pass_by(event, who);
@@ -502,9 +510,9 @@ AnalysisResult Analyzer::finish() {
   if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();
   pipeline.recording.finish();
+  pipeline.enforcement.finish();  // an open instance is work of its callback until the end
   pipeline.instances->finish();
   pipeline.chains->finish();
-  pipeline.enforcement.finish();
   // What they remember of the last instances is as large as the facts.
   pipeline.instances.reset();
   pipeline.chains.reset();

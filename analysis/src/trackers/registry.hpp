@@ -140,6 +140,8 @@ class Registry {
     return known->published.index;
   }
 
+  // Before its emitter is looked up: if whoever has the pid began at another time, it has it no more.
+  void meet(const EventHead& head, const RunBegin& event);
   void apply(const EventHead& head, const RunBegin& event);
   void apply(const EventHead& head, const RunEnd& event);
   void apply(const EventHead& head, const NodeInit& event);
@@ -193,7 +195,8 @@ class Registry {
 
  private:
   // A callback of the same id in the same process would be told alike.
-  static bool is_of_another(const CallbackInit& event, const CallbackFacts& facts);
+  static bool is_of_another(const CallbackInit& event, const CallbackFacts& facts,
+                            bool is_announcement);
   struct Key {
     std::uint64_t scope = 0;  // host or process
     std::int64_t id = 0;

@@ -29,26 +29,31 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   return read;
 }
 
-void Registry::apply(const EventHead& head, const RunBegin& event) {
-  auto of_process = head;
-  if (!of_process.pid) of_process.pid = event.pid;
-  auto index = *process_of(of_process);
-  const bool is_pid_own = event.pid == *of_process.pid;
+void Registry::meet(const EventHead& head, const RunBegin& event) {
+  const auto pid = head.pid.value_or(event.pid);
+  const auto* const found = process_by_pid_.find({scope(host_of(head)), pid});
+  if (found == nullptr) return;
+  const auto former = *found;
+  const bool is_pid_own = event.pid == pid;
   const auto is_of = [&](const ProcessFacts& process) {
     // Two that begin in one tick of the kernel's clock have the same start.
     return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
            process.is_pid_own == is_pid_own;
   };
-  if (model_.processes[at(index)].start_ns && !is_of(model_.processes[at(index)])) {
-    const auto former = index;
-    index = new_process(host_of(head), *of_process.pid);
-    auto& before = model_.processes[at(former)];
-    auto& process = model_.processes[at(index)];
-    process.first_seen = process.last_seen = ref(head);
-    if (!before.run_end && (!before.is_pid_own || !is_pid_own || before.pid_ns != event.pid_ns)) {
-      before.shares_pid_since = process.shares_pid_since = ref(head);
-    }
+  if (!model_.processes[at(former)].start_ns || is_of(model_.processes[at(former)])) return;
+  const auto index = new_process(host_of(head), pid);
+  auto& before = model_.processes[at(former)];
+  auto& process = model_.processes[at(index)];
+  process.first_seen = process.last_seen = ref(head);
+  if (!before.run_end && (!before.is_pid_own || !is_pid_own || before.pid_ns != event.pid_ns)) {
+    before.shares_pid_since = process.shares_pid_since = ref(head);
   }
+}
+
+void Registry::apply(const EventHead& head, const RunBegin& event) {
+  auto of_process = head;
+  if (!of_process.pid) of_process.pid = event.pid;
+  const auto index = *process_of(of_process);
   auto& process = model_.processes[at(index)];
   note_speaker(head, index);
   process.executor = event.executor;
@@ -67,7 +72,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.start_ns = event.process_start_ns;
   process.pid_ns = event.pid_ns;
   if (!has_tids_of_kernel(process)) hide_from_kernel(index);
-  process.is_pid_own = is_pid_own;
+  process.is_pid_own = event.pid == *of_process.pid;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;
 }
@@ -103,8 +108,11 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
   facts.type = event.type;
 }
 
-bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts) {
+bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts,
+                             bool is_announcement) {
   if (!facts.is_accounted || !facts.is_identified || !event.is_identified) return false;
+  const auto started = facts.starts.last;  // which a repeated state counts
+  if (!is_announcement && started && event.next_seq <= *started) return true;
   return event.logical_id != facts.logical_id || event.kind != facts.kind ||
          event.source != facts.source || event.period_ns != facts.period_ns;
 }
@@ -124,7 +132,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   if (facts.registered) {
     // Ids are given once: another process has this pid, and its run_begin was not seen.
     auto& of = model_.processes[at(*process)];
-    if (!of.shares_pid_since && is_of_another(event, facts)) {
+    if (!of.shares_pid_since && is_of_another(event, facts, is_announcement)) {
       of.shares_pid_since = ref(head);
       of.is_sharing_begin_lost = true;
     }

@@ -287,6 +287,22 @@ TEST(SpecifiedCallbackSeen, AsksForEachOfThoseThatLiveAtTheSameTime) {
   EXPECT_EQ(judged("until=300"), Verdict::fail);
 }
 
+// As in a container, where it is the same at each start.
+TEST(SpecifiedCallbackSeen, OneLifetimeThatRanIsEnoughUnderTheSamePid) {
+  auto trace = trace_of(
+      "process one pid=100 until=60\ncallback a id=/n@Subscription(/t)\n10 start a\n12 end a\n"
+      "process two pid=200 from=100 until=300\ncallback b id=/n@Subscription(/t)\n"
+      "200 wakeup b");
+  for (auto& event : trace.events) {
+    if (event.head.pid != 200) continue;
+    event.head.pid = 100;
+    if (auto* begin = std::get_if<RunBegin>(&event.body)) begin->pid = 100;
+  }
+  const Verified verified(trace, "callback_groups:\n  - id: /n@Subscription(/t)\n");
+  EXPECT_EQ(verified.result.report.processes.size(), 2U);
+  EXPECT_EQ(verified["M1"], Verdict::pass);
+}
+
 // An entry by its period means each such timer: one that ran excuses no other.
 TEST(SpecifiedCallbackSeen, AsksForEachTimerThatAnEntryMeans) {
   const Verified verified(
