@@ -105,6 +105,10 @@ void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
   const auto& last = thread.last_read_back;
   if (event.moment == SchedMoment::applied) {
     state.is_changing = false;
+    if (thread.applied.size() == 1) {  // what it did until it was configured is none of its work
+      state.first_wait.reset();
+      thread.first_wait.reset();
+    }
     // An audit that is newer, of the same nanosecond, came first.
     if (last && last->moment == SchedMoment::audit && last->n > event.n) {
       retract(thread, state, last->n);
@@ -267,10 +271,12 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
   thread.scheduled.back().cpus.push_back({.first = *tid->scheduled, .last = here});
 }
 
-// A thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
+// One that was announced when it ran already may have run anything until something is read back. A
+// thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
 bool EnforcementTracker::has_begun_work(const ThreadFacts& thread) const {
-  if (thread.announced) return !thread.applied.empty() || thread.first_audit;
-  return !thread.ran.empty() && is_told_by_ros2_alone(model_.processes[at(thread.process)]);
+  const auto& process = model_.processes[at(thread.process)];
+  if (!thread.announced) return !thread.ran.empty() && is_told_by_ros2_alone(process);
+  return process.first_moment == RunMoment::start || !thread.applied.empty() || thread.first_audit;
 }
 
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,

@@ -82,6 +82,35 @@ TEST(NoForeignWork, CountsNothingOfInstancesBeforeTheFirstWait) {
   EXPECT_EQ(Verified(trace, budget(230'000'000)).of("M6", "thread 101"), Verdict::pass);
 }
 
+// Threads that nothing is applied to, and waits before something is.
+TEST(NoForeignWork, BeginsWithTheFirstWaitOfAConfiguredThread) {
+  auto trace = std::string(kForeignTime);
+  const auto applied = trace.find("  -8999 applied fusion\n");
+  trace.erase(applied, 23);
+  EXPECT_EQ(Verified(trace, budget(229'999'999)).of("M6", "thread 101"), Verdict::fail);
+  EXPECT_EQ(Verified(trace, budget(230'000'000)).of("M6", "thread 101"), Verdict::pass);
+  trace.insert(applied, R"(
+  -8999 switch 0 idle fusion
+  -8990 switch 0 fusion idle state=1
+  -8980 switch 0 idle fusion
+  -8970 applied fusion
+  -8960 switch 0 fusion idle state=0
+)");
+  EXPECT_EQ(Verified(trace, budget(229'999'999)).of("M6", "thread 101"), Verdict::fail);
+  EXPECT_EQ(Verified(trace, budget(230'000'000)).of("M6", "thread 101"), Verdict::pass);
+}
+
+// From -20 to the end at 81: in callbacks 0..10 and 52..81, outside them -1..0, 10..12 and 50..52.
+TEST(NoForeignWork, WhatAnInstanceRanThatHasNotEndedIsOfItsCallback) {
+  auto trace = "process app pid=100 crash" + std::string(kForeignTime);
+  const auto rest = trace.find("  60 switch");
+  trace.replace(rest, std::string::npos, "  52 start fusion\n  80 audit fusion");
+  EXPECT_EQ(Verified(trace, budget(49'504'951)).of("M6", "thread 101"), Verdict::pass);
+  const Verified above(trace, budget(49'504'950));
+  EXPECT_THAT(above.evidence("M6", "thread 101"),
+              HasSubstr("5 ns on a CPU outside callbacks within 101 ns"));
+}
+
 TEST(NoForeignWork, IsInconclusiveWithoutKernelEventsForABudget) {
   const Verified verified(kTwo, budget(1'000'000'000));
   EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::inconclusive);
