@@ -3,7 +3,11 @@
 #include "ros2_text.hpp"
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <cstdint>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,6 +69,30 @@ TEST(BothProviders, AnInstanceCountsOnce) {
   EXPECT_EQ(result.durations(), "/n@Timer(7): 1 of 7 to 7\n/n@Subscription(/t): 1 of 4 to 4\n");
   ASSERT_EQ(result.instances.size(), 2U);
   EXPECT_EQ(result.instances[1].wakeup, -1) << "this project's wake-ups count, and there is none";
+}
+
+// Whichever of them are lost.
+TEST(BothProviders, AnInstanceCountsOnceWithoutTheEventsThatAnnounceIt) {
+  const auto without = [](const std::vector<std::string>& lost) {
+    std::istringstream lines(kAll);
+    std::string left;
+    for (std::string line; std::getline(lines, line);) {
+      const auto is_in_line = [&line](const std::string& event) {
+        return line.find(event) != std::string::npos;
+      };
+      if (std::ranges::none_of(lost, is_in_line)) left += line + '\n';
+    }
+    return analyze_ros2(left);
+  };
+  const auto runs = [](const auto& result) {
+    std::uint64_t all = 0;
+    for (const auto& callback : result.analysis.report.callbacks)
+      all += callback.instances;
+    return all;
+  };
+  EXPECT_EQ(runs(without({"cie:run_begin"})), 2U);
+  EXPECT_EQ(runs(without({"cie:run_begin", "cie:callback_init"})), 2U)
+      << "no callback is known by its id";
 }
 
 TEST(BothProviders, WhatOnlyRos2TellsOfThePublicationIsAChain) {

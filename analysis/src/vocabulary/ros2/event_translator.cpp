@@ -85,16 +85,23 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 }  // namespace
 
 void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
-  constexpr auto kHeeded =
-      kinds<StreamBegin, RunBegin, CallbackInit, PublisherInit, Discarded, DamagedPacket>();
+  constexpr auto kHeeded = kinds<StreamBegin, RunBegin, ThreadInit, CallbackInit, CallbackStart,
+                                 PublisherInit, Discarded, DamagedPacket>();
   if (!links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
   for (auto& event : events) {
     const auto& head = event.head;
     std::visit(Overloaded{[&](const StreamBegin& e) { apply(head, e); },
-                          [&](const RunBegin& e) { apply(head, e); },
-                          [&](const CallbackInit& e) { apply(head, e); },
+                          [&](const RunBegin&) { note_own(head); },
+                          [&](const ThreadInit&) { note_own(head); },
+                          [&](const CallbackInit& e) {
+                            note_own(head);
+                            apply(head, e);
+                          },
                           [&](const PublisherInit& e) { apply(head, e); },
-                          [&](CallbackStart& e) { complete(head, e); },
+                          [&](CallbackStart& e) {
+                            note_own(head);
+                            complete(head, e);
+                          },
                           [&](const Discarded& e) { lose(head, e.end); },
                           [&](const DamagedPacket& e) { lose(head, e.end.value_or(head.time)); },
                           [](const auto&) {}},
@@ -110,8 +117,9 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                      .is_kernel = event.domain == Domain::kernel};
 }
 
-void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
-  if (!head.pid) return;
+// Whichever of its events was not lost.
+void EventTranslator::note_own(const EventHead& head) {
+  if (!head.pid || head.is_derived) return;
   stream_of(head).host->processes[*head.pid].has_own_events = true;
 }
 

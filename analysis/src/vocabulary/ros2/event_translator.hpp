@@ -76,7 +76,7 @@ class EventTranslator final : public Translator {
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
-  void apply(const EventHead& head, const RunBegin& event);
+  void note_own(const EventHead& head);
   void apply(const EventHead& head, const CallbackInit& event);
   void apply(const EventHead& head, const PublisherInit& event);
   // Who wrote the message that it took, if it does not say and ROS 2's events do.
