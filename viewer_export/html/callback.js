@@ -1,7 +1,7 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
 import {colour, el, link, scrolled, svg, withoutEmptyColumns} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {atLeast, fullName, histograms, name, report} from "./recording.js";
+import {atLeast, atMostWhereUnknown, fullName, histograms, name, report} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {SIGN, count, percent, plural, roundTime, time} from "./words.js";
 
@@ -11,7 +11,7 @@ export const boundsOf = c => {
   const upper = c.response_time_upper_ns;
   if (lower === null) return "";
   const most =
-    upper === null || upper.count < lower.count
+    atMostWhereUnknown(c) === null
       ? ""
       : `, ${time(upper.p50)}, ${time(upper.p99)} and ${time(upper.max)} at most`;
   return `${plural(lower.count, "run")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;

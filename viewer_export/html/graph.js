@@ -1,6 +1,6 @@
 // Who takes whose messages: callbacks as boxes, messages as arrows, in as few crossings as dagre finds.
 import {drawing, el, scrolled, svg} from "./dom.js";
-import {callbackByIndex, fullName, name, report, severalHosts} from "./recording.js";
+import {callbackByIndex, fullName, name, report, responseTime, severalHosts} from "./recording.js";
 import {Graph, layout} from "./vendor/dagre.js";
 import {cut, plural, time} from "./words.js";
 
@@ -10,9 +10,14 @@ const LONGEST = 32;
 const BOX = 36; // height
 const LABEL = 26; // height
 const widthOf = lines => Math.max(...lines.map(line => line.length)) * 6.4 + 16;
+// Null: none is known for certain.
+const longestOf = c => {
+  const longest = responseTime(c, "max");
+  return longest?.isBound ? null : longest;
+};
 const linesOfBox = c => [
   cut(name(c), LONGEST),
-  ...(c.response_time_ns ? [`at most ${time(c.response_time_ns.max)}`] : []),
+  ...(longestOf(c) ? [`at most ${time(longestOf(c).ns)}`] : []),
 ];
 const linesOfEdge = e => [
   cut(e.topic, LONGEST),
@@ -88,7 +93,7 @@ export const graph = () => {
   const {graph: drawn, isSideways, W, H} = chosen;
   const at = ({x, y}) => (isSideways ? {x: y, y: x} : {x, y});
   const id = c => (severalHosts ? fullName(c) : c.logical_id);
-  const respondsIn = c => (c.response_time_ns ? `: responds within ${time(c.response_time_ns.max)}` : "");
+  const respondsIn = c => (longestOf(c) ? `: responds within ${time(longestOf(c).ns)}` : "");
   const texts = (lines, x, y) =>
     lines.map((line, i) =>
       svg(

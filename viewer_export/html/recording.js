@@ -38,13 +38,22 @@ export const isCalled = (c, wanted) => {
 export const wordsIn = text => text.toLowerCase().split(/\s+/).filter(Boolean);
 // A logical id, or a subject or note of a verdict, by short names.
 export const inWords = text => words.get(text) ?? text;
+// What runs took at most whose release is not known; null: there are none, or one of them may have taken any time.
+export const atMostWhereUnknown = c => {
+  const lower = c.response_time_lower_ns;
+  const upper = c.response_time_upper_ns;
+  return lower === null || upper === null || upper.count < lower.count ? null : upper.max;
+};
 // A response time that people read: exact where it is known, else what it is at least (isBound). Runs whose release is
 // not known may have taken longer than those of which it is.
 export const responseTime = (c, which) => {
   const exact = c.response_time_ns;
   const lower = c.response_time_lower_ns;
   if (exact === null && lower === null) return null;
-  const isLonger = lower !== null && (exact === null || (which !== "p50" && lower[which] > exact[which]));
-  return {ns: (exact === null || (isLonger && which === "max") ? lower : exact)[which], isBound: isLonger};
+  if (lower === null) return {ns: exact[which], isBound: false};
+  if (exact === null) return {ns: lower[which], isBound: true};
+  if (which !== "max") return {ns: c.response_time_at_least_ns[which], isBound: true};
+  const most = atMostWhereUnknown(c);
+  return {ns: Math.max(exact.max, lower.max), isBound: most === null || most > exact.max};
 };
 export const atLeast = r => (r.isBound ? "\u2265\u202f" : "") + time(r.ns);

@@ -131,6 +131,11 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.duration = facts.duration.summary(keep_buckets);
   report.response_time_lower =
       facts.is_lower_duration ? report.duration : facts.response_time_lower.summary(keep_buckets);
+  if (report.response_time && report.response_time_lower) {
+    auto all = facts.response_time;
+    all.merge(facts.is_lower_duration ? facts.duration : facts.response_time_lower);
+    report.response_time_at_least = all.summary();
+  }
   report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
   report.execution_time = facts.execution_time.summary(keep_buckets);
   report.preempted = facts.preempted.summary(keep_buckets);

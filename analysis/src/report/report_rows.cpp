@@ -53,13 +53,22 @@ const HostReport& host_of(const Report& report, const ProcessReport& process) no
   return number < report.hosts.size() ? report.hosts[number] : none;
 }
 
+std::optional<std::int64_t> at_most_where_unknown(const CallbackReport& callback) noexcept {
+  const auto& lower = callback.response_time_lower;
+  const auto& upper = callback.response_time_upper;
+  if (!lower || !upper || upper->count < lower->count) return std::nullopt;
+  return upper->max;
+}
+
 std::optional<LongestResponse> longest_response(const CallbackReport& callback) noexcept {
   const auto& exact = callback.response_time;
   const auto& lower = callback.response_time_lower;
-  if (lower && (!exact || lower->max > exact->max))
-    return LongestResponse{.ns = lower->max, .is_bound = true};
-  if (!exact) return std::nullopt;
-  return LongestResponse{.ns = exact->max, .is_bound = false};
+  if (!exact && !lower) return std::nullopt;
+  if (!lower) return LongestResponse{.ns = exact->max, .is_bound = false};
+  if (!exact) return LongestResponse{.ns = lower->max, .is_bound = true};
+  const auto most = at_most_where_unknown(callback);
+  return LongestResponse{.ns = std::max(exact->max, lower->max),
+                         .is_bound = !most || *most > exact->max};
 }
 
 double times_deadline(const CallbackReport& callback) noexcept {

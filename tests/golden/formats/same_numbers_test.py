@@ -183,13 +183,14 @@ class SameNumbers(unittest.TestCase):
                 partly_seen = callback["incomplete"] + callback["cut"]
                 incomplete = f"+{partly_seen}" if partly_seen else ""
                 self.assertEqual(runs, f"{callback['instances']}{incomplete}")
-                exact, lower = callback["response_time_ns"], callback["response_time_lower_ns"]
+                exact, lower, upper = (callback[f"response_time_{bound}ns"] for bound in ("", "lower_", "upper_"))
                 for told, part in ((p50, "p50"), (p99, "p99"), (longest, "max")):
                     if exact or lower:
-                        is_longer = lower and part != "p50" and (not exact or lower[part] > exact[part])
-                        self.assertEqual(told.startswith(">"), bool(exact is None or is_longer), (told, part))
-                        source = lower if not exact or is_longer and part == "max" else exact
-                        self.assertTrue(is_printed_as(told.lstrip(">"), source[part]), (told, part))
+                        is_settled = exact and upper and upper["count"] == lower["count"] and upper["max"] <= exact["max"]
+                        is_bound = lower and not (part == "max" and is_settled)
+                        self.assertEqual(told.startswith(">"), bool(is_bound), (told, part))
+                        source = (callback["response_time_at_least_ns"] if exact and lower else exact or lower)[part]
+                        self.assertTrue(is_printed_as(told.lstrip(">"), source), (told, part))
                         checked += 1
                     else:
                         self.assertEqual(told, "-")

@@ -321,22 +321,22 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
 
 TextCell response_cell(const CallbackReport& callback, std::int64_t Summary::*part,
                        std::string (*format)(std::int64_t ns)) {
+  const auto longest = analysis::longest_response(callback);
+  if (!longest) return not_measured();
+  const bool is_longest = part == &Summary::max;
   const auto& exact = callback.response_time;
   const auto& lower = callback.response_time_lower;
-  if (!exact && !lower) return not_measured();
-  // Of instances whose release is not known some may be among the slowest hundredth.
-  const bool is_longer =
-      !exact || (lower && part != &Summary::p50 && (*lower).*part > (*exact).*part);
-  const auto& told = !exact || (is_longer && part == &Summary::max) ? lower : exact;
-  const auto text = format((*told).*part);
-  return is_longer ? TextCell{">" + text, Look::doubtful} : TextCell{text};
+  const auto& all = exact && lower ? callback.response_time_at_least : exact ? exact : lower;
+  const auto text = format(is_longest ? longest->ns : (*all).*part);
+  const bool is_bound = is_longest ? longest->is_bound : lower.has_value();
+  return is_bound ? TextCell{">" + text, Look::doubtful} : TextCell{text};
 }
 
 std::optional<std::int64_t> longest_at_most(const CallbackReport& callback) {
   const auto longest = analysis::longest_response(callback);
-  const auto& upper = callback.response_time_upper;
-  if (!upper || (longest && !longest->is_bound)) return std::nullopt;
-  return upper->max;
+  const auto most = analysis::at_most_where_unknown(callback);
+  if (!most || (longest && !longest->is_bound)) return std::nullopt;
+  return std::max(*most, callback.response_time ? callback.response_time->max : *most);
 }
 
 TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std::int64_t ns)) {

@@ -201,6 +201,9 @@ struct CallbackReport {
   std::optional<Summary> response_time;
   std::optional<Summary> response_time_lower;
   std::optional<Summary> response_time_upper;
+  // Of all instances, those of `response_time` and of `response_time_lower`: no quantile of the
+  // response time is below this one's. Empty unless there are both.
+  std::optional<Summary> response_time_at_least{};
   std::optional<Summary> start_latency;
   std::optional<Summary> duration;
   std::optional<Summary> inter_arrival;

@@ -123,6 +123,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("runs_not_seen", c.runs_not_seen);
   visit.added("lost_samples", c.lost_samples);
   visit.added("overwritten_samples", c.overwritten_samples);
+  visit.present("response_time_at_least_ns", c.response_time_at_least);
 }
 
 void fields(auto& visit, Is<ThreadSchedReport> auto& s) {

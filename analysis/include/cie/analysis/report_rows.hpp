@@ -46,8 +46,12 @@ class ReportRows {
 // The host of a process; where a report made by hand has no row for it, this one is empty.
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
 
-// The longest of a callback's response times. A bound: it is that of an instance whose release is
-// not known, which took at least that long.
+// What those of a callback's instances took at most whose release is not known. Empty: there are
+// none, or one of them may have taken any time.
+std::optional<std::int64_t> at_most_where_unknown(const CallbackReport& callback) noexcept;
+
+// The longest of a callback's response times. A bound: an instance whose release is not known took
+// that long or longer, or may have.
 struct LongestResponse {
   std::int64_t ns = 0;
   bool is_bound = false;
