@@ -87,7 +87,7 @@ void Comparison::compare_row(const InstanceTruth& instance, const Shown& shown,
   equal(name + "start", said.start.ns, instance.start);
   const bool has_end = shown.state != InstanceState::open;
   equal(name + "end", number(said.end), has_end ? instance.end : std::nullopt);
-  equal(name + "missed", said.missed, instance.missed);
+  equal(name + "missed", said.missed.value_or(-1), instance.missed);
   equal(name + "cpu at start", said.cpu_start.value_or(-1), instance.cpu_start);
   if (has_end) equal(name + "cpu at end", said.cpu_end.value_or(-1), instance.cpu_end);
   // What woke a thread is known if the end of its instance before is.

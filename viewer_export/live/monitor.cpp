@@ -71,7 +71,7 @@ void Monitor::on_instance(const Instance& instance) {
   const bool is_exact = is_known(instance.release_source);
   const auto response = *analysis::response_time_or_bound(instance);
   const bool is_late = instance.response_deadline && least > *instance.response_deadline;
-  callback.rolling.add(*instance.end, response, is_late, instance.missed);
+  callback.rolling.add(*instance.end, response, is_late, instance.missed.value_or(0));
   ++callback.counts[class_of(response.ns)];
   callback.response_sum_ns += static_cast<double>(response.ns);
   callback.late += is_late ? 1 : 0;
@@ -91,7 +91,7 @@ void Monitor::on_instance(const Instance& instance) {
                         .response_ns = response.ns,
                         .is_exact = is_exact,
                         .is_late = is_late,
-                        .missed = instance.missed,
+                        .missed = instance.missed.value_or(0),
                         .execution_ns = {}};
   if (instance.execution) recent.execution_ns = instance.execution->ns;
   callback.recent.push_back(recent);

@@ -153,7 +153,10 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
     }
     instance.preempted_by = live.preempted_by;
   }
-  instance.missed = facts.kind == CallbackKind::timer && !measured.unproven ? live.missed : 0;
+  if (facts.kind == CallbackKind::timer) {
+    const bool is_told = facts.is_accounted || is_known(instance.release_source);
+    instance.missed = is_told ? std::optional(live.missed) : std::nullopt;
+  }
   instance.response_deadline = facts.response_deadline;
   instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
   instance.writer_gid = live.writer_gid;

@@ -85,7 +85,7 @@ void InstanceMeasurer::tell_bounds(CallbackIndex index, Unproven& unproven) {
   for (auto& [instance, preempted_by] : unproven.rows) {
     instance.release = instance.start;
     instance.release_source = ReleaseSource::start;
-    instance.missed = 0;
+    instance.missed.reset();
   }
   tell_rows(index, unproven);
 }

@@ -70,7 +70,7 @@ TEST(InstanceCsv, WithoutASignOfReleaseTheStartIsTheBound) {
   InstanceWriter writer;
   writer.on_instance(instance("/a@Timer(1)", 11, 0, -1, 150, 160));
   EXPECT_EQ(written(writer),
-            std::string(kHeader) + "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,0,ok,robot\n");
+            std::string(kHeader) + "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,,ok,robot\n");
 }
 
 // As the analysis took back the releases of the first timer, and not those of the other.

@@ -7,7 +7,6 @@ KeptInstance KeptInstance::of(const analysis::Instance& i) {
                     .tid = i.tid,
                     .callback = i.callback,
                     .process = i.process,
-                    .missed = i.missed,
                     .seq = i.seq,
                     .source_timestamp = i.source_timestamp_realtime_ns,
                     .writer_gid = i.writer_gid,
@@ -26,6 +25,7 @@ KeptInstance KeptInstance::of(const analysis::Instance& i) {
   kept.numbers.keep(blocked, i.blocked);
   kept.numbers.keep(waking, i.waking);
   kept.numbers.keep(wake_delay, i.wake_delay);
+  kept.numbers.keep(missed, i.missed);
   return kept;
 }
 
@@ -51,7 +51,7 @@ KeptInstance TakenBackReleases::corrected(KeptInstance row) const {
   if (is_taken_back) {
     row.release_source = analysis::ReleaseSource::start;
     row.numbers.keep(KeptInstance::release, std::optional(row.start));
-    row.missed = 0;
+    row.numbers.forget(KeptInstance::missed);
   }
   return row;
 }

@@ -25,21 +25,21 @@ struct KeptInstance {
     preempted,
     blocked,
     waking,
-    wake_delay
+    wake_delay,
+    missed
   };
 
   std::int64_t start = 0;
   std::int64_t tid = 0;
   analysis::CallbackIndex callback{};
   analysis::ProcessIndex process{};
-  std::uint32_t missed = 0;
   std::uint64_t seq = 0;
   std::int64_t source_timestamp = 0;
   std::uint64_t writer_gid = 0;
   analysis::ReleaseSource release_source{};
   analysis::InstanceState state{};
   std::optional<CallbackStatus> status{};
-  OptionalNumbers<Number, wake_delay + 1> numbers{};
+  OptionalNumbers<Number, missed + 1> numbers{};
   // In tables of the writer that keeps it, which need not have them all.
   std::uint32_t name = 0;  // of the logical id
   std::uint32_t thread = 0;

@@ -25,6 +25,10 @@ class OptionalNumbers {
       numbers_[number] = value->ns;
     }
   }
+  void forget(Number number) noexcept {
+    known_ &= ~(1U << static_cast<unsigned>(number));
+    numbers_[number] = 0;
+  }
   bool is_known(Number number) const noexcept {
     return (known_ >> static_cast<unsigned>(number) & 1U) != 0;
   }

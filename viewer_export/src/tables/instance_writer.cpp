@@ -74,7 +74,7 @@ std::array<Cell, kColumns.size()> cells_of(const KeptInstance& row, std::string_
           analysis::label(row.release_source),
           cell(row.number(KeptInstance::waking)),
           cell(row.number(KeptInstance::wake_delay)),
-          std::int64_t{row.missed},
+          cell(row.number(KeptInstance::missed)),
           row.status ? Cell(label(*row.status)) : Cell(),
           std::string_view(process.host),
           index_cell(row.callback)};

@@ -70,7 +70,7 @@ void visit_notes(const analysis::Instance& i, const Visit& visit) {
   if (is_known(i.release_source)) {
     visit_time(Note::start_latency_ns, analysis::start_latency(i));
   }
-  visit(Note::missed, std::uint64_t{i.missed});
+  if (i.missed) visit(Note::missed, std::uint64_t{*i.missed});
   if (i.status) visit(Note::status, *i.status);
   visit(Note::state, i.state);
   if (i.cpu_start) visit(Note::cpu_start, std::int64_t{*i.cpu_start});

@@ -32,7 +32,7 @@ RecordedInstance restored(const KeptInstance& kept, const ThreadTable& threads) 
   i.preempted = numbers.get<Duration>(Kept::preempted);
   i.blocked = numbers.get<Duration>(Kept::blocked);
   i.wake_delay = numbers.get<Duration>(Kept::wake_delay);
-  i.missed = kept.missed;
+  i.missed = numbers.get<std::uint32_t>(Kept::missed);
   i.source_timestamp_realtime_ns = kept.source_timestamp;
   i.writer_gid = kept.writer_gid;
   return record;

@@ -32,7 +32,8 @@ void TimelineChoice::add(const KeptInstance& instance) {
     if (++kept_evenly_ > limit_) thin_out();
   }
   Lane& same = lanes_[callback];
-  if ((!instance.numbers.is_known(KeptInstance::end) || instance.missed > 0) &&
+  if ((!instance.numbers.is_known(KeptInstance::end) ||
+       instance.numbers.value(KeptInstance::missed) > 0) &&
       same.remarkable.size() < kRemarkable) {
     same.remarkable.push_back(instance);
   }

@@ -46,7 +46,8 @@ struct Instance {
   // Who ran instead while it was preempted; the times add up to `preempted`. Empty for an instance
   // inside another one of its thread. Valid while the observer is being told.
   std::span<const Preemptor> preempted_by;
-  std::uint32_t missed = 0;
+  // Periods skipped before its release; of other callbacks than timers 0. Empty: not known.
+  std::optional<std::uint32_t> missed = 0;
   std::optional<Duration> response_deadline;  // of its callback: the spec's, else its own
 
   std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
