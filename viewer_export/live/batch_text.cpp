@@ -35,11 +35,11 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   TextTable table({{"", "callback", TextTable::Align::left},
                    {"", has_hosts ? "host" : "pid"},
                    {"", "runs/s"},
-                   {"response", "p50", TextTable::Align::right, 1},
-                   {"time,", "p99"},
+                   {"response", "p50", TextTable::Align::right, 1, true},
+                   {"time,", "p99", TextTable::Align::right, 0, true},
                    {window, "max"},
                    {"", "last", TextTable::Align::right, 2},
-                   {"since", "late"},
+                   {"since", "late", TextTable::Align::right, 0, true},
                    {"start", "missed"}});
   for (const auto* c : chosen) {
     table.add(

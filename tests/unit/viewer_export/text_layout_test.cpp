@@ -101,7 +101,7 @@ TEST(Table, AlignsAndGivesLongNamesTheirOwnLine) {
 
 TEST(Table, LeavesOutColumnsWhereNumbersHaveNoRoom) {
   using enum TextTable::Align;
-  TextTable table({{"", "name", left}, {"time", "p50", right, 1}, {"", "max"}, {"", "late"}});
+  TextTable table({{"", "name", left}, {"time", "p50", right, 1, true}, {"", "max"}, {"", "late"}});
   table.add({{"a"}, {"123.4us"}, {"567.8ms"}, {"9"}});
   const auto render = [&table](std::size_t columns) {
     return table.render({.colour = false, .columns = columns});
@@ -118,6 +118,21 @@ TEST(Table, LeavesOutColumnsWhereNumbersHaveNoRoom) {
             "           time\n"
             "  name      max\n"
             "  a     567.8ms\n");
+}
+
+TEST(Table, TitleOfAColumnLeftOutStandsAboveNoOther) {
+  using enum TextTable::Align;
+  TextTable table({{"", "name", left},
+                   {"time", "p50", right, 0, true},
+                   {"", "max"},
+                   {"exec.", "time max"},
+                   {"", "missed"}});
+  table.add({{"a"}, not_measured(), {"2 ms"}, not_measured(), {"0"}});
+  table.drop_columns_of(kNotMeasured);
+  EXPECT_EQ(table.render({.colour = false, .columns = 40}),
+            "        time\n"
+            "  name   max  missed\n"
+            "  a     2 ms       0\n");
 }
 
 TEST(Table, ColoursOnlyWhenAsked) {

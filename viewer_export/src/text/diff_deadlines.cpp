@@ -100,11 +100,11 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
   TextTable table(
       {{is_common ? "deadline " + compact_duration(deadline.ns) : "", "callback", Align::left},
        {"", "deadline"},
-       {"late", name_before},
+       {"late", name_before, Align::right, 0, true},
        {"", name_after},
-       {"p99", name_before, Align::right, 2},
+       {"p99", name_before, Align::right, 2, true},
        {"", name_after, Align::right, 2},
-       {"max", name_before, Align::right, 1},
+       {"max", name_before, Align::right, 1, true},
        {"", name_after, Align::right, 1}});
   const auto shown = std::min(most, changes.size());
   const auto time = [](const std::optional<std::int64_t>& ns, std::string_view mark = {}) {

@@ -151,13 +151,12 @@ void TextTable::drop_columns_of(std::string_view text) {
   }
 }
 
-// What stands above several columns goes on to the next one.
+// A title above several columns goes on to the next one.
 void TextTable::drop_column(std::size_t index) {
   if (index + 1 < columns_.size()) {
     const auto& column = columns_[index];
     auto& next = columns_[index + 1];
-    const bool have_both_lines = !column.subtitle.empty() && !next.subtitle.empty();
-    if (have_both_lines && next.title.empty()) next.title = column.title;
+    if (column.is_title_shared && next.title.empty()) next.title = column.title;
   }
   const auto place = static_cast<std::ptrdiff_t>(index);
   columns_.erase(columns_.begin() + place);

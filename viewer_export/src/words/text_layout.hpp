@@ -71,6 +71,7 @@ class TextTable {
     std::string subtitle;
     Align align = Align::right;
     unsigned rank = 0;  // columns of a higher one are left out first, all of them at once
+    bool is_title_shared = false;  // it stands above the next column, too
   };
 
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
