@@ -19,7 +19,12 @@ const columns = [
     show: v => (v < 0 ? "-" : String(v)),
     bad: c => c.total.late > 0,
   },
-  {title: "missed", value: c => c.total.missed_releases, bad: c => c.total.missed_releases > 0},
+  {
+    title: "missed",
+    value: c => c.total.missed_releases ?? -1,
+    show: v => (v < 0 ? "-" : String(v)),
+    bad: c => c.total.missed_releases > 0,
+  },
   {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
   {title: "pid", value: c => c.pid},
 ];

@@ -53,7 +53,8 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
          {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
          {c->deadline_ns ? std::to_string(c->total_late) : "-",
           c->total_late > 0 ? Look::bad : Look::plain},
-         {std::to_string(c->total_missed), c->total_missed > 0 ? Look::bad : Look::plain}});
+         {c->total_missed ? std::to_string(*c->total_missed) : "-",
+          c->total_missed.value_or(0) > 0 ? Look::bad : Look::plain}});
   }
   return table.render(style);
 }

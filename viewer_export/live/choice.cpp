@@ -40,7 +40,7 @@ std::int64_t value_of(const CallbackView& callback, SortKey key) {
     case SortKey::late:
       return static_cast<std::int64_t>(callback.total_late);
     case SortKey::missed:
-      return static_cast<std::int64_t>(callback.total_missed);
+      return callback.total_missed ? static_cast<std::int64_t>(*callback.total_missed) : -1;
     case SortKey::name:
       break;
   }

@@ -60,7 +60,7 @@ std::vector<CallbackView> merged(const Snapshot& snapshot) {
       known.counts[i] += c.counts[i];
     known.response_sum_ns += c.response_sum_ns;
     known.total_late += c.total_late;
-    known.total_missed += c.total_missed;
+    if (c.total_missed) known.total_missed = known.total_missed.value_or(0) + *c.total_missed;
     known.deadline_ns = c.deadline_ns;
   }
   std::vector<CallbackView> result;
@@ -101,8 +101,10 @@ void write_callbacks(std::string& out, const std::vector<CallbackView>& callback
   for (const auto& c : callbacks)
     sample(out, "cie_callback_late_total", labels_of(c), c.total_late);
   describe(out, "cie_callback_missed_releases_total", "counter", "Periods that a timer skipped.");
-  for (const auto& c : callbacks)
-    sample(out, "cie_callback_missed_releases_total", labels_of(c), c.total_missed);
+  for (const auto& c : callbacks) {
+    if (c.total_missed)
+      sample(out, "cie_callback_missed_releases_total", labels_of(c), *c.total_missed);
+  }
 }
 
 void write_threads(std::string& out, const std::vector<ThreadView>& threads) {

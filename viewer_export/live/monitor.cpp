@@ -134,11 +134,11 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
     view.late = sum.late;
-    view.missed = sum.missed;
+    if (known.missed_releases) view.missed = sum.missed;
     view.response = sum.response;
     view.total_instances = known.instances;
     view.total_late = mine.late;
-    view.total_missed = known.missed_releases.value_or(0);
+    view.total_missed = known.missed_releases;
     view.total_response = known.response_time ? known.response_time : known.response_time_lower;
     view.is_exact = mine.is_exact;
     view.counts = mine.counts;
@@ -181,9 +181,9 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
       duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
   snapshot.events = report.trace.events;
   const auto fresh = report.trace.events - std::exchange(events_, report.trace.events);
-  if (described_ && now > *described_) {
+  if (now > described_) {
     snapshot.events_per_second =
-        static_cast<double>(fresh) / std::chrono::duration<double>(now - *described_).count();
+        static_cast<double>(fresh) / std::chrono::duration<double>(now - described_).count();
   }
   described_ = now;
   snapshot.state = snapshot.events == 0 ? SourceState::waiting

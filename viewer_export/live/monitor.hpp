@@ -22,6 +22,9 @@ namespace cie::live {
 // late instances, classes) is kept here. Memory grows with the number of callbacks alone.
 class Monitor final : public analysis::Observer {
  public:
+  explicit Monitor(std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now())
+      : described_(begun) {}
+
   // Instances that `recent` of a callback holds at most.
   static constexpr std::size_t kMaxRecent = 32;
   // Callbacks of a process that ended are shown this long after their last instance.
@@ -66,7 +69,7 @@ class Monitor final : public analysis::Observer {
   analysis::HostIndex heard_{};  // the host of which an instance came last
   std::uint64_t sequence_ = 0;
   std::uint64_t events_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> described_;
+  std::chrono::steady_clock::time_point described_;  // the last time; at first when it began
 };
 
 }  // namespace cie::live

@@ -31,12 +31,17 @@ analysis::Report report_of(const Snapshot& snapshot) {
 }  // namespace
 
 Names::Names(const Snapshot& snapshot, const viewer_export::TextStyle& style)
-    : names_(report_of(snapshot), style) {
+    : names_(report_of(snapshot), style), has_symbols_(style.unicode) {
   analysis::CallbackReport row;
   for (const auto& view : snapshot.callbacks) {
     row.index = analysis::CallbackIndex{view.index};
     by_index_.emplace(view.index, names_.of(row));
   }
+}
+
+std::string Names::in_words(std::string_view sentence) const {
+  auto text = names_.in_words(sentence);
+  return has_symbols_ ? text : viewer_export::without_symbols(std::move(text));
 }
 
 std::string Names::of(const CallbackView& callback) const {

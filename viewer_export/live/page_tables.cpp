@@ -76,7 +76,9 @@ std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
                 look_of_count(c.late, c.total_late)};
   };
   const auto missed = [look_of_count](const CallbackView& c) {
-    return Span{std::to_string(c.total_missed), look_of_count(c.missed, c.total_missed)};
+    if (!c.total_missed) return Span{"-"};
+    return Span{std::to_string(*c.total_missed),
+                look_of_count(c.missed.value_or(0), *c.total_missed)};
   };
   const auto pid = [](const CallbackView& c) { return Span{std::to_string(c.pid), Look::faint}; };
   using Group = NumberColumn::Group;

@@ -62,12 +62,12 @@ struct CallbackView {
   // In the window.
   std::uint64_t instances = 0;
   std::uint64_t late = 0;
-  std::uint64_t missed = 0;
+  std::optional<std::uint64_t> missed;  // releases; empty: no timer, or unknown
   std::optional<analysis::Summary> response;
   // Since the beginning.
   std::uint64_t total_instances = 0;
   std::uint64_t total_late = 0;
-  std::uint64_t total_missed = 0;
+  std::optional<std::uint64_t> total_missed;
   std::optional<analysis::Summary> total_response;  // the report's
   bool is_exact = true;     // false: some release was not known, so response times are lower bounds
   ResponseCounts counts{};  // of all instances
@@ -140,7 +140,7 @@ struct Snapshot {
   std::int64_t realtime_ns = 0;  // when this was written
   std::int64_t window_ns = 0;    // how far back the window reaches: up to ten seconds
   std::uint64_t events = 0;
-  double events_per_second = 0;          // since the snapshot before
+  double events_per_second = 0;          // since the snapshot before, or the begin
   std::optional<std::int64_t> delay_ns;  // how old the latest event is; empty: another machine's
   std::optional<std::uint64_t> lost_events = 0;  // empty: packets of unknown content were lost
   std::uint64_t lost_packets = 0;

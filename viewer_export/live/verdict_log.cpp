@@ -1,5 +1,8 @@
 #include "verdict_log.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
+#include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 
 #include <algorithm>
@@ -25,7 +28,10 @@ std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict&
   const auto at = viewer_export::first_telling(rule.id);
   const auto& all = verdict.evidence;
   if (all.empty()) return verdict.subject;
-  return verdict.subject + ": " + (at < all.size() ? all[at] : all.front()).note;
+  const auto& note = (at < all.size() ? all[at] : all.front()).note;
+  // Numbers of nanoseconds are durations there, and no times.
+  const bool has_durations = rule.id == analysis::kDeadlineRule;
+  return verdict.subject + ": " + (has_durations ? viewer_export::with_fitting_units(note) : note);
 }
 
 }  // namespace

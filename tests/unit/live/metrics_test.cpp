@@ -60,6 +60,14 @@ TEST(Metrics, CountsOfClassesAddUpAsPrometheusWantsThem) {
   EXPECT_TRUE(has_line(text, "cie_live_events_total 12"));
 }
 
+TEST(Metrics, WhatIsNoTimerHasNoMissedReleases) {
+  Metrics metrics;
+  auto s = snapshot();
+  s.callbacks[0].total_missed.reset();
+  metrics.add(s);
+  EXPECT_EQ(metrics.text().find("cie_callback_missed_releases_total{"), std::string::npos);
+}
+
 TEST(Metrics, LabelsAreEscaped) {
   Metrics metrics;
   auto s = snapshot();

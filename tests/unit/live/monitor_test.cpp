@@ -60,6 +60,9 @@ TEST(Monitor, CountsLateInstancesAndMissedReleases) {
   EXPECT_EQ(plan.total_late, 1U);  // 40 > 30; 30 is in time
   EXPECT_EQ(plan.missed, 2U);
   EXPECT_EQ(plan.total_missed, 2U);
+  const auto& drive = watched.callback(snapshot, "drive");
+  EXPECT_FALSE(drive.missed) << "a subscription has no periods to miss";
+  EXPECT_FALSE(drive.total_missed);
   ASSERT_TRUE(plan.response);
   EXPECT_EQ(plan.response->max, 40);
   EXPECT_EQ(plan.response->sum, 20 + 40 + 30);
@@ -166,6 +169,18 @@ TEST(Monitor, SaysHowTheSourceDoes) {
   EXPECT_EQ(fresh.describe(nothing.look(), {}).state, SourceState::waiting);
   EXPECT_EQ(watched.until(150).state, SourceState::streaming);
   EXPECT_EQ(watched.until(150).state, SourceState::silent);
+}
+
+TEST(Monitor, TheFirstRateCountsFromTheBegin) {
+  const auto begun = std::chrono::steady_clock::now();
+  Monitor monitor(begun);
+  Analyzer analyzer({.is_live = true}, &monitor);
+  const auto trace = test::trace_of(kTwoCallbacks);
+  for (const auto& event : trace.events)
+    analyzer.consume(event);
+  const auto snapshot = monitor.describe(analyzer.look(), begun + std::chrono::seconds(2));
+  EXPECT_GT(snapshot.events, 0U);
+  EXPECT_DOUBLE_EQ(snapshot.events_per_second, static_cast<double>(snapshot.events) / 2);
 }
 
 TEST(Monitor, AnInstanceWithoutReleaseCountsWithItsLowerBound) {

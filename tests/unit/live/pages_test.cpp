@@ -1,5 +1,6 @@
 #include "pages.hpp"
 
+#include "batch_text.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -20,6 +21,7 @@ CallbackView callback(std::uint32_t index, const std::string& id, std::int64_t p
   view.pid = 100 + index;
   view.instances = 5;
   view.deadline_ns = 10;
+  view.total_missed = 0;
   view.response = analysis::Summary{.count = 5, .max = p99, .p50 = p99, .p99 = p99};
   RecentInstance instance;
   instance.seq = 77 + index;
@@ -239,6 +241,24 @@ TEST_F(PagesTest, NamesAreShortAndSayTheProcessWhereSeveralHaveThem) {
       symbols += span.text;
   }
   EXPECT_NE(symbols.find("drive ← /pose"), std::string::npos) << symbols;
+}
+
+// The process that reads writes names with symbols; not every output has these.
+TEST_F(PagesTest, WhereThereAreNoSymbolsViolationsHaveNoneEither) {
+  auto told = first_snapshot();
+  told.callbacks = {callback(0, "/a/drive@Subscription(/pose)", 3)};
+  told.callbacks[0].total_missed.reset();
+  told.changes[0].says = "thread 5: 2 callbacks: drive ← /pose, drive ⇐ /set";
+  told.verdicts[0].says = told.changes[0].says;
+  const auto text = batch_text(told, SortKey::response, "", {});
+  EXPECT_NE(text.find(": 2 callbacks: drive <- /pose, drive <= /set"), std::string::npos) << text;
+  EXPECT_NE(text.find("  0       -\n"), std::string::npos)
+      << "no timer misses no release: " << text;
+  EXPECT_NE(batch_text(told, SortKey::response, "", {.unicode = true}).find("drive ⇐ /set"),
+            std::string::npos);
+  history_.add(told);
+  type("v");
+  EXPECT_NE(draw(Size{24, 120}).find("drive <- /pose, drive <= /set"), std::string::npos) << draw();
 }
 
 TEST_F(PagesTest, TheTopLineNamesTheGravestRuleAndTheCommand) {

@@ -66,6 +66,13 @@ TEST(FormatDuration, HasFourDigitsAndAUnit) {
   EXPECT_EQ(format_duration(std::numeric_limits<std::int64_t>::min()), "-9223372037 s");
 }
 
+TEST(WithFittingUnits, ChangesNanosecondsAlone) {
+  EXPECT_EQ(with_fitting_units("took 32214275 ns, the deadline of app2.yaml:7 is 10000000 ns"),
+            "took 32.21 ms, the deadline of app2.yaml:7 is 10.00 ms");
+  EXPECT_EQ(with_fitting_units("5 nsx, 7, 12345678901234567890 ns"),
+            "5 nsx, 7, 12345678901234567890 ns");
+}
+
 TEST(Counted, SpeaksEnglish) {
   EXPECT_EQ(counted(1, "instance"), "1 instance");
   EXPECT_EQ(counted(0, "instance"), "0 instances");

@@ -20,6 +20,14 @@ using analysis::CallbackReport;
 using analysis::ChainReport;
 using analysis::Report;
 
+// Between a node and what its callback takes or serves, and between the ends of a chain.
+constexpr std::string_view kTakes = " ← ";
+constexpr std::string_view kTakesPlain = " <- ";
+constexpr std::string_view kServes = " ⇐ ";
+constexpr std::string_view kServesPlain = " <= ";
+constexpr std::string_view kLeadsTo = " → ";
+constexpr std::string_view kLeadsToPlain = " -> ";
+
 // "/node@Timer(100000000)#2"; see cie/tracepoints/logical_id.hpp.
 struct Parts {
   std::string_view node;
@@ -80,8 +88,10 @@ std::string name_words(const Parts& parts, std::uint64_t period_ns, const std::s
                        const TextStyle& style) {
   const auto said = [&]() -> std::string {
     if (parts.kind == "Timer") return " timer " + timer_words(parts.what, period_ns);
-    if (parts.kind == "Subscription") return (style.unicode ? " ← " : " <- ") + source_words(parts);
-    if (parts.kind == "Service") return (style.unicode ? " ⇐ " : " <= ") + source_words(parts);
+    if (parts.kind == "Subscription")
+      return std::string(style.unicode ? kTakes : kTakesPlain) + source_words(parts);
+    if (parts.kind == "Service")
+      return std::string(style.unicode ? kServes : kServesPlain) + source_words(parts);
     if (parts.kind == "Client") return " client " + source_words(parts);
     return ' ' + printable(parts.kind) + ' ' + source_words(parts);
   };
@@ -206,7 +216,7 @@ void CallbackNames::name_callbacks(const Report& report) {
 }
 
 void CallbackNames::name_chains(const Report& report, const TextStyle& style) {
-  const std::string_view arrow = style.unicode ? " → " : " -> ";
+  const auto arrow = style.unicode ? kLeadsTo : kLeadsToPlain;
   const auto node_of = [this](const std::string& id) {
     const auto found = of_id_.find(id);
     return found == of_id_.end() || found->second.node.empty() ? of_id(id) : found->second.node;
@@ -268,6 +278,16 @@ std::string CallbackNames::in_words(std::string_view sentence) const {
     i = end - 1;
   }
   return text + printable(sentence.substr(told));
+}
+
+std::string without_symbols(std::string text) {
+  for (const auto& [symbol, plain] :
+       {std::pair(kTakes, kTakesPlain), std::pair(kServes, kServesPlain),
+        std::pair(kLeadsTo, kLeadsToPlain)}) {
+    for (auto at = text.find(symbol); at != std::string::npos; at = text.find(symbol, at))
+      text.replace(at, symbol.size(), plain);
+  }
+  return text;
 }
 
 std::size_t end_of_id(std::string_view sentence, std::size_t at) {

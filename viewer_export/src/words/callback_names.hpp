@@ -54,6 +54,9 @@ class CallbackNames {
   std::map<ChainKey, std::string> of_chain_;
 };
 
+// Names in a text as a style without symbols has them: "planner <- /pose".
+std::string without_symbols(std::string text);
+
 // Where a logical id that begins at `at` of a sentence ends; `at` if there is none.
 std::size_t end_of_id(std::string_view sentence, std::size_t at);
 

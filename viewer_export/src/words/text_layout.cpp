@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -82,6 +85,27 @@ std::string format_duration(std::int64_t ns) {
 std::string compact_duration(std::int64_t ns) {
   auto text = format_duration(ns);
   text.erase(text.find(' '), 1);
+  return text;
+}
+
+std::string with_fitting_units(std::string_view sentence) {
+  constexpr std::string_view kUnit = " ns";
+  std::string text;
+  while (!sentence.empty()) {
+    const auto begin = std::min(sentence.find_first_of("0123456789"), sentence.size());
+    text += sentence.substr(0, begin);
+    sentence.remove_prefix(begin);
+    std::int64_t ns = 0;
+    const auto* const first = sentence.data();
+    const auto [end, error] = std::from_chars(first, first + sentence.size(), ns);
+    const auto size = std::min(sentence.find_first_not_of("0123456789"), sentence.size());
+    const auto rest = sentence.substr(size);
+    const bool is_duration = error == std::errc{} && rest.starts_with(kUnit) &&
+                             (rest.size() == kUnit.size() ||
+                              std::isalnum(static_cast<unsigned char>(rest[kUnit.size()])) == 0);
+    text += is_duration ? format_duration(ns) : std::string(sentence.substr(0, size));
+    sentence.remove_prefix(size + (is_duration ? kUnit.size() : 0));
+  }
   return text;
 }
 

@@ -33,6 +33,9 @@ std::string format_duration(std::int64_t ns);
 // "115.2us": a column has one unit less to say than a sentence.
 std::string compact_duration(std::int64_t ns);
 
+// "took 1.235 ms" of "took 1234567 ns".
+std::string with_fitting_units(std::string_view sentence);
+
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
 std::string format_clock_error(const analysis::ClockError& error);
 
