@@ -2,6 +2,7 @@
 // returns the exit code. Errors leave as exceptions; main.cpp turns them into messages and codes.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,9 +24,13 @@ int view_command(const Arguments& arguments);
 int analyze_command(const Arguments& arguments);
 int doctor_command(const Arguments& arguments);
 
+// The package that has `cie-record` and the other programs of cie but cie-live.
+inline constexpr std::string_view kRobotPackage = "cie-robot";
 // Path of `cie-record` or another program of cie's: beside this one, or in PATH. Throws
 // std::runtime_error when it is not installed.
 std::string program_path(const std::string& name);
+// The same; empty if it is not installed.
+std::optional<std::string> find_program(const std::string& name);
 
 // Replaces this process by such a program. Returns only by throwing std::runtime_error when it is
 // not installed.

@@ -3,6 +3,8 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "commands.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -230,6 +232,14 @@ std::vector<Finding> examine(const Machine& machine) {
     findings.push_back(check(machine));
   }
   return findings;
+}
+
+Finding examine_recorder(const std::optional<std::string>& program) {
+  constexpr std::string_view kId = "recorder";
+  if (program) return fine(kId, *program);
+  return problem(kId, "cie-record is not installed: nothing can be recorded here",
+                 fmt::format("install the package {}, or name the folder of cie-record in PATH",
+                             kRobotPackage));
 }
 
 Finding examine_kernel_trial(const std::string& trial, const Finding& promised) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,9 @@ struct Finding {
 // Every check of the machine, in a fixed order. Nothing is changed. The kernel's events are judged
 // by what the kernel and this user's rights promise.
 std::vector<Finding> examine(const Machine& machine);
+
+// Whether there is a `cie-record`, where, and what to install if not.
+Finding examine_recorder(const std::optional<std::string>& program);
 
 // The finding about the kernel's events by what was seen when they were recorded for a moment, in
 // place of what was `promised`. `trial` is what `cie-record --try-kernel` prints, a line of

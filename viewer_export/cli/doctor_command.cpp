@@ -88,8 +88,11 @@ std::string kernel_trial() {
   return text;
 }
 
-// Whether the scheduler can be recorded is tried, where this machine is the one in question.
+// Whether the scheduler can be recorded is tried, where this machine is the one in question. That
+// takes the recorder.
 void try_kernel_events(std::vector<Finding>& findings) {
+  findings.insert(findings.begin(), examine_recorder(find_program("cie-record")));
+  if (findings.front().health != Health::ok) return;
   const auto promised = std::ranges::find(findings, "kernel-events", &Finding::id);
   try {
     *promised = examine_kernel_trial(kernel_trial(), *promised);

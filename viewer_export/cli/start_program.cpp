@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -37,17 +38,21 @@ std::vector<fs::path> search_path() {
 
 }  // namespace
 
-std::string program_path(const std::string& name) {
-  const auto directories = search_path();
-  for (const auto& directory : directories) {
+std::optional<std::string> find_program(const std::string& name) {
+  for (const auto& directory : search_path()) {
     const auto program = directory / name;
     if (::access(program.c_str(), X_OK) == 0 && !fs::is_directory(program)) return program;
   }
+  return std::nullopt;
+}
+
+std::string program_path(const std::string& name) {
+  if (const auto found = find_program(name)) return *found;
+  const auto directories = search_path();
   const auto beside = directories.empty() ? std::string("?") : directories.front().string();
   const std::string part = name == "cie-live"
                                ? "It comes with cie"
-                               : "It belongs to the part of cie that runs on the robot (CMake "
-                                 "option CIE_BUILD_ROBOT)";
+                               : "It comes with the package " + std::string(kRobotPackage);
   throw std::runtime_error("\"" + name + "\" is not installed: it is neither in \"" + beside +
                            "\" nor in PATH. " + part);
 }
