@@ -64,7 +64,7 @@ int analyze_command(const Arguments& arguments) {
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
   const auto& result = analyze_until_exit(traces, options, bar);
-  window.check(result.report);
+  window.check(result.report, traces, options);
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
   if (format == "text") {
     viewer_export::write_schedulability_text(output.stream(), schedulability, result.report,

@@ -80,7 +80,7 @@ int report_command(const Arguments& arguments) {
   analysis::Observer* const observer = format == "html" ? &page : nullptr;
   ProgressBar bar(reader.is_progress_wanted());
   const auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : observer);
-  window.check(result.report);
+  window.check(result.report, traces, options);
   const auto input = input_arguments(traces, reader, spec_file, window.text());
   auto style = screen_style(output);
   style.ids = has_ids;

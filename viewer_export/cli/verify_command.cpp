@@ -169,7 +169,7 @@ int verify_command(const Arguments& arguments) {
   const bool is_screen = format == "text" && !is_all;
   WorstRuns worst_runs;
   auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : nullptr);
-  window.check(result.report);
+  window.check(result.report, traces, options);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
   if (format == "text") {

@@ -2,10 +2,11 @@
 
 #include <cie/tracepoints/duration_text.hpp>
 
+#include "words/text_layout.hpp"
+
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -45,6 +46,13 @@ Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindo
   return moved(recorded.to, bound.offset);
 }
 
+// Without a window.
+std::optional<TimeWindow> recorded(const std::vector<std::filesystem::path>& traces,
+                                   analysis::AnalysisOptions options) {
+  options.window.reset();
+  return analysis::recorded_window(traces, options);
+}
+
 bool is_relative(const WindowBound& bound) {
   return bound.origin == WindowBound::Origin::begin || bound.origin == WindowBound::Origin::end;
 }
@@ -67,7 +75,7 @@ WindowBound parse_window_bound(std::string_view text) {
 
 WindowOption::WindowOption(CommandLine& line) {
   line.option("--window", "FROM..TO", text_,
-              "Only this part, for instance +1s..-500ms (see the README for all forms)");
+              "Only this part, for instance +1s..-500ms (all forms: man cie-verify, WINDOW)");
 }
 
 void WindowOption::resolve(const std::vector<std::filesystem::path>& traces,
@@ -93,22 +101,30 @@ void WindowOption::resolve(const std::vector<std::filesystem::path>& traces,
   options.window = window;
 }
 
-void WindowOption::check(const analysis::Report& report) const {
+void WindowOption::check(const analysis::Report& report,
+                         const std::vector<std::filesystem::path>& traces,
+                         const analysis::AnalysisOptions& options) const {
   const auto& trace = report.trace;
   if (text_.empty() || !trace.begin || !trace.end || *trace.begin <= *trace.end) return;
-  refuse_outside();
+  refuse_outside(recorded(traces, options));
 }
 
 void WindowOption::check_empty(const std::vector<std::filesystem::path>& traces,
-                               analysis::AnalysisOptions options) const {
+                               const analysis::AnalysisOptions& options) const {
   if (text_.empty() || !options.window) return;
-  const auto window = *std::exchange(options.window, std::nullopt);
-  const auto recorded = analysis::recorded_window(traces, options);
-  if (recorded && (window.to < recorded->from || window.from > recorded->to)) refuse_outside();
+  const auto& window = *options.window;
+  const auto all = recorded(traces, options);
+  if (all && (window.to < all->from || window.from > all->to)) refuse_outside(all);
 }
 
-void WindowOption::refuse_outside() const {
-  throw UsageError(fmt::format("--window {} lies outside the recording", text_));
+void WindowOption::refuse_outside(const std::optional<TimeWindow>& recorded) const {
+  auto text = fmt::format("--window {} lies outside the recording", text_);
+  if (recorded) {
+    text += fmt::format(", which is +0s..+{}, {}..{} ns",
+                        viewer_export::compact_duration((recorded->to - recorded->from).ns),
+                        recorded->from.ns, recorded->to.ns);
+  }
+  throw UsageError(text);
 }
 
 }  // namespace cie::cli

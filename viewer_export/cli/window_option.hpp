@@ -6,6 +6,7 @@
 #include "command_line.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,14 +38,16 @@ class WindowOption {
                analysis::AnalysisOptions& options) const;
   // As it was written; empty if it was not given.
   const std::string& text() const noexcept { return text_; }
-  // Throws UsageError if the window has nothing in common with what was read.
-  void check(const analysis::Report& report) const;
-  // The same of a reading that found no event in it; `options` as it was resolved.
+  // Throws UsageError if the window has nothing in common with what was read; it says when the
+  // recording is, for which it is read again. `options` as it was resolved.
+  void check(const analysis::Report& report, const std::vector<std::filesystem::path>& traces,
+             const analysis::AnalysisOptions& options) const;
+  // The same of a reading that found no event in it.
   void check_empty(const std::vector<std::filesystem::path>& traces,
-                   analysis::AnalysisOptions options) const;
+                   const analysis::AnalysisOptions& options) const;
 
  private:
-  [[noreturn]] void refuse_outside() const;
+  [[noreturn]] void refuse_outside(const std::optional<analysis::TimeWindow>& recorded) const;
 
   std::string text_;
 };

@@ -184,10 +184,13 @@ class Usage(Folder):
                     self.assertIn(f"--window {window} lies outside the recording".encode(), result.stderr)
 
     def test_a_bad_window(self):
+        trace = json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"]
+        milliseconds = f"{(trace['end_ns'] - trace['begin_ns']) / 1e6:.1f}"
+        recorded = f", which is +0s..+{milliseconds}ms, {trace['begin_ns']}..{trace['end_ns']} ns"
         for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '
                                     "show them, +1.5s from the begin, -200ms from the end, or nothing"),
                               ("2..1", "--window 2..1 is empty: it begins at 2 ns and ends at 1 ns"),
-                              ("1..2", "--window 1..2 lies outside the recording"),
+                              ("1..2", "--window 1..2 lies outside the recording" + recorded),
                               ("+1h..", '--window does not understand "+1h"; write FROM..TO, each of them nanoseconds as '
                                         "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
             self.assert_usage_error(("verify", TRACE, "--window", text), message)
