@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fnmatch.h>
 
 namespace cie::cli {
@@ -35,7 +36,7 @@ constexpr const char* kEventsFooter =
     "  cie events run1 --window +1s..+1010ms | less   what happened in those 10 ms\n"
     "  cie events run1 -f json | jq 'select(.tid == 4008)'\n"
     "\n"
-    "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
+    "Exit codes: 0 done, 2 wrong usage (a --name of no class of the recording is), 4 trace unreadable or result not writable.\n";
 
 EventFormat format_of(const std::string& name) {
   check_choice("--format", name, {"text", "json", "csv"});
@@ -59,21 +60,14 @@ class NameChoice {
     }
     return is_wanted;
   }
-  // Of each name that there is nothing of. `has_event`: an event was wanted and there.
-  std::vector<std::string> complaints(bool has_event) const {
-    std::vector<std::string> complaints;
+  // Throws UsageError if no class of the recordings has one of the names.
+  void check() const {
     for (std::size_t i = 0; i < globs_.size(); ++i) {
-      if (has_class_[i] && has_event) continue;
-      if (has_class_[i]) {
-        complaints.push_back(
-            fmt::format("no event called \"{}\" was recorded{}", globs_[i], kHint));
-        continue;
-      }
+      if (has_class_[i]) continue;
       const auto likely = did_you_mean(globs_[i], names_);
-      complaints.push_back(fmt::format("no class of events is called \"{}\"{}", globs_[i],
-                                       likely.empty() ? kHint : likely));
+      throw UsageError(fmt::format("--name: no class of events is called \"{}\"{}", globs_[i],
+                                   likely.empty() ? kHint : likely));
     }
-    return complaints;
   }
 
  private:
@@ -139,6 +133,7 @@ int events_command(const Arguments& arguments) {
       });
       bar.end();
       if (!has_event) window.check_empty(traces, part);
+      names.check();
     };
     if (is_count) {
       viewer_export::EventCounter counter;
@@ -149,8 +144,8 @@ int events_command(const Arguments& arguments) {
       read_into([&writer](const auto& event) { writer.write(event); });
     }
   });
-  for (const auto& complaint : names.complaints(has_event))
-    tell(complaint);
+  if (!has_event && !reader.is_quiet() && !globs.empty())
+    tell(fmt::format("note: 0 events of {}", fmt::join(globs, ", ")));
   if (const auto text = told(missing); !reader.is_quiet() && !text.empty()) tell(text);
   return ok;
 }

@@ -95,17 +95,19 @@ class Output(unittest.TestCase):
         self.assertEqual({line.split()[2] for line in lines(TRACE, "--name", "cie:run_*", "--name", "cie:node_init")},
                          {"cie:run_begin:", "cie:run_end:", "cie:node_init:"})
         code, out, err = events(TRACE, "--name", "cie:callbck_start")
-        self.assertEqual((code, out), (0, ""))
+        self.assertEqual((code, out), (2, ""))
         self.assertIn('no class of events is called "cie:callbck_start"', err)
         self.assertIn("cie:callback_start", err)
 
     def test_each_name_that_there_is_nothing_of_is_told(self):
         for count in ((), ("--count",)):
-            err = events(TRACE, "--name", "cie:run_begin", "--name", "nothing", *count)[2]
-            self.assertEqual(err, 'cie: no class of events is called "nothing"; --count in place of --name lists what there is\n')
+            code, _, err = events(TRACE, "--name", "cie:run_begin", "--name", "nothing", *count)
+            self.assertEqual((code, err), (2, 'cie: --name: no class of events is called "nothing"; --count in place of --name '
+                                           "lists what there is\nTry: cie events --help\n"))
         # Of a class that the metadata names nothing need have been recorded.
-        err = events(TRACE, "--window", "..+1us", "--name", "cie:run_end")[2]
-        self.assertEqual(err, 'cie: no event called "cie:run_end" was recorded; --count in place of --name lists what there is\n')
+        nothing = (TRACE, "--window", "..+1us", "--name", "cie:run_end")
+        self.assertEqual(events(*nothing), (0, "", "cie: note: 0 events of cie:run_end\n"))
+        self.assertEqual(events(*nothing, "-q"), (0, "", ""))
 
     def test_what_is_missing_is_told(self):
         code, out, err = events(GOLDEN / "salvage" / "recording")
