@@ -65,6 +65,7 @@ TEST(ReportScreen, OfATerminalOf80Columns) {
             "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms\n"
             "  plan timer 20 ms                          7   187.3us   289.4us   289.4us\n"
             "  chain braking                             6   892.3us   1.008ms   1.008ms\n"
+            "  response time: \">\" at least, where a release is not known\n"
             "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us\n"
             "         preempted by cc1plus (of 2.500 ms)\n"
             "  releases missed: 3 of plan timer 20 ms\n"
@@ -86,6 +87,7 @@ TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
               "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO         -         -\n"
               "  plan timer 20 ms                          7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
               "  chain braking                             6   892.3us   1.008ms   1.008ms       -       -         -         -\n"
+              "  response time: \">\" at least, where a release is not known\n"
               "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us preempted "
               "by cc1plus (of 2.500 ms)\n"),
           HasSubstr("  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
@@ -231,7 +233,28 @@ TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayBeTheLongest) {
   EXPECT_THAT(text, HasSubstr("    8  >187.3us  >50.00ms  >50.00ms       3     yes\n"));
   EXPECT_LT(text.find("plan timer 20 ms  "), text.find("lidar <-")) << "50 ms against 2.5 ms";
   report.callbacks[0].response_time_upper = test::summary(60'000'000, 60'000'000, 1);
-  EXPECT_THAT(screen_of(report, {}), HasSubstr(">50.00ms  >50.00ms  <60.00ms       3"));
+  EXPECT_THAT(screen_of(report, {}),
+              AllOf(HasSubstr("response      time            response\n"),
+                    HasSubstr("      p50       p99       max   at most  missed"),
+                    HasSubstr(">50.00ms  >50.00ms  <60.00ms       3"),
+                    HasSubstr("  response time: \">\" at least, \"<\" at most, where a release is "
+                              "not known\n")));
+}
+
+// As of ROS 2: the response time has an upper bound alone.
+TEST(ReportScreen, BesideDurationsSaysWhatTheUpperBoundIsOf) {
+  auto report = unclaimed_report();
+  auto& callback = report.callbacks[1];
+  callback.release_source = analysis::ReleaseSource::source_timestamp;
+  callback.response_time_upper = test::summary(2'000'000, 60'000'000, 7);
+  report.callbacks = {callback};
+  report.chains.clear();
+  const auto text = screen_of(report, test::sample_verdicts());
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("duration                 response\n"),
+                    HasSubstr("      p99      max  busy   at most\n"),
+                    HasSubstr("2.400ms  8.9%  <60.00ms\n"),
+                    HasSubstr("  response time: \"<\" at most, where a release is not known\n")));
 }
 
 TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayHaveTakenAnyTime) {
@@ -246,10 +269,13 @@ TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayHaveTakenAnyTime) {
 
 TEST(ReportScreen, AShorterRunWhoseReleaseIsNotKnownIsNotTheLongest) {
   auto report = with_one_release_unknown();
+  report.callbacks.resize(1);
   report.callbacks[0].response_time_lower = test::summary(50'000, 50'000, 1);
   report.callbacks[0].response_time_upper = test::summary(60'000, 60'000, 1);
   report.callbacks[0].response_time_at_least->p99 = 289'400;
-  EXPECT_THAT(screen_of(report, {}), HasSubstr("    8  >187.3us  >289.4us   289.4us       3"));
+  EXPECT_THAT(screen_of(report, {}),
+              AllOf(HasSubstr("   8  >187.3us  >289.4us  289.4us       3"),
+                    HasSubstr("\">\" at least, where"), Not(HasSubstr("at most"))));
 }
 
 TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {

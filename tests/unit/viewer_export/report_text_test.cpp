@@ -274,12 +274,17 @@ TEST(ReportText, DividesAChainOfRos2ByStarts) {
   const auto text = out.str();
   using testing::ContainsRegex;
   EXPECT_THAT(text, ContainsRegex("  path latency, at least +6  70.00 us"));
-  EXPECT_THAT(text, ContainsRegex("    at most +5  90.00 us"));
+  EXPECT_THAT(text, ContainsRegex("    at most \\(5 of 6\\) +5  90.00 us"));
   EXPECT_THAT(text, ContainsRegex("    message to the next +6  30.00 us"));
   EXPECT_THAT(text, ContainsRegex("  response to the client +3  4.000 us"));
   EXPECT_THAT(text,
               HasSubstr("the first release is not known: \"at least\" is from the first start"));
-  EXPECT_THAT(text, HasSubstr("\"at most\" is of 5 of 6 instances: nothing bounds the others"));
+  EXPECT_THAT(text, HasSubstr("\"at most\" leaves instances out that nothing bounds from above"));
+
+  chain.path_latency_upper.reset();
+  std::ostringstream without;
+  write_report_chains(without, report, {.columns = 100});
+  EXPECT_THAT(without.str(), testing::Not(HasSubstr("at most"))) << "there is no such row";
 }
 
 TEST(ReportText, SaysOnceWhatHoldsForSeveralChains) {

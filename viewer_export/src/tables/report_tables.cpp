@@ -119,6 +119,13 @@ std::string tables_by_process(std::string_view what, const Report& report, const
   return text;
 }
 
+// With how many of `all` it is of, where not of all.
+std::string of_how_many(std::string_view name, const std::optional<Summary>& summary,
+                        std::uint64_t all) {
+  if (!summary || summary->count >= all) return std::string(name);
+  return fmt::format("{} ({} of {})", name, summary->count, all);
+}
+
 // Nothing for what is not measured.
 void add_quantity(TextTable& table, std::string_view name, const std::optional<Summary>& summary) {
   if (!summary) return;
@@ -145,16 +152,15 @@ std::vector<std::string> chain_notes(const ChainReport& chain) {
   std::vector<std::string> notes;
   const auto measured = chain.path_latency ? chain.path_latency->count : 0;
   if (is_by_starts(chain)) {
-    notes.push_back(
-        "the first release is not known: \"at least\" is from the first start, \"at most\" from what "
-        "the release was not before. Callbacks count from start to publish, messages from publish "
-        "to start: the rows add up to \"at least\"");
     const auto bounded = chain.path_latency_upper ? chain.path_latency_upper->count : 0;
+    notes.push_back(fmt::format(
+        "the first release is not known: \"at least\" is from the first start{}. Callbacks count from "
+        "start to publish, messages from publish to start: the rows add up to \"at least\"",
+        bounded == 0 ? "" : ", \"at most\" from what the release was not before"));
     if (bounded != 0 && bounded < chain.instances) {
-      notes.push_back(fmt::format(
-          "\"at most\" is of {} of {}: nothing bounds the others from above, which may be "
-          "the longest",
-          bounded, counted(chain.instances, "instance")));
+      notes.emplace_back(
+          "\"at most\" leaves instances out that nothing bounds from above; they may be the "
+          "longest");
     }
   } else if (measured < chain.instances) {
     notes.push_back(
@@ -215,10 +221,13 @@ std::string chain_table(const Report& report, const ChainReport& chain, const Ca
                    {"p99", ""},
                    {"max", ""}});
   const bool by_starts = is_by_starts(chain);
-  add_quantity(table, "path latency", chain.path_latency);
+  const auto add_latency = [&](std::string_view name, const std::optional<Summary>& latency) {
+    add_quantity(table, of_how_many(name, latency, chain.instances), latency);
+  };
+  add_latency("path latency", chain.path_latency);
   if (by_starts) {
-    add_quantity(table, "path latency, at least", chain.from_start);
-    add_quantity(table, "  at most", chain.path_latency_upper);
+    add_latency("path latency, at least", chain.from_start);
+    add_latency("  at most", chain.path_latency_upper);
   }
   add_quantity(table, "reaction time", chain.reaction_time);
   add_quantity(table, "data age", chain.data_age);
@@ -319,17 +328,20 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
   return printable(callback.logical_id) + place_of(report, callback);
 }
 
+bool is_lower_bound(const CallbackReport& callback, std::int64_t Summary::*part) {
+  if (!callback.response_time_lower) return false;
+  return part != &Summary::max || analysis::longest_response(callback)->is_bound;
+}
+
 TextCell response_cell(const CallbackReport& callback, std::int64_t Summary::*part,
                        std::string (*format)(std::int64_t ns)) {
   const auto longest = analysis::longest_response(callback);
   if (!longest) return not_measured();
-  const bool is_longest = part == &Summary::max;
   const auto& exact = callback.response_time;
   const auto& lower = callback.response_time_lower;
   const auto& all = exact && lower ? callback.response_time_at_least : exact ? exact : lower;
-  const auto text = format(is_longest ? longest->ns : (*all).*part);
-  const bool is_bound = is_longest ? longest->is_bound : lower.has_value();
-  return is_bound ? TextCell{">" + text, Look::doubtful} : TextCell{text};
+  const auto text = format(part == &Summary::max ? longest->ns : (*all).*part);
+  return is_lower_bound(callback, part) ? TextCell{">" + text, Look::doubtful} : TextCell{text};
 }
 
 std::optional<std::int64_t> longest_at_most(const CallbackReport& callback) {
@@ -370,7 +382,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
                           {"response", "time p50", TextTable::Align::right, 2},
                           {"response", "time p99"},
                           {"response", "time max"},
-                          {"at", "most"},
+                          {"response", "at most"},
                           {"", "deadline"},
                           {"", "late"},
                           {"duration", "max"},

@@ -19,6 +19,10 @@ std::string process_title(const analysis::ProcessReport& process);
 std::string callback_title(const analysis::Report& report,
                            const analysis::CallbackReport& callback);
 
+// Whether a quantile or the max of its response times is known as a lower bound alone: of instances
+// whose release is not known some may have taken longer.
+bool is_lower_bound(const analysis::CallbackReport& callback,
+                    std::int64_t analysis::Summary::*part);
 // A quantile or the max of its response times; marked as a bound where instances whose release is
 // not known took longer.
 TextCell response_cell(const analysis::CallbackReport& callback,

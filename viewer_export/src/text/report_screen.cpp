@@ -16,6 +16,7 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -135,7 +136,10 @@ class ReportScreen {
     auto tail = notes();
     append(tail, commands());
     constexpr std::size_t kAround = 4;  // a blank line, two of titles, and one of what is left out
-    const auto taken = lines.size() + tail.size() + kAround;
+    const bool may_have_bounds = std::ranges::any_of(callbacks_, [this](const auto* callback) {
+      return has_lower_bound(*callback) || longest_at_most(*callback).has_value();
+    });
+    const auto taken = lines.size() + tail.size() + kAround + (may_have_bounds ? 1 : 0);
     append(lines, table(kScreenLines - std::min(kScreenLines, taken)));
     append(lines, std::move(tail));
     return lines;
@@ -186,7 +190,7 @@ class ReportScreen {
         {"", "late"},
         {"", "busy", Align::right, 1}};
     for (const auto extra : extras) {
-      columns.push_back(extra == Extra::at_most         ? TextTable::Column{"at", "most"}
+      columns.push_back(extra == Extra::at_most         ? TextTable::Column{"response", "at most"}
                         : extra == Extra::missed        ? TextTable::Column{"", "missed"}
                         : extra == Extra::own_thread    ? TextTable::Column{"own", "thread"}
                         : extra == Extra::start_latency ? TextTable::Column{"start", "lat. max"}
@@ -310,7 +314,30 @@ class ReportScreen {
     for (std::string line; std::getline(text, line);)
       lines.push_back(line);
     append(lines, more_than(callbacks, chains));
+    append(lines, bounds_note(std::span(callbacks_).first(callbacks), columns));
     return lines;
+  }
+
+  bool has_lower_bound(const CallbackReport& callback) const {
+    return !has_durations_alone_ &&
+           (is_lower_bound(callback, &Summary::p99) || is_lower_bound(callback, &Summary::max));
+  }
+
+  // What the marks of the rows mean.
+  Lines bounds_note(std::span<const CallbackReport* const> shown,
+                    const std::vector<Extra>& extras) const {
+    const bool has_lower = std::ranges::any_of(
+        shown, [this](const auto* callback) { return has_lower_bound(*callback); });
+    const bool has_upper = std::ranges::find(extras, Extra::at_most) != extras.end() &&
+                           std::ranges::any_of(shown, [](const auto* callback) {
+                             return longest_at_most(*callback).has_value();
+                           });
+    if (!has_lower && !has_upper) return {};
+    const std::string_view marks = !has_upper   ? "\">\" at least"
+                                   : !has_lower ? "\"<\" at most"
+                                                : "\">\" at least, \"<\" at most";
+    return paragraph("  response time: ", fmt::format("{}, where a release is not known", marks), 1,
+                     style_);
   }
 
   Lines more_than(std::size_t callbacks, std::size_t chains) const {

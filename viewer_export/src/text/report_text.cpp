@@ -288,9 +288,9 @@ std::string notes(const Report& report, const TextStyle& style) {
                    [](const auto& c) { return !c.response_time || c.response_time_lower; })) {
     lines.emplace_back(
         "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
-        "time from the first sign of the instance to its end; the upper one, at most, begins with "
-        "the source timestamp of its message. Where some releases are known, p50 and p99 count the "
-        "others by their lower bounds.");
+        "time from the first sign of the instance to its end; \"<\" the upper one, at most, which "
+        "begins with the source timestamp of its message. Where some releases are known, p50 and p99 "
+        "count the others by their lower bounds.");
   }
   if (const auto error = largest_release_error(report)) {
     lines.emplace_back(
