@@ -467,6 +467,15 @@ TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
               AllOf(HasSubstr("\n  /a/plan@Timer(20000000)  "), HasSubstr(" --ids --all")));
 }
 
+// cie view has no window.
+TEST(ReportScreen, OfAWindowSaysThatToLookIsAtAllOfTheRecording) {
+  auto verdicts = test::sample_verdicts();
+  EXPECT_THAT(screen_of(test::sample_report(), verdicts), HasSubstr("look: cie view"));
+  verdicts.window = analysis::TimeWindow{.from = {983'000'000'000}, .to = {983'130'000'000}};
+  EXPECT_THAT(screen_of(test::sample_report(), verdicts),
+              HasSubstr("look (whole recording): cie view 'recordings/run 1'"));
+}
+
 TEST(ReportScreen, TellsWhyThereIsNothing) {
   EXPECT_THAT(screen_of({}, {}), HasSubstr("No callback was seen"));
   EXPECT_THAT(screen_of({}, {}), HasSubstr("\n  what it holds: cie events "));
