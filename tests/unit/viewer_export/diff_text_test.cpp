@@ -85,7 +85,7 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
   worse.lost_isolation = true;
   EXPECT_EQ(
       diff_text_of({kBetter, kSame, worse}),
-      "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %\n"
+      "Worse: 1 of 3 callbacks (1 slower, 1 not isolated any more); better: 1, beyond a tolerance of 5 %\n"
       "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
       "  worst      plan timer 20 ms: response time p99 1.000 ms -> 3.000 ms, +200.0 %\n"
       "  best       lidar <- /points: duration p50 2.000 us -> 1.000 us, -50.0 %\n"
@@ -267,13 +267,38 @@ TEST(DiffText, NamesWhatRunsOtherwise) {
   hanging.runs_less = true;
   hanging.instances_after = 3;
   const auto text = diff_text_of({silent, fewer, hanging});
-  EXPECT_THAT(text, StartsWith("Worse: 3 of 3 callbacks, beyond a tolerance of 5 %\n"));
+  EXPECT_THAT(
+      text, StartsWith("Worse: 3 of 3 callbacks (1 slower, 1 gone from processes, 1 never running "
+                       "any more, 1 with a run\n  that never ends, 1 with more exceptions), "
+                       "beyond a tolerance of 5 %\n"));
   EXPECT_THAT(text,
               HasSubstr("\n  is gone from processes: plan timer 20 ms (2 -> 1 processes)\n"
                         "  never runs any more: map timer 1 us (100 runs before)\n"
                         "  has a run that never ends: lidar <- /points\n"
                         "  more runs end by an exception: lidar <- /points (0 -> 90)\n"
                         "  runs less than half as often: lidar <- /points (100 -> 3 runs)\n"));
+}
+
+// The tolerance is one of times.
+TEST(DiffText, SaysInWhatCallbacksBecameWorse) {
+  auto gone = kSame;
+  gone.is_after = false;
+  gone.absence = Absence::gone;
+  gone.is_absence_proved = true;
+  gone.quantities.clear();
+  EXPECT_THAT(diff_text_of({gone, kSame}), StartsWith("Worse: 1 of 2 callbacks (1 gone)\n"));
+  EXPECT_THAT(
+      diff_text_of({gone, kWorse}),
+      StartsWith("Worse: 2 of 2 callbacks (1 slower, 1 gone), beyond a tolerance of 5 %\n"));
+  auto shared = kSame;
+  shared.lost_isolation = true;
+  EXPECT_THAT(diff_text_of({shared, shared}),
+              StartsWith("Worse: 2 of 2 callbacks (2 not isolated any more)\n"));
+  auto losing = kSame;
+  losing.lost = losing.missed = Change::worse;
+  EXPECT_THAT(diff_text_of({losing}),
+              StartsWith("Worse: 1 of 1 callback (1 with more missed releases, 1 with more lost "
+                         "samples)\n"));
 }
 
 TEST(DiffText, TellsOfLostAndOverwrittenSamples) {

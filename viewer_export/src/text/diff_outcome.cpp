@@ -10,10 +10,12 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace cie::viewer_export {
 namespace {
 
+using analysis::Absence;
 using analysis::CallbackChange;
 using analysis::Change;
 using analysis::QuantityChange;
@@ -58,6 +60,39 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
     }
   }
   return tally;
+}
+
+bool has(const CallbackChange& change, Change kind) {
+  return std::ranges::find(change.quantities, kind, &QuantityChange::change) !=
+         change.quantities.end();
+}
+
+// " (1 slower, 28 gone)": a callback may be worse in several ways.
+std::string kinds_of_regression(const std::vector<CallbackChange>& changes) {
+  std::vector<std::string> kinds;
+  const auto add = [&](std::string_view what, const auto& is_so) {
+    if (const auto count = std::ranges::count_if(changes, is_so); count > 0)
+      kinds.push_back(fmt::format("{} {}", count, what));
+  };
+  const auto is_absent = [](Absence absence) {
+    return [absence](const CallbackChange& change) {
+      return change.is_absence_proved && change.absence == absence;
+    };
+  };
+  const auto is_worse = [](Change CallbackChange::*part) {
+    return [part](const CallbackChange& change) { return change.*part == Change::worse; };
+  };
+  add("slower", [](const CallbackChange& change) { return has(change, Change::worse); });
+  add("with more missed releases", is_worse(&CallbackChange::missed));
+  add("not isolated any more", [](const CallbackChange& change) { return change.lost_isolation; });
+  add("gone", is_absent(Absence::gone));
+  add("gone from processes", is_absent(Absence::gone_from_process));
+  add("never running any more", is_absent(Absence::never_runs));
+  add("with a run that never ends", [](const CallbackChange& change) { return change.never_ends; });
+  add("with more exceptions", is_worse(&CallbackChange::exceptions));
+  add("with more lost samples", is_worse(&CallbackChange::lost));
+  add("with more overwritten samples", is_worse(&CallbackChange::overwritten));
+  return fmt::format(" ({})", fmt::join(kinds, ", "));
 }
 
 // Empty if something is better, or of some quantile it is certain how it changed or that it did not.
@@ -117,14 +152,22 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
         regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
     more = "; better: " + of;
   }
-  const auto limit = fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+  // What else became worse has no tolerance.
+  const bool has_times = std::ranges::any_of(changes, [](const CallbackChange& change) {
+    return has(change, Change::worse) || has(change, Change::better);
+  });
+  const auto limit = regressions > 0 && !has_times
+                         ? std::string()
+                         : fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
+  const auto kinds = regressions > 0 ? kinds_of_regression(changes) : std::string();
   constexpr std::size_t kIndent = 2;
-  const auto text = filled(fact.text + more + limit, style.columns, kIndent);
+  const auto text = filled(fact.text + kinds + more + limit, style.columns, kIndent);
   const auto rest = std::string_view(text).substr(fact.text.size());
-  const auto told = rest.starts_with(more) ? more.size() : 0;
-  return paint(fact.text, fact.look, style) +
-         (told > 0 ? paint(rest.substr(0, told), Look::good, style) : "") +
-         std::string(rest.substr(told));
+  const auto told = rest.starts_with(kinds + more) ? more.size() : 0;
+  const auto plain = told > 0 ? kinds.size() : 0;
+  return paint(fact.text, fact.look, style) + std::string(rest.substr(0, plain)) +
+         (told > 0 ? paint(rest.substr(plain, told), Look::good, style) : "") +
+         std::string(rest.substr(plain + told));
 }
 
 std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {

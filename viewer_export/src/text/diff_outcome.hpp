@@ -12,7 +12,7 @@ namespace cie::viewer_export {
 // There is a regression, or certainly none.
 bool is_decided(const analysis::Comparison& comparison);
 
-// "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %".
+// "Worse: 1 of 3 callbacks (1 slower); better: 1, beyond a tolerance of 5 %".
 std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
                           const TextStyle& style);
 
