@@ -36,6 +36,21 @@ std::size_t distance(std::string_view a, std::string_view b, std::size_t most) {
   return row[b.size()];
 }
 
+// How many letters may be wrong: a third of those between what both begin and end with, and at least
+// two. Where letters are only left out or added, a third of all: a namespace may be missing.
+std::size_t most_edits(std::string_view name, std::string_view candidate) {
+  const auto least = std::min(name.size(), candidate.size());
+  const auto first = static_cast<std::size_t>(
+      std::ranges::mismatch(name.substr(0, least), candidate.substr(0, least)).in1 - name.begin());
+  std::size_t last = 0;
+  while (first + last < least &&
+         name[name.size() - last - 1] == candidate[candidate.size() - last - 1])
+    ++last;
+  const bool is_part = first + last == least;
+  const auto letters = is_part ? candidate.size() : candidate.size() - first - last;
+  return std::max<std::size_t>(2, letters / 3);
+}
+
 }  // namespace
 
 std::string_view nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
@@ -43,8 +58,7 @@ std::string_view nearest_name(std::string_view name, const std::vector<std::stri
   std::size_t best_distance = 0;
   if (name.size() > kLongest) return best;
   for (const auto& candidate : candidates) {
-    // A third of the letters may be wrong, and at least two.
-    const auto most = std::max<std::size_t>(2, candidate.size() / 3);
+    const auto most = most_edits(name, candidate);
     const auto edits = distance(name, candidate, most);
     const bool is_near = edits <= most && edits + 1 < std::max(name.size(), candidate.size());
     if (is_near && (best.empty() || edits < best_distance)) {

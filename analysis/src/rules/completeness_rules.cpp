@@ -9,6 +9,7 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -103,27 +104,35 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
 struct Asked {
   std::string id;
   std::string place;  // "spec.yaml:3 specifies fusion"
+  bool is_entry = false;
 };
 
-// Names of the trace that one which is not in it may have been meant to be: above all those that
-// the spec does not name.
+// Names of the trace that one which is not in it may have been meant to be. A name has one entry, so
+// an entry was not meant to be what has one; a member of a chain may be.
 class Suggestions {
  public:
-  explicit Suggestions(std::vector<std::string> names, std::vector<std::string> unnamed)
-      : names_(std::move(names)), unnamed_(std::move(unnamed)) {}
+  explicit Suggestions(std::vector<std::string> names, std::vector<std::string> without_entry)
+      : names_(std::move(names)), without_entry_(std::move(without_entry)) {}
 
-  std::string of(std::string_view name) {
-    if (given_ == kMost) return {};
-    ++given_;
-    const auto best = did_you_mean(name, unnamed_);
-    return best.empty() ? did_you_mean(name, names_) : best;
-  }
+  std::string of_entry(std::string_view name) { return of(name, {&without_entry_}); }
+  std::string of_member(std::string_view name) { return of(name, {&without_entry_, &names_}); }
 
  private:
+  // The first of these lists that has one.
+  std::string of(std::string_view name,
+                 std::initializer_list<const std::vector<std::string>*> lists) {
+    if (given_ == kMost) return {};
+    ++given_;
+    for (const auto* list : lists) {
+      if (auto meant = did_you_mean(name, *list); !meant.empty()) return meant;
+    }
+    return {};
+  }
+
   static constexpr int kMost = 256;  // a spec of another system has thousands that are missing
   int given_ = 0;
   std::vector<std::string> names_;
-  std::vector<std::string> unnamed_;
+  std::vector<std::string> without_entry_;
 };
 
 // Nothing proves absence in a trace that may lack something.
@@ -204,10 +213,11 @@ void judge_specified(const RuleContext& context, const Asked& asked,
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
-      fail_missing(context, "callback_init",
-                   asked.place + ", which was never registered" + suggestions.of(asked.id),
-                   &RunTotals::callbacks, " callbacks were registered, all of them seen",
-                   judgement);
+      fail_missing(
+          context, "callback_init",
+          asked.place + ", which was never registered" +
+              (asked.is_entry ? suggestions.of_entry(asked.id) : suggestions.of_member(asked.id)),
+          &RunTotals::callbacks, " callbacks were registered, all of them seen", judgement);
     }
     overrule_incomplete(context, judgement);
     conclude(std::move(judgement), verdicts);
@@ -237,15 +247,17 @@ std::vector<Asked> callbacks_asked_for(const RuleContext& context) {
   for (const auto& entry : spec.callbacks()) {
     if (entry.is_wildcard()) continue;
     ids.insert(entry.id);
-    asked.push_back(
-        {.id = entry.id, .place = place(context, entry.line) + " specifies " + entry.id});
+    asked.push_back({.id = entry.id,
+                     .place = place(context, entry.line) + " specifies " + entry.id,
+                     .is_entry = true});
   }
   for (const auto& chain : spec.chains()) {
     for (const auto& id : chain.callbacks) {
       if (!ids.insert(id).second) continue;
       asked.push_back(
           {.id = id,
-           .place = place(context, chain.line) + " has " + id + " in chain " + chain.name});
+           .place = place(context, chain.line) + " has " + id + " in chain " + chain.name,
+           .is_entry = false});
     }
   }
   return asked;
@@ -267,16 +279,17 @@ void judge_callbacks_specified(const RuleContext& context, std::vector<SubjectVe
     by_entry[entry->id].push_back(index);
     aliased.insert(callback.logical_id);
   }
-  std::set<std::string_view> named;
-  for (const auto& each : asked)
-    named.insert(each.id);
+  std::set<std::string_view> entries;
+  for (const auto& each : asked) {
+    if (each.is_entry) entries.insert(each.id);
+  }
   std::vector<std::string> all;
-  std::vector<std::string> unnamed;
+  std::vector<std::string> without_entry;
   for (const auto& [id, lifetimes] : by_id) {
     all.emplace_back(id);
-    if (!named.contains(id) && !aliased.contains(id)) unnamed.emplace_back(id);
+    if (!entries.contains(id) && !aliased.contains(id)) without_entry.emplace_back(id);
   }
-  Suggestions suggestions(std::move(all), std::move(unnamed));
+  Suggestions suggestions(std::move(all), std::move(without_entry));
   const std::vector<CallbackIndex> none;
   for (const auto& each : asked) {
     const auto found = by_entry.find(each.id);
@@ -296,11 +309,11 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
   }
   announced.insert(model.later_threads.begin(), model.later_threads.end());
   std::vector<std::string> all(announced.begin(), announced.end());
-  std::vector<std::string> unnamed;
-  std::ranges::copy_if(all, std::back_inserter(unnamed), [&spec](const std::string& name) {
+  std::vector<std::string> without_entry;
+  std::ranges::copy_if(all, std::back_inserter(without_entry), [&spec](const std::string& name) {
     return spec.find_thread(name) == nullptr;
   });
-  Suggestions suggestions(std::move(all), std::move(unnamed));
+  Suggestions suggestions(std::move(all), std::move(without_entry));
   for (const auto& entry : spec.threads()) {
     if (entry.is_dds_thread) continue;
     Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
@@ -308,7 +321,7 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     if (!announced.contains(entry.id)) {
       fail_missing(context, "thread_init",
                    place(context, entry.line) + " specifies thread " + entry.id +
-                       ", which was never announced" + suggestions.of(entry.id),
+                       ", which was never announced" + suggestions.of_entry(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);
       overrule_incomplete(context, judgement);
     }

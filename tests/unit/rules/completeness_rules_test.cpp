@@ -337,6 +337,20 @@ TEST(SpecifiedCallbackSeen, SaysWhatWasProbablyMeant) {
               HasSubstr("never registered; did you mean \"fusion\"?"));
 }
 
+// A second entry of that name would be an error of the spec.
+TEST(SpecifiedCallbackSeen, SuggestsNoIdThatHasAnEntry) {
+  const Verified verified(kThreeInstances, "callback_groups:\n  - id: fusion\n  - id: fussion\n");
+  EXPECT_EQ(verified.of("M1", "callback fussion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "callback fussion"), Not(HasSubstr("did you mean")));
+}
+
+TEST(SpecifiedCallbackSeen, SuggestsIdsWithAnEntryForMembersOfChains) {
+  const Verified verified(kThreeInstances,
+                          "callback_groups:\n  - id: fusion\n"
+                          "chains:\n  - {name: brake, callbacks: [fusoin]}\n");
+  EXPECT_THAT(verified.evidence("M1", "callback fusoin"), HasSubstr("did you mean \"fusion\"?"));
+}
+
 TEST(SpecifiedCallbackSeen, AsksForTheMembersOfChains) {
   constexpr const char* kChains = R"(
 chains:

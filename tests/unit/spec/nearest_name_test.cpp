@@ -32,6 +32,16 @@ TEST(NearestName, KnowsIdsOfCallbacks) {
   EXPECT_EQ(nearest_name("/control/brake@Service(/control/release)", ids), "");
 }
 
+// What ids have in common with all others excuses no wrong letters.
+TEST(NearestName, JudgesIdsByWhereTheyDiffer) {
+  EXPECT_EQ(nearest_name("/a/plam@Timer(20000000)", {"/a/slow@Timer(20000000)"}), "");
+  EXPECT_EQ(nearest_name("/a/plam@Timer(20000000)", {"/a/plan@Timer(20000000)"}),
+            "/a/plan@Timer(20000000)");
+  EXPECT_EQ(nearest_name("/plan@Timer(20000000)", {"/control/plan@Timer(20000000)"}),
+            "/control/plan@Timer(20000000)")
+      << "a namespace left out";
+}
+
 TEST(NearestName, IsSaidAsAQuestion) {
   EXPECT_EQ(did_you_mean("--fromat", kOptions), "; did you mean \"--format\"?");
   EXPECT_EQ(did_you_mean("--verbose", kOptions), "");

@@ -164,6 +164,12 @@ TEST(CallbackNames, StandInSentences) {
   EXPECT_EQ(names.in_words("no/a/plan@Timer(20000000) \x1b"), "no/a/plan@Timer(20000000) \\x1b");
 }
 
+TEST(CallbackNames, LeaveQuotedIdsAsASpecHasThem) {
+  const CallbackNames names({"/a/plan@Timer(20000000)"}, kSymbols);
+  const std::string sentence = "no entry; did you mean \"/a/plan@Timer(20000000)\"?";
+  EXPECT_EQ(names.in_words(sentence), sentence);
+}
+
 TEST(CallbackNames, AreSafeToPrint) {
   EXPECT_EQ(name_of("/n\x1b@Timer(1\x07)"), "n\\x1b timer 1\\x07");
   EXPECT_EQ(name_of("\x1b"), "\\x1b");

@@ -133,6 +133,22 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
             "  look: cie view 'recordings/run 1'\n");
 }
 
+// Where it is undecided whether something is missing, no finding names it.
+TEST(VerifyScreen, NamesWhatTheSpecHasAndTheRecordingHasNot) {
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n"
+      "  - id: '/a/plan@Timer(20000000)'\n"
+      "  - id: '/a/plam@Timer(20000000)'\n"
+      "chains:\n  - {name: brake, callbacks: ['/a/plan@Timer(20000000)', '/b@Timer(1)']}\n",
+      "specs/app.yaml");
+  auto context = kContext;
+  context.spec = &spec;
+  const auto text = screen_of({.verdict = Verdict::inconclusive, .rules = {}},
+                              test::sample_report(), {.columns = 120}, context);
+  EXPECT_THAT(text, HasSubstr("  spec: 2 of 3 callbacks not in the recording: "
+                              "/a/plam@Timer(20000000) (app.yaml:3), /b@Timer(1) (app.yaml:5)\n"));
+}
+
 TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules = {{.id = "R3",

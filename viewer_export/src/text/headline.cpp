@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -174,6 +175,37 @@ std::string counts_of_runs(const analysis::Report& report) {
   if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
   if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "run"));
   return text;
+}
+
+Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
+  const auto* spec = judged.context.spec;
+  if (spec == nullptr) return {};
+  std::set<std::string_view> seen;  // entries by their period mean timers with a name, too
+  for (const auto& callback : judged.report.callbacks) {
+    seen.insert(callback.logical_id);
+    const auto* entry = spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
+    if (entry != nullptr) seen.insert(entry->id);
+  }
+  std::set<std::string_view> asked;
+  std::string unseen;
+  std::size_t count = 0;
+  const auto ask = [&](std::string_view id, int line) {
+    if (!asked.insert(id).second || seen.contains(id)) return;
+    unseen += fmt::format("{}{} ({}:{})", count == 0 ? "" : ", ", printable(id),
+                          printable(file_name(spec->name())), line);
+    ++count;
+  };
+  for (const auto& entry : spec->callbacks()) {
+    if (!entry.is_wildcard()) ask(entry.id, entry.line);
+  }
+  for (const auto& chain : spec->chains()) {
+    for (const auto& id : chain.callbacks)
+      ask(id, chain.line);
+  }
+  if (count == 0) return {};
+  return paragraph(fmt::format("  spec: {} of {} not in the recording: ", count,
+                               counted(asked.size(), "callback")),
+                   unseen, 2, style);
 }
 
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style) {

@@ -45,6 +45,9 @@ class Headline {
 // "1558 runs, nothing lost, 2 cut or never ended"; "1553 runs, 5 missing": what the trace shows to be
 // missing is told whether or not the tracer counted it.
 std::string counts_of_runs(const analysis::Report& report);
+// "spec: 2 of 5 callbacks not in the recording: /a/plam@Timer(20000000) (app.yaml:2), …", with the ids
+// as the spec has them; nothing without such.
+Lines unseen_of_spec(const Judged& judged, const TextStyle& style);
 // What else there is to know, four sentences at most: the window, suppressions, the recorder.
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style);
 

@@ -122,6 +122,7 @@ class ReportScreen {
   Lines lines() const {
     auto lines = head();
     append(lines, paragraph("  ", recorded(), 3, style_));
+    append(lines, unseen_of_spec(judged_, style_));
     append(lines, remarks(judged_, damages_of(report_, gap_), style_));
     if (report_.callbacks.empty()) {
       append(lines,

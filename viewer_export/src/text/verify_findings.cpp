@@ -145,11 +145,6 @@ std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
   return text.empty() ? headline_of(subject) : text;
 }
 
-// "app.yaml:7" of a path.
-std::string_view file_name(std::string_view path) {
-  return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
-}
-
 // Of the spec; null without.
 const SpecEntry* entry_of(const Judged& judged, const CallbackReport& callback) {
   const auto* spec = judged.context.spec;
@@ -321,6 +316,10 @@ std::string remedy_on_page(std::string_view id) {
 }
 
 }  // namespace
+
+std::string_view file_name(std::string_view path) {
+  return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
+}
 
 std::string told_of_violation(const Judged& judged, const RuleVerdict& rule,
                               const SubjectVerdict& subject) {

@@ -53,6 +53,8 @@ struct Doubt {
   std::size_t count = 0;           // of subjects
 };
 
+// "app.yaml" of a path: places in a spec are told by it.
+std::string_view file_name(std::string_view path);
 // What is told of one violating subject: "2 callbacks: plan timer 1 ns, drive <- /pose".
 std::string told_of_violation(const Judged& judged, const analysis::RuleVerdict& rule,
                               const analysis::SubjectVerdict& subject);

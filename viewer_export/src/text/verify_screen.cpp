@@ -34,6 +34,7 @@ class VerifyScreen {
 
   Lines lines() const {
     auto lines = head_.lines();
+    if (!names_unseen()) append(lines, unseen_of_spec(judged_, style_));
     Lines tail = remedy();
     append(tail, counts());
     if (head_.verdict() != Verdict::pass) append(tail, commands());
@@ -185,6 +186,12 @@ class VerifyScreen {
       text = longer;
     }
     return text;
+  }
+
+  // The block of a violated M1 does.
+  bool names_unseen() const {
+    return std::ranges::any_of(findings_,
+                               [](const Finding& finding) { return finding.rule->id == "M1"; });
   }
 
   // A process did not end in the recording: it still ran, or it crashed.

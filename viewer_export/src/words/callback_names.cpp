@@ -272,7 +272,8 @@ std::string CallbackNames::in_words(std::string_view sentence) const {
   std::size_t told = 0;
   for (std::size_t i = 0; i < sentence.size(); ++i) {
     const auto end = end_of_id(sentence, i);
-    if (end == i) continue;
+    const bool is_quoted = i > 0 && sentence[i - 1] == '"';
+    if (end == i || is_quoted) continue;
     text += printable(sentence.substr(told, i - told)) + of_id(sentence.substr(i, end - i));
     told = end;
     i = end - 1;

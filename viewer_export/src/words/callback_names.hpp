@@ -34,7 +34,8 @@ class CallbackNames {
   std::string of(const analysis::ChainReport& chain) const;
   // Without a process; what is no id of these callbacks stays as it is.
   std::string of_id(std::string_view id) const;
-  // A sentence with such names in place of logical ids.
+  // A sentence with such names in place of logical ids. Those in quotation marks stay: they are for
+  // a spec.
   std::string in_words(std::string_view sentence) const;
 
  private:
