@@ -9,8 +9,12 @@
 #include "inputs.hpp"
 #include "output.hpp"
 #include "output/gzip_stream.hpp"
+#include "words/text_layout.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
+#include <string>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -36,6 +40,16 @@ void say_what_is_left_out(std::uint64_t backward, std::uint64_t unfinished, std:
     tell_plainly(fmt::format("{} items could not be drawn: their times make no sense", skipped));
 }
 
+// As `cie verify` counts them; each is marked at all of its evidence.
+std::uint64_t violated_subjects(const analysis::VerdictReport& verdicts) {
+  std::uint64_t count = 0;
+  for (const auto& rule : verdicts.rules) {
+    count += static_cast<std::uint64_t>(std::ranges::count(rule.subjects, analysis::Verdict::fail,
+                                                           &analysis::SubjectVerdict::verdict));
+  }
+  return count;
+}
+
 void export_perfetto(const std::vector<std::filesystem::path>& traces,
                      const analysis::AnalysisOptions& options, ProgressBar& bar,
                      const ViewerRequest& request, viewer_export::OutputFile& output) {
@@ -49,10 +63,10 @@ void export_perfetto(const std::vector<std::filesystem::path>& traces,
   bar.end();
   if (::isatty(STDERR_FILENO) == 0) return;
   tell_plainly(fmt::format(
-      "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
-      "violations",
+      "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} ({})",
       request.target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
-      counts.sched_slices, counts.violations));
+      counts.sched_slices, viewer_export::counted(violated_subjects(result.verdicts), "violation"),
+      viewer_export::counted(counts.violations, "mark")));
   say_what_is_left_out(counts.backward_flows, 0, counts.skipped);
 }
 
@@ -75,8 +89,12 @@ void export_other(const std::vector<std::filesystem::path>& traces,
   }
   bar.end();
   if (::isatty(STDERR_FILENO) == 0) return;
-  tell_plainly(fmt::format("{}: {} instances, {} publications, {} messages from one to another",
-                           request.target, counts.instances, counts.publications, counts.flows));
+  // speedscope's format has no place for messages.
+  const auto messages = request.viewer == "speedscope"
+                            ? std::string()
+                            : fmt::format(", {} publications, {} messages from one to another",
+                                          counts.publications, counts.flows);
+  tell_plainly(fmt::format("{}: {} instances{}", request.target, counts.instances, messages));
   say_what_is_left_out(counts.backward_flows, counts.unfinished, counts.skipped);
 }
 

@@ -164,6 +164,16 @@ TEST(ReportScreen, TellsOfLostAndOverwrittenSamples) {
                         "  samples overwritten: 5 of lidar <- /sensing/lidar/top/points_raw\n"));
 }
 
+// As a comparison counts them: the other callback's seven runs kept their deadline.
+TEST(ReportScreen, CountsTheRunsOfAllThatHaveADeadline) {
+  auto report = unclaimed_report();
+  const auto verdicts = with_missed_deadline(report);
+  report.callbacks[1].response_deadline = analysis::Duration{100'000'000};
+  report.callbacks[1].late = 0;
+  EXPECT_THAT(screen_of(report, verdicts),
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 14 runs\n"));
+}
+
 // Late 5 times by 2.9 times its deadline at most, and once by 25 times.
 TEST(ReportScreen, HasTheWorstAgainstItsDeadlineFirst) {
   auto report = unclaimed_report();

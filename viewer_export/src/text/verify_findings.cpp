@@ -1,5 +1,6 @@
 #include "verify_findings.hpp"
 
+#include <cie/analysis/comparison.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "tables/report_tables.hpp"
@@ -415,13 +416,14 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
   auto text = fmt::format("{} {}", gravest.subjects, deed(id));
   if (id != analysis::kDeadlineRule) return text;
   std::uint64_t late = 0;
-  std::uint64_t instances = 0;
   for (const auto& subject : gravest.rule->subjects) {
     const auto* callback =
         counts(subject, Verdict::fail) ? late_callback(judged, subject) : nullptr;
-    if (callback == nullptr) continue;
-    late += *callback->late;
-    instances += callback->instances;
+    if (callback != nullptr) late += *callback->late;
+  }
+  std::uint64_t instances = 0;  // of all that have a deadline, as a comparison counts them
+  for (const auto& callback : judged.report.callbacks) {
+    if (const auto lateness = analysis::Lateness::of(callback)) instances += lateness->instances;
   }
   return late == 0 ? text : fmt::format("{}: late {} of {}", text, late, counted(instances, "run"));
 }
