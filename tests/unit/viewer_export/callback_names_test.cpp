@@ -155,6 +155,11 @@ TEST(CallbackNames, OfChainsNameTheirEndsAsFarAsThatTellsThemApart) {
   EXPECT_EQ(named(0), "braking");
 }
 
+TEST(CallbackNames, SayThatACallbackWasNeverRegistered) {
+  EXPECT_EQ(CallbackNames({"?2"}, kSymbols).of_id("?2"), "unknown callback 2");
+  EXPECT_EQ(CallbackNames({"?x"}, kSymbols).of_id("?x"), "?x");
+}
+
 TEST(CallbackNames, StandInSentences) {
   const CallbackNames names({"/a/plan@Timer(20000000)", "/b@Subscription(/t)#2"}, kSymbols);
   EXPECT_EQ(names.in_words("started /a/plan@Timer(20000000), instance 0"),

@@ -89,8 +89,10 @@ TEST(VerifyText, NamesWhatTaintsTheTrace) {
                      .severity = analysis::Severity::loss,
                      .count = 12,
                      .advice = "use larger buffers"}};
-  EXPECT_THAT(verify_text_of(test::sample_verdicts(), report),
-              HasSubstr("tainted by discarded-events x 12: use larger buffers\n"));
+  EXPECT_THAT(
+      verify_text_of(test::sample_verdicts(), report),
+      HasSubstr("defects of the trace: discarded-events x 12 (what they hide stays undecided): "
+                "use larger buffers\n"));
 }
 
 TEST(VerifyText, ShowsASuppressedVerdictApartAndNamesUselessEntries) {

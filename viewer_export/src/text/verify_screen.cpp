@@ -251,18 +251,19 @@ class VerifyScreen {
       text += (text.empty() ? "" : ", ") + part;
     text += (text.empty() ? "" : "; ") + counts_of_runs(judged_.report);
     auto lines = paragraph("  ", text, 3, style_);
-    append(lines, remarks(judged_, taints(), style_));
+    append(lines, remarks(judged_, defects(), style_));
     return lines;
   }
 
-  Lines taints() const {
+  // "defects of the trace: seq-gaps x 5 (what they hide stays undecided)".
+  Lines defects() const {
     std::string defects;
     for (const auto& defect : judged_.report.defects) {
       if (defect.severity == analysis::Severity::info) continue;
-      defects += fmt::format("{}{} x {}", defects.empty() ? "tainted by " : ", ",
-                             analysis::label(defect.kind), defect.count);
+      defects += fmt::format("{}{} x {}", defects.empty() ? "" : ", ", analysis::label(defect.kind),
+                             defect.count);
     }
-    return defects.empty() ? Lines{} : Lines{defects};
+    return defects.empty() ? Lines{} : Lines{defects_of_trace(defects)};
   }
 
   Lines commands() const {

@@ -203,8 +203,8 @@ std::string summary(const analysis::VerdictReport& verdicts, const analysis::Rep
   add(exceptions(report));
   for (const auto& defect : report.defects) {
     if (defect.severity != analysis::Severity::info) {
-      add(fmt::format("tainted by {} x {}: {}", analysis::label(defect.kind), defect.count,
-                      printable(defect.advice)));
+      add(defects_of_trace(fmt::format("{} x {}", analysis::label(defect.kind), defect.count)) +
+          ": " + printable(defect.advice));
     }
   }
   for (const auto& recording : report.recordings) {

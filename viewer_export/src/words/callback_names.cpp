@@ -54,6 +54,12 @@ std::optional<Parts> parts_of(std::string_view id) {
                .number = number};
 }
 
+// "unknown callback 2" of "?2": its callback_init was not seen. Empty of another id.
+std::string unknown_words(std::string_view id) {
+  if (!id.starts_with('?') || !is_number(id.substr(1))) return {};
+  return "unknown callback " + std::string(id.substr(1));
+}
+
 // "100 ms", "33.33 ms"; a timer's own name stays.
 std::string period_words(std::string_view what) {
   struct Unit {
@@ -196,6 +202,8 @@ void CallbackNames::name_ids(std::vector<std::string> ids, const Periods& period
       name.node = short_of.at(parts->node);
       const auto period = periods.find(id);
       name.all = name_words(*parts, period == periods.end() ? 0 : period->second, name.node, style);
+    } else if (auto unknown = unknown_words(id); !unknown.empty() && !style.ids) {
+      name.all = std::move(unknown);
     }
     ++times[name.all];
     of_id_.emplace(id, std::move(name));

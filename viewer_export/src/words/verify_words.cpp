@@ -72,6 +72,10 @@ std::vector<std::string> useless_suppressions(const analysis::VerdictReport& ver
   return sentences;
 }
 
+std::string defects_of_trace(std::string_view names) {
+  return fmt::format("defects of the trace: {} (what they hide stays undecided)", names);
+}
+
 std::size_t rank_of(std::string_view rule) {
   constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
   return static_cast<std::size_t>(std::ranges::find(kGravest, rule) - kGravest.begin());

@@ -23,6 +23,10 @@ std::string words_of(const analysis::Suppression& suppression);
 // Entries that change nothing any more: whoever reads the file must not believe otherwise.
 std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts);
 
+// "defects of the trace: seq-gaps x 5 (what they hide stays undecided)" of their names: no defect
+// changes a verdict, it leaves open what rests on what is missing.
+std::string defects_of_trace(std::string_view names);
+
 // Where a violated rule stands among those told, the gravest first: the mapping, deadlines, then all
 // others, which keep their order.
 std::size_t rank_of(std::string_view rule);
