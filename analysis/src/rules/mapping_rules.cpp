@@ -380,7 +380,9 @@ const Rule kOneCallbackPerThread{
     "of its runs, or when the thread may have served a client or an action "
     "of ROS 2, whose runs its events do not show.\n"
     "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
-    "group of its own.",
+    "group of its own.\n"
+    "Remedy with rclcpp: give each callback a callback group of its own and run each "
+    "group on an executor and thread of its own.",
     judge_one_callback,
     {.instances = true}};
 
@@ -394,7 +396,9 @@ const Rule kOneThreadPerCallback{
     "Inconclusive when the context vtid is absent, instances were lost, it cannot be told "
     "whether the earlier thread still lived, or a thread may have served what ROS 2's events do "
     "not show (M2).\n"
-    "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.",
+    "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.\n"
+    "Remedy with rclcpp: give each callback a callback group of its own and run each "
+    "group on an executor and thread of its own.",
     judge_one_thread,
     {.instances = true}};
 

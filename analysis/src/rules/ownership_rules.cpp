@@ -332,7 +332,9 @@ const Rule kNoForeignWork{
     "budget) there are no kernel events, their record has a hole, or read-backs or the end of the "
     "thread were lost.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "
-    "its own (Executor::spawn_thread); record with --kernel.",
+    "its own (Executor::spawn_thread); record with --kernel.\n"
+    "Remedy with rclcpp: let the thread spin for the callback's group alone; move other work to a "
+    "thread of its own; record with --kernel.",
     judge_foreign_work,
     {.instances = true}};
 
@@ -345,7 +347,9 @@ const Rule kSingleCallbackGroup{
     "Inconclusive when the group, the callbacks in it, or the threads of its process were never "
     "announced.\n"
     "Remedy: create each callback with a callback group of its own, which is the default, "
-    "instead of handing several the same one.",
+    "instead of handing several the same one.\n"
+    "Remedy with rclcpp: create a callback group for each callback: those created without one "
+    "share the node's.",
     judge_groups};
 
 const Rule kThreadKnown{

@@ -252,7 +252,9 @@ const Rule kParametersAsSpecified{
     "recording is too old to carry what is asked for. Recordings that never read back (ros2 "
     "trace) are judged by the priorities and CPUs of sched_switch.\n"
     "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
-    "cpusets are the usual causes); judge by the spec that the application was started with.",
+    "cpusets are the usual causes); judge by the spec that the application was started with.\n"
+    "Remedy with rclcpp: look whether what configures the threads was refused (CAP_SYS_NICE, rtprio "
+    "limits and cpusets are the usual causes); judge by the spec that it was given.",
     judge_specified,
     {.spec = true}};
 

@@ -292,7 +292,9 @@ const Rule kParametersUnchanged{
     "compare with, or read-backs, perhaps the first of an attached process, were lost.\n"
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
-    "it right.",
+    "it right.\n"
+    "Remedy with rclcpp: find who changed it (the time of the evidence helps; so do the kernel's "
+    "syscalls:sys_enter_sched_set* events) and stop it.",
     judge_parameters_unchanged,
     {.kernel = true}};
 

@@ -121,7 +121,8 @@ TEST(Verify, EveryRuleHasAPageOfFourParts) {
     EXPECT_THAT(std::string(rule.page), ContainsRegex("^[A-Z][^\n]{40,}[.:)]\n"
                                                       "Why it matters: [^\n]{40,}\\.\n"
                                                       "Inconclusive when [^\n]{15,}\\.\n"
-                                                      "Remedy: [^\n]{30,}\\.$"))
+                                                      "Remedy: [^\n]{30,}\\."
+                                                      "(\nRemedy with rclcpp: [^\n]{30,}\\.)?$"))
         << rule.id;
   }
 }

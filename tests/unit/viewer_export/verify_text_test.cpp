@@ -129,6 +129,20 @@ TEST(VerifyText, ExplainsARuleOnceHoweverManySubjectsViolateIt) {
   EXPECT_EQ(text.find(remedy), text.rfind(remedy));
 }
 
+// rclcpp has no --executor: the screen's remedy and this one are the same sentence.
+TEST(VerifyText, TellsAnApplicationOfRclcppWhatToDoWithRclcpp) {
+  auto report = test::sample_report();
+  report.processes[0].executor.reset();
+  const auto text = verify_text_of(test::sample_verdicts(), report);
+  EXPECT_THAT(text, Not(HasSubstr("--executor")));
+  EXPECT_THAT(text, HasSubstr("    Remedy: give each callback a callback group of its own and run "
+                              "each group on an executor and\n    thread of its own.\n"));
+  std::ostringstream screen;
+  write_verify_screen(screen, test::sample_verdicts(), report, {}, {});
+  EXPECT_THAT(screen.str(), HasSubstr("-> give each callback a callback group of its own and run "
+                                      "each group on an executor and thread of\n     its own\n"));
+}
+
 TEST(VerifyText, OfAPassIsShort) {
   analysis::VerdictReport verdicts{.verdict = analysis::Verdict::pass,
                                    .rules = {{.id = "M2",

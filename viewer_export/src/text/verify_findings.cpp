@@ -305,17 +305,6 @@ std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {
   return fmt::format("{} of {}", some, counted(static_cast<std::uint64_t>(all), "callback"));
 }
 
-// "Remedy: …" of a rule's page.
-std::string remedy_on_page(std::string_view id) {
-  const auto pages = analysis::rule_pages();
-  const auto found = std::ranges::find(pages, id, &analysis::RulePage::id);
-  constexpr std::string_view kRemedy = "Remedy: ";
-  const auto at = found == pages.end() ? std::string_view::npos : found->page.find(kRemedy);
-  if (at == std::string_view::npos) return {};
-  const auto text = found->page.substr(at + kRemedy.size());
-  return std::string(text.substr(0, text.find('\n')));
-}
-
 }  // namespace
 
 std::string_view file_name(std::string_view path) {
@@ -430,16 +419,14 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
 
 std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
-  if (id != "M2" && id != "M3") return remedy_on_page(id);
-  for (const auto& subject : finding.rule->subjects) {
-    if (!counts(subject, Verdict::fail) || !subject.about.process) continue;
-    const auto* process = judged.rows.find(*subject.about.process);
-    if (process == nullptr || !process->executor) continue;
-    return *process->executor == "isolated" ? "give each callback a callback group of its own"
-                                            : "run with --executor isolated";
+  const auto executor = executor_of(*finding.rule, judged.report);
+  if (executor.empty() || (id != "M2" && id != "M3")) {
+    auto text = remedy_on_page(id, executor.empty());
+    if (text.ends_with('.')) text.pop_back();
+    return text;
   }
-  return "give each callback a callback group of its own and run each group on an executor and "
-         "thread of its own";
+  return executor == "isolated" ? "give each callback a callback group of its own"
+                                : "run with --executor isolated";
 }
 
 }  // namespace cie::viewer_export

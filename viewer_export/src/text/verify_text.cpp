@@ -59,20 +59,27 @@ std::string events_command(const std::vector<Evidence>& evidence, const analysis
 
 // What the rule demands and why, and how to mend the system; or, if undecided, what decides it: for
 // who knows nothing of it.
-std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const TextStyle& style) {
+std::string about(const analysis::RuleVerdict& rule, Verdict verdict,
+                  const analysis::Report& report, const TextStyle& style) {
   const auto pages = analysis::rule_pages();
   const auto found = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
   if (found == pages.end()) return {};
   const auto is_wanted = [verdict](std::string_view line) {
     return line.starts_with("Inconclusive when") == (verdict == Verdict::inconclusive);
   };
+  constexpr std::string_view kRemedy = "Remedy: ";
   std::string text;
   std::string_view page = found->page;
   for (bool is_first = true; !page.empty(); is_first = false) {
     const auto line = page.substr(0, page.find('\n'));
     page.remove_prefix(std::min(line.size() + 1, page.size()));
     if (!is_first && !is_wanted(line)) continue;
-    const auto paragraph = is_first ? "The rule: " + std::string(line) : std::string(line);
+    if (line.starts_with("Remedy with rclcpp: ")) continue;
+    const auto paragraph =
+        is_first ? "The rule: " + std::string(line)
+        : line.starts_with(kRemedy)
+            ? std::string(kRemedy) + remedy_on_page(rule.id, executor_of(rule, report).empty())
+            : std::string(line);
     for (const auto& part : wrap(paragraph, style.columns - 4))
       text += "    " + part + "\n";
   }
@@ -239,7 +246,7 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
         if (!same.empty() && same.front() != rule.id) continue;
         out << finding(rule, subject, report, context.reader_arguments, style);
         if (same.size() > 1) out << also(same, style);
-        if (!is_told) out << about(rule, verdict, style);
+        if (!is_told) out << about(rule, verdict, report, style);
         is_told = true;
         out << '\n';
       }

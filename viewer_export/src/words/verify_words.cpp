@@ -1,5 +1,6 @@
 #include "verify_words.hpp"
 
+#include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "text_layout.hpp"
@@ -70,6 +71,30 @@ std::vector<std::string> useless_suppressions(const analysis::VerdictReport& ver
     }
   }
   return sentences;
+}
+
+std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report) {
+  const analysis::ReportRows rows(report);
+  for (const auto& subject : rule.subjects) {
+    if (subject.verdict != analysis::Verdict::fail || !subject.about.process) continue;
+    const auto* process = rows.find(*subject.about.process);
+    if (process != nullptr && process->executor) return *process->executor;
+  }
+  return {};
+}
+
+std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp) {
+  const auto pages = analysis::rule_pages();
+  const auto page = std::ranges::find(pages, rule, &analysis::RulePage::id);
+  if (page == pages.end()) return {};
+  const auto after = [&page](std::string_view begin) {
+    const auto at = page->page.find(begin);
+    const auto text =
+        at == std::string_view::npos ? std::string_view() : page->page.substr(at + begin.size());
+    return std::string(text.substr(0, text.find('\n')));
+  };
+  const auto remedy = is_of_rclcpp ? after("\nRemedy with rclcpp: ") : std::string();
+  return remedy.empty() ? after("\nRemedy: ") : remedy;
 }
 
 std::string defects_of_trace(std::string_view names) {

@@ -23,6 +23,14 @@ std::string words_of(const analysis::Suppression& suppression);
 // Entries that change nothing any more: whoever reads the file must not believe otherwise.
 std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts);
 
+// The executor of cie that ran what violates the rule; empty where none told of itself, as those of
+// rclcpp.
+std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report);
+
+// "Remedy: …" of a rule's page without that word; that of an application of rclcpp where the page
+// has one. Empty where it says nothing.
+std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp);
+
 // "defects of the trace: seq-gaps x 5 (what they hide stays undecided)" of their names: no defect
 // changes a verdict, it leaves open what rests on what is missing.
 std::string defects_of_trace(std::string_view names);
