@@ -91,7 +91,7 @@ TEST(VerifyText, NamesWhatTaintsTheTrace) {
                      .advice = "use larger buffers"}};
   EXPECT_THAT(
       verify_text_of(test::sample_verdicts(), report),
-      HasSubstr("defects of the trace: discarded-events x 12 (what they hide stays undecided): "
+      HasSubstr("defects of the trace (what they hide stays undecided): discarded-events x 12: "
                 "use larger buffers\n"));
 }
 

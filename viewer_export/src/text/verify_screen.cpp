@@ -255,7 +255,7 @@ class VerifyScreen {
     return lines;
   }
 
-  // "defects of the trace: seq-gaps x 5 (what they hide stays undecided)".
+  // "defects of the trace (what they hide stays undecided): seq-gaps x 5".
   Lines defects() const {
     std::string defects;
     for (const auto& defect : judged_.report.defects) {

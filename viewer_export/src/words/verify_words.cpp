@@ -98,7 +98,7 @@ std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp) {
 }
 
 std::string defects_of_trace(std::string_view names) {
-  return fmt::format("defects of the trace: {} (what they hide stays undecided)", names);
+  return fmt::format("defects of the trace (what they hide stays undecided): {}", names);
 }
 
 std::size_t rank_of(std::string_view rule) {

@@ -31,7 +31,7 @@ std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Repor
 // has one. Empty where it says nothing.
 std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp);
 
-// "defects of the trace: seq-gaps x 5 (what they hide stays undecided)" of their names: no defect
+// "defects of the trace (what they hide stays undecided): seq-gaps x 5" of their names: no defect
 // changes a verdict, it leaves open what rests on what is missing.
 std::string defects_of_trace(std::string_view names);
 
