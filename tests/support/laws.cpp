@@ -121,7 +121,7 @@ std::string unfounded(const Verified& verified) {
       const bool needs_check = subject.verdict == Verdict::pass || subject.verdict == Verdict::fail;
       if (needs_check && subject.checked == 0) lacks("anything checked");
       for (const auto& item : subject.evidence) {
-        if (item.event.empty() || item.note.empty()) lacks("words in its evidence");
+        if (item.note.empty()) lacks("words in its evidence");
       }
     }
     if (rule.verdict != worst) lacking += rule.id + " is not as bad as its worst subject\n";

@@ -73,8 +73,8 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const bool is_of_ros2 = process.is_told_by_ros2;
     if (!has_begun_here(process)) {
       const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
-      judgement.doubt(evidence(begin, process.first_seen.value_or(EventRef{}),
-                               "no " + begin + " of this process"));
+      judgement.doubt(without_event(process.first_seen.value_or(EventRef{}),
+                                    "no " + begin + " of this process"));
     }
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
@@ -82,11 +82,12 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     if (!process.run_end && !(is_of_ros2 && exited.contains(index))) {
       auto note =
           is_of_ros2
-              ? evidence("sched_process_exit", last,
-                         "ROS 2's events do not tell when a process ends; this is its last one")
-              : evidence("run_end", last,
-                         "no run_end: interrupted by the end of the recording, while it was still "
-                         "running, or by a crash; this is its last event");
+              ? without_event(
+                    last, "ROS 2's events do not tell when a process ends; this is its last one")
+              : without_event(
+                    last,
+                    "no run_end: interrupted by the end of the recording, while it was still "
+                    "running, or by a crash; this is its last event");
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {
@@ -146,16 +147,16 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
     judgement.overrule(context.proof.incompleteness(index));
   }
   if (!is_any) {
-    judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
-                                "the trace holds no process of ours"));
+    judgement.overrule(without_event(moment(model.begin.value_or(Timestamp{})),
+                                     "the trace holds no process of ours"));
   }
 }
 
-// `event` announces what is missing; run_end has its total.
-void fail_missing(const RuleContext& context, const char* event, const std::string& note,
+// run_end has the total of what is missing.
+void fail_missing(const RuleContext& context, const std::string& note,
                   std::uint32_t RunTotals::*total, const char* seen, Judgement& judgement) {
   const auto& model = context.model;
-  judgement.fail(evidence(event, moment(model.begin.value_or(Timestamp{})), note));
+  judgement.fail(without_event(moment(model.begin.value_or(Timestamp{})), note));
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!context.proof.is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) continue;
@@ -207,14 +208,15 @@ void judge_specified(const RuleContext& context, const Asked& asked,
       return;
     }
     if (callback != nullptr) {
-      judgement.fail(evidence("callback_init", *callback->registered,
+      const bool is_of_ros2 = model.processes[at(callback->process)].is_told_by_ros2;
+      judgement.fail(evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
                               asked.place + ", which was registered here and never ran"));
       if (callback->fini) {
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
       fail_missing(
-          context, "callback_init",
+          context,
           asked.place + ", which was never registered" +
               (asked.is_entry ? suggestions.of_entry(asked.id) : suggestions.of_member(asked.id)),
           &RunTotals::callbacks, " callbacks were registered, all of them seen", judgement);
@@ -319,7 +321,7 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
     judgement.check();
     if (!announced.contains(entry.id)) {
-      fail_missing(context, "thread_init",
+      fail_missing(context,
                    place(context, entry.line) + " specifies thread " + entry.id +
                        ", which was never announced" + suggestions.of_entry(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);

@@ -103,7 +103,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
       if (fini && fini->ended < fini->started) {
         report(*callback.overlap_unproven, judgement);
       } else {
-        judgement.doubt(evidence("callback_end", callback.overlap_unproven->first_start,
+        judgement.doubt(evidence("callback_start", callback.overlap_unproven->first_start,
                                  "whether this instance had ended before the next one started is "
                                  "unknown: its end was not seen"));
       }
@@ -139,7 +139,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
       if (fini && fini->ended < fini->started) {
         report(model, *thread.nesting_unproven, judgement);
       } else {
-        judgement.doubt(evidence("callback_end", thread.nesting_unproven->outer_start,
+        judgement.doubt(evidence("callback_start", thread.nesting_unproven->outer_start,
                                  "whether this instance had ended before the next one started is "
                                  "unknown: its end was not seen"));
       }

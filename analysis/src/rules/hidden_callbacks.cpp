@@ -71,9 +71,10 @@ std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
   const auto& process = model_.processes[at(facts.process)];
   if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
   if (!process.ros2_begin) {
-    return evidence("rcl_init", process.first_seen.value_or(EventRef{}),
-                    "the process began before the recording: a client or an action, whose runs "
-                    "ROS 2's events do not show, may have been made before");
+    return without_event(
+        process.first_seen.value_or(EventRef{}),
+        "the process began before the recording: a client or an action, whose runs "
+        "ROS 2's events do not show, may have been made before");
   }
   const auto special = on_threads_.find(thread);
   const auto general = anywhere_.find(facts.process);

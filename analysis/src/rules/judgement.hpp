@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -23,6 +24,10 @@ inline EventRef moment(Timestamp time, std::optional<std::int64_t> tid = std::nu
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note);
+// Of what the recording has no event of: `where` is but a position.
+inline Evidence without_event(const EventRef& where, std::string note) {
+  return evidence({}, where, std::move(note));
+}
 
 // "1 sample", "2 samples".
 std::string counted(std::uint64_t count, std::string_view noun);

@@ -26,7 +26,7 @@ std::optional<Evidence> LostEnds::of(ThreadIndex index) const {
   if (thread.fini || !run_end) return std::nullopt;
   if (!thread.announced) {
     if (announced_[at(thread.process)] >= run_end->threads) return std::nullopt;
-    return evidence("thread_init", run_end->at,
+    return evidence("run_end", run_end->at,
                     "thread " + std::to_string(thread.tid) +
                         " was not seen to be announced: it may have ended and begun anew");
   }
@@ -35,7 +35,7 @@ std::optional<Evidence> LostEnds::of(ThreadIndex index) const {
     return last_activities_[at(pair->callback)] <= pair->last_activity.time;
   });
   if (!has_stayed) return std::nullopt;
-  return evidence("thread_fini", run_end->at,
+  return evidence("run_end", run_end->at,
                   "the end of thread " + std::to_string(thread.tid) +
                       " was not seen: callbacks may have started after it");
 }

@@ -74,8 +74,8 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           if (several > 1) judgement.fail([&] { return started_here(model, *pair); });
           const auto& callback = model.callbacks[at(pair->callback)];
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
-            judgement.doubt(evidence(
-                "callback_init", first_sign(callback),
+            judgement.doubt(without_event(
+                first_sign(callback),
                 callback.logical_id + " was never registered: it may be another one's address"));
           }
         }
@@ -166,10 +166,10 @@ class ThreadsOfCallback {
       case Succession::unknown:
         judgement_.doubt([&] {
           const auto& thread = thread_of(context_.model, earlier);
-          return evidence("thread_fini", moment(context_.lives.of(earlier).end, thread.tid),
-                          thread_name(thread) + " ran it too; its exit before " +
-                              thread_name(thread_of(context_.model, later)) +
-                              " began was not seen, nor that it lived on");
+          return without_event(moment(context_.lives.of(earlier).end, thread.tid),
+                               thread_name(thread) + " ran it too; its exit before " +
+                                   thread_name(thread_of(context_.model, later)) +
+                                   " began was not seen, nor that it lived on");
         });
         break;
       case Succession::successive:
@@ -228,8 +228,8 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
   if (lives.of(move.to).begin < lives.of(move.from).begin) return;
   // The same thread, announced again, if that announcement was lost.
   if (to.former_fini && !to.announced && !proof.is_complete(to.process)) {
-    judgement.doubt(evidence("thread_init", move.first_on_to,
-                             "started on " + thread_name(to) + " after its thread_fini"));
+    judgement.doubt(without_event(move.first_on_to,
+                                  "started on " + thread_name(to) + " after its thread_fini"));
     judgement.doubt(proof.incompleteness(to.process));
     return;
   }
@@ -260,9 +260,9 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
       break;
     case Succession::unknown:
       judgement.doubt([&] {
-        return evidence("thread_fini", move.last_on_from,
-                        "ran on " + thread_name(from) +
-                            ", whose exit was not seen, and went on on " + thread_name(to));
+        return without_event(move.last_on_from, "ran on " + thread_name(from) +
+                                                    ", whose exit was not seen, and went on on " +
+                                                    thread_name(to));
       });
       break;
   }
@@ -328,9 +328,9 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       continue;
     }
     Judgement judgement(names.callback(index));
-    judgement.doubt(evidence("callback_init", first_sign(callback),
-                             std::string(why_unidentified(callback)) +
-                                 ": its logical id, which another may have, is unknown"));
+    judgement.doubt(without_event(first_sign(callback),
+                                  std::string(why_unidentified(callback)) +
+                                      ": its logical id, which another may have, is unknown"));
     conclude(std::move(judgement), verdicts);
   }
   for (auto& [key, indices] : by_id) {
@@ -356,7 +356,7 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
         judgement.fail(evidence(earlier.fini ? "callback_fini" : "callback_start", sign,
                                 "sign of life of the first one"));
       } else if (!earlier.fini) {
-        judgement.doubt(evidence("callback_fini", *later.registered,
+        judgement.doubt(evidence("callback_init", *later.registered,
                                  "whether the earlier callback of this id still lived is unknown: "
                                  "its callback_fini was not seen"));
       }

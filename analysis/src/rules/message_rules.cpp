@@ -40,8 +40,8 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
-    judgement.doubt(evidence("callback_fini", last,
-                             "the totals of lost and overwritten samples were not seen"));
+    judgement.doubt(
+        without_event(last, "the totals of lost and overwritten samples were not seen"));
   }
 }
 
@@ -90,8 +90,8 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   if (!bound.max) {
     if (bound.needs == nullptr) return;
     judgement.doubt(
-        evidence("callback_end", moment(context.model.end.value_or(Timestamp{})),
-                 "no " + std::string(bound.name) + " could be measured: " + bound.needs));
+        without_event(moment(context.model.end.value_or(Timestamp{})),
+                      "no " + std::string(bound.name) + " could be measured: " + bound.needs));
     return;
   }
   const auto verdict = judge_largest(bound.max->value, error, *bound.limit);
@@ -138,7 +138,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
     text += "; the path latency may have been up to " + nanoseconds(longest) + ", " +
             place(context, asked.line) + " allows " + nanoseconds(limit);
   }
-  judgement.doubt(evidence("release", moment(context.model.begin.value_or(Timestamp{})), text));
+  judgement.doubt(without_event(moment(context.model.begin.value_or(Timestamp{})), text));
 }
 
 // Where chains lost something: callbacks by id, publishers that are not whole by topic.
@@ -245,10 +245,11 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                          : context.names.chain(found->second));
     judgement.overrule(losses.on(asked));
     if (chain == nullptr || chain->instances == 0) {
-      judgement.doubt(evidence("callback_end", moment(model.end.value_or(Timestamp{})),
-                               place(context, asked.line) +
-                                   " specifies it, and no message of the trace leads along it: no "
-                                   "instance of the chain could be linked"));
+      judgement.doubt(
+          without_event(moment(model.end.value_or(Timestamp{})),
+                        place(context, asked.line) +
+                            " specifies it, and no message of the trace leads along it: no "
+                            "instance of the chain could be linked"));
     }
     if (chain != nullptr) {
       constexpr const char* kTwo =
@@ -264,10 +265,10 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       }
       judge_unmeasured(context, asked, *chain, error, judgement);
       if (chain->incomplete != 0) {
-        judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
-                                    "the publish of the message taken here was not seen; " +
-                                        std::to_string(chain->incomplete) +
-                                        " instances of the chain are incomplete"));
+        judgement.overrule(without_event(chain->first_incomplete.value_or(EventRef{}),
+                                         "the publish of the message taken here was not seen; " +
+                                             std::to_string(chain->incomplete) +
+                                             " instances of the chain are incomplete"));
       }
     }
     conclude(std::move(judgement), verdicts);

@@ -60,7 +60,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   }
   const bool is_unread = is_never_read_back(model, thread);
   if (thread.kernel_exit && !thread.fini && !is_unread) {
-    judgement.doubt(evidence("thread_fini", *thread.kernel_exit,
+    judgement.doubt(evidence(std::string(thread.kernel_exit_event), *thread.kernel_exit,
                              "it exits, and the end of its work was not seen"));
     return;
   }
@@ -76,10 +76,10 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   }
   if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
     const bool has_switches = model.hosts[at(host)].has_switches;
-    judgement.doubt(evidence(
-        "sched_switch", end,
-        has_switches ? "on-CPU time outside callbacks is not known without gap"
-                     : "no sched_switch events; record with --kernel to measure foreign work"));
+    judgement.doubt(without_event(
+        end, has_switches
+                 ? "on-CPU time outside callbacks is not known without gap"
+                 : "no sched_switch events; record with --kernel to measure foreign work"));
     return;
   }
   judgement.check();
@@ -183,11 +183,11 @@ void judge_group(const Model& model, const GroupFacts& group,
     witness("a group of " + std::to_string(most) + " callbacks");
   }
   if (!group.type) {
-    judgement.doubt(evidence("group_init", group.first_seen, "the group was never announced"));
+    judgement.doubt(without_event(group.first_seen, "the group was never announced"));
   }
   if (group.callbacks.empty()) {
-    judgement.doubt(evidence("callback_init", group.first_seen,
-                             "no callback of the group was seen to be registered"));
+    judgement.doubt(
+        without_event(group.first_seen, "no callback of the group was seen to be registered"));
   }
 }
 
@@ -196,9 +196,10 @@ std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
   std::map<ProcessIndex, Evidence> unknown;
   for (const auto& callback : model.callbacks) {
     if (callback.registered || unknown.contains(callback.process)) continue;
-    unknown.emplace(callback.process,
-                    evidence("callback_init", first_sign(callback),
-                             callback.logical_id + " was never registered: its group is unknown"));
+    unknown.emplace(
+        callback.process,
+        without_event(first_sign(callback),
+                      callback.logical_id + " was never registered: its group is unknown"));
   }
   return unknown;
 }
@@ -264,7 +265,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (thread.group) seen.insert({thread.process, id});
     Judgement judgement(names.group(thread.process, id));
     judgement.doubt(evidence(
-        "group_init", *thread.announced,
+        "thread_init", *thread.announced,
         "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));
     conclude(std::move(judgement), verdicts);
   }

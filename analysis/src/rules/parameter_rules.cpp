@@ -32,9 +32,9 @@ bool asks_for_any(const std::vector<SpecEntry>& entries) {
 // Whether the spec has an entry for a callback cannot be told without its registration.
 void doubt_identity(const CallbackFacts& callback, Judgement& judgement) {
   if (is_identified(callback)) return;
-  judgement.doubt(evidence("callback_init", first_sign(callback),
-                           std::string(why_unidentified(callback)) +
-                               ": whether the spec asks for parameters is unknown"));
+  judgement.doubt(
+      without_event(first_sign(callback), std::string(why_unidentified(callback)) +
+                                              ": whether the spec asks for parameters is unknown"));
 }
 
 // The thread ended before its process was given the spec that is judged by.
@@ -52,7 +52,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
   const auto* applied = last_applied(context.model, thread);
   if (applied == nullptr) {
     judgement.doubt(evidence(
-        "thread_sched", *thread.announced,
+        "thread_init", *thread.announced,
         "thread " + std::to_string(thread.tid) + " has no read-back of applied parameters"));
     return;
   }
@@ -194,7 +194,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (proof.may_hide_read_back(index, std::nullopt, match->n)) judgement.doubt(proof.loss(index));
     const auto is_first_spec = began_with_spec(context, model.processes[at(callback.process)]);
     if (!is_first_spec) {
-      judgement.doubt(evidence("run_begin", match->at,
+      judgement.doubt(evidence("thread_sched", match->at,
                                "the parameters came with a change; which spec the process began "
                                "with is unknown"));
     }

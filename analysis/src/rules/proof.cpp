@@ -143,14 +143,14 @@ std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
   if (!has_begun_here(facts)) {
     const std::string begin = facts.is_told_by_ros2 ? "rcl_init" : "run_begin";
-    return evidence(begin, facts.first_seen.value_or(EventRef{}),
-                    "no " + begin + ": what came before is unknown");
+    return without_event(facts.first_seen.value_or(EventRef{}),
+                         "no " + begin + ": what came before is unknown");
   }
   if (!facts.run_end) {
-    return evidence("run_end", facts.last_seen.value_or(EventRef{}),
-                    facts.is_told_by_ros2
-                        ? "ROS 2's events count nothing: what is missing is unknown"
-                        : "no run_end: what came after the last event is unknown");
+    return without_event(facts.last_seen.value_or(EventRef{}),
+                         facts.is_told_by_ros2
+                             ? "ROS 2's events count nothing: what is missing is unknown"
+                             : "no run_end: what came after the last event is unknown");
   }
   const auto& problems = processes_[at(process)].disagreements;
   return problems.empty() ? std::nullopt : std::optional(problems.front());
@@ -223,11 +223,10 @@ std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
 }
 
 std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
-                                      std::uint64_t seen, const char* event,
-                                      const char* what) const {
+                                      std::uint64_t seen, const char* what) const {
   const auto& run_end = model_.processes[at(process)].run_end;
   if (!run_end || !has_begun_in_trace(process) || seen >= (*run_end).*total) return std::nullopt;
-  return evidence(event, run_end->at,
+  return evidence("run_end", run_end->at,
                   std::string(what) + counted_and_seen((*run_end).*total, seen));
 }
 
@@ -235,7 +234,7 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
   if (facts.run_end && has_begun_in_trace(process)) {
     return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
-                  "callback_init", "callbacks that ran somewhere unseen: ");
+                  "callbacks that ran somewhere unseen: ");
   }
   auto loss = user_loss_since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
   if (loss) loss->note += "; nothing counts the callbacks: one may have been lost whole";
@@ -244,7 +243,7 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
   return unseen(process, &RunTotals::publishers, processes_[at(process)].publishers_registered,
-                "publisher_init", "publishers whose messages were not seen: ");
+                "publishers whose messages were not seen: ");
 }
 
 template <std::invocable Total>
@@ -298,7 +297,7 @@ void Proof::prove(CallbackIndex index) {
 
   loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
-    loss = evidence("callback_init", facts.starts.first_at,
+    loss = evidence("callback_start", facts.starts.first_at,
                     "the callback of this id was never registered");
   }
   const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
@@ -340,8 +339,8 @@ void Proof::prove(CallbackIndex index) {
     compare_running("released", with_releases_, facts.fini->released, facts.releases);
     compare_running("lost", with_lost_samples_, facts.fini->lost, facts.lost);
   } else if (!is_interrupted(facts.process)) {
-    const auto missing = evidence("callback_fini", facts.starts.last_at,
-                                  name + " has no callback_fini: its last instances are unknown");
+    const auto missing = without_event(
+        facts.starts.last_at, name + " has no callback_fini: its last instances are unknown");
     if (facts.registered) {
       process.disagreements.push_back(missing);
       process.disagreements.back().time = model_.processes[at(facts.process)].run_end->at.time;
@@ -364,8 +363,8 @@ void Proof::prove(CallbackIndex index) {
 std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
   if (auto hole = gap(publisher)) return hole;
   if (!publisher.registered) {
-    return evidence("publisher_init", publisher.published.first_at,
-                    "a publisher that was never registered: its topic is unknown");
+    return without_event(publisher.published.first_at,
+                         "a publisher that was never registered: its topic is unknown");
   }
   const auto first =
       first_number(publisher.published, publisher.registered, publisher.first_next_seq);
@@ -376,7 +375,7 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
         publisher.topic + " published: " + counted_and_seen(publisher.fini->second, seen));
   }
   if (!publisher.fini && publisher.is_accounted && !is_interrupted(publisher.process)) {
-    return evidence("publisher_fini", *publisher.registered,
+    return evidence("publisher_init", *publisher.registered,
                     publisher.topic + " has no publisher_fini");
   }
   return std::nullopt;
@@ -404,9 +403,9 @@ void Proof::prove(ThreadIndex index) {
   const auto name = "thread " + std::to_string(facts.tid);
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
-      threads_.emplace(index,
-                       evidence("thread_init", facts.fini ? *facts.fini : facts.read_backs.first_at,
-                                name + " was never seen to be announced"));
+      threads_.emplace(index, evidence(facts.fini ? "thread_fini" : "thread_sched",
+                                       facts.fini ? *facts.fini : facts.read_backs.first_at,
+                                       name + " was never seen to be announced"));
     }
     return;
   }
@@ -421,7 +420,7 @@ void Proof::prove(ThreadIndex index) {
       loss->note += ": " + counted_and_seen(facts.fini_read_backs, seen);
     }
   } else if (!is_interrupted(facts.process)) {
-    const auto missing = evidence("thread_fini", *facts.announced, name + " has no thread_fini");
+    const auto missing = evidence("thread_init", *facts.announced, name + " has no thread_fini");
     process.disagreements.push_back(missing);
     if (!loss) loss = missing;
   } else if (!loss) {

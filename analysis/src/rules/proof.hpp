@@ -90,7 +90,7 @@ class Proof {
   bool has_begun_in_trace(ProcessIndex process) const;
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
-                                 std::uint64_t seen, const char* event, const char* what) const;
+                                 std::uint64_t seen, const char* what) const;
   // `total()` names the first of the two numbers.
   template <std::invocable Total>
   void compare(ProcessIndex process, const Total& total, std::uint64_t expected,

@@ -83,7 +83,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
   const auto* was = read_back(before);
   const auto* is = read_back(after);
   if ((was == nullptr) != (is == nullptr)) {
-    judgement.doubt(evidence("thread_sched", *(is == nullptr ? after : before).registered,
+    judgement.doubt(evidence("callback_init", *(is == nullptr ? after : before).registered,
                              "what its thread ran as in this lifetime is unknown"));
   }
   if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
@@ -249,9 +249,10 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
       if (i == 0 && first_unknown_end && *first_unknown_end < lives[i].begin) {
         Judgement judgement(names.callback(lives[i].index));
-        judgement.doubt(evidence("callback_init", moment(*first_unknown_end),
-                                 "a callback whose logical id is unknown ended here: it may have "
-                                 "been the same one"));
+        judgement.doubt(
+            without_event(moment(*first_unknown_end),
+                          "a callback whose logical id is unknown ended here: it may have "
+                          "been the same one"));
         conclude(std::move(judgement), verdicts);
       }
       const auto before = predecessors(by_end, lives[i]);
@@ -269,9 +270,10 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
         Judgement judgement(names.callback(lives[i].index));
-        judgement.doubt(evidence("callback_fini", last_sign(*open),
-                                 "the end of the callback that had this id before was not seen: "
-                                 "whether this is its next lifetime is unknown"));
+        judgement.doubt(
+            without_event(last_sign(*open),
+                          "the end of the callback that had this id before was not seen: "
+                          "whether this is its next lifetime is unknown"));
         conclude(std::move(judgement), verdicts);
       }
     }
@@ -280,9 +282,9 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index));
-    judgement.doubt(evidence("callback_init", first_sign(model.callbacks[at(life.index)]),
-                             "its logical id is unknown, so it cannot be compared with the "
-                             "callbacks of the process before"));
+    judgement.doubt(without_event(first_sign(model.callbacks[at(life.index)]),
+                                  "its logical id is unknown, so it cannot be compared with the "
+                                  "callbacks of the process before"));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

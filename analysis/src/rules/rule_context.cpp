@@ -14,13 +14,14 @@ std::map<ThreadIndex, Evidence> find_unknown(const Model& model, const Proof& pr
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
     if (thread.announced || thread.ran.empty() || proof.is_complete(thread.process)) continue;
-    unknown.emplace(ThreadIndex{static_cast<std::uint32_t>(i)},
-                    evidence("thread_init", first_start_on(thread),
-                             "thread " + std::to_string(thread.tid) +
-                                 (thread.former_fini
-                                      ? " was not seen to be announced again after its thread_fini"
-                                      : " was never seen to be announced") +
-                                 ": its role is unknown"));
+    unknown.emplace(
+        ThreadIndex{static_cast<std::uint32_t>(i)},
+        without_event(
+            first_start_on(thread),
+            "thread " + std::to_string(thread.tid) +
+                (thread.former_fini ? " was not seen to be announced again after its thread_fini"
+                                    : " was never seen to be announced") +
+                ": its role is unknown"));
   }
   return unknown;
 }

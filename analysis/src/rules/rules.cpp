@@ -85,9 +85,9 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   Judgement judgement(NamedSubject::trace());
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
-  judgement.doubt(evidence("callback_start", moment(model.begin.value_or(Timestamp{})),
-                           has_outside ? "no callback started in the window"
-                                       : "callbacks ran, but no callback_start was recorded"));
+  judgement.doubt(without_event(moment(model.begin.value_or(Timestamp{})),
+                                has_outside ? "no callback started in the window"
+                                            : "callbacks ran, but no callback_start was recorded"));
   return std::move(judgement).finish();
 }
 
@@ -114,13 +114,13 @@ struct SharedPids {
 
 Evidence sharing(const ProcessFacts& process) {
   if (process.is_sharing_begin_lost) {
-    return evidence(
-        "callback_init", *process.shares_pid_since,
+    return without_event(
+        *process.shares_pid_since,
         "another process of this pid has another callback of this id, and its run_begin "
         "was not recorded");
   }
-  return evidence(
-      "run_begin", *process.shares_pid_since,
+  return without_event(
+      *process.shares_pid_since,
       "two processes have this pid: containers, which need a recording each, or a child "
       "of fork() without exec(), which needs LD_PRELOAD=liblttng-ust-fork.so.1");
 }

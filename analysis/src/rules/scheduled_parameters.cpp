@@ -72,8 +72,8 @@ void judge_cpus(const RuleContext& context, const ThreadFacts& thread, const Sch
 // Nothing is known of how it was scheduled.
 bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judgement) {
   if (!thread.scheduled.empty()) return false;
-  judgement.doubt(evidence("sched_switch", begin,
-                           "thread " + std::to_string(thread.tid) +
+  judgement.doubt(
+      without_event(begin, "thread " + std::to_string(thread.tid) +
                                " has no read-back, and no switch of it was seen; record kernel "
                                "events"));
   return true;
@@ -127,7 +127,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   }
   if (entry.parameters.cpus) judge_cpus(context, thread, last, entry, judgement);
   if (const auto what = untold(entry.parameters)) {
-    judgement.doubt(evidence("thread_sched", begin, "sched_switch does not tell " + *what));
+    judgement.doubt(without_event(begin, "sched_switch does not tell " + *what));
   }
   judgement.remark(evidence("sampled", begin,
                             "by the priority and the CPUs of its switches: FIFO and RR are one "
@@ -205,8 +205,8 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
   const auto end = thread.scheduled.end();
   auto as = reference_of(thread, entry);
   if (entry == nullptr || !entry->parameters.cpus) {
-    judgement.doubt(evidence("thread_sched", begin,
-                             "no read-back of the allowed CPUs; its switches show it on " +
+    judgement.doubt(
+        without_event(begin, "no read-back of the allowed CPUs; its switches show it on " +
                                  cpus_text(thread.scheduled.begin(), end)));
     return;
   }

@@ -140,7 +140,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     judgement.doubt(proof.loss(index));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
-      judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
+      judgement.doubt(without_event(begin, "no read-back of the allowed CPUs"));
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
       judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
     } else if (thread.switch_cpus_checked == 0) {

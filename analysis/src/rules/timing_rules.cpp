@@ -34,7 +34,8 @@ void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgem
   const auto released =
       extreme.release ? ", released at " + std::to_string(extreme.release->ns) : std::string();
   judgement.fail(start_of(extreme, " starts" + released));
-  judgement.fail(evidence("callback_end", extreme.end.value_or(extreme.start), what));
+  judgement.fail(evidence(extreme.end ? "callback_end" : "callback_start",
+                          extreme.end.value_or(extreme.start), what));
 }
 
 std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
@@ -45,7 +46,7 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
   const auto unknown =
       callback.instances - callback.exact_instances + static_cast<std::uint64_t>(open);
   if (unknown == 0) return std::nullopt;
-  return evidence("release", callback.starts.first_at,
+  return evidence("callback_start", callback.starts.first_at,
                   "the release of " + std::to_string(unknown) + " of " +
                       std::to_string(callback.instances + callback.open.size()) +
                       " instances is not known exactly");
@@ -53,7 +54,7 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
 
 std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
   if (callback.grid.unresolved == 0) return std::nullopt;
-  return evidence("release", callback.starts.first_at,
+  return evidence("callback_start", callback.starts.first_at,
                   "whether periods were skipped before " +
                       counted(callback.grid.unresolved, "instance") + " is not known");
 }
@@ -61,7 +62,7 @@ std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
 // Whether a timer was reset nobody tells.
 std::optional<Evidence> calculated_releases(const CallbackFacts& callback) {
   if (callback.are_releases_certain()) return std::nullopt;
-  return evidence("release", callback.starts.last_at,
+  return evidence("callback_start", callback.starts.last_at,
                   "releases are calculated from when the timer was made; it may have been reset");
 }
 
@@ -82,8 +83,8 @@ std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
 // Without its registration a callback's kind, deadline and entry in the spec are unknown.
 std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
   if (is_identified(callback)) return std::nullopt;
-  return evidence("callback_init", first_sign(callback),
-                  std::string(why_unidentified(callback)) + ": what it has to keep is unknown");
+  return without_event(first_sign(callback), std::string(why_unidentified(callback)) +
+                                                 ": what it has to keep is unknown");
 }
 
 template <typename Predicate>
@@ -197,7 +198,7 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
     const auto since = open.release && open.release_exact ? *open.release : open.start.time;
     judgement.check();
     if ((*window_end - since).ns <= deadline) {
-      judgement.doubt(evidence("callback_end", open.start,
+      judgement.doubt(evidence("callback_start", open.start,
                                "seq " + std::to_string(open.seq) +
                                    " never ended, and its deadline lies beyond the window"));
       continue;
@@ -254,7 +255,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         }
         judgement.doubt(calculated_releases(callback));
         if (callback.without_upper_bound != 0) {
-          judgement.doubt(evidence("release", callback.starts.first_at,
+          judgement.doubt(evidence("callback_start", callback.starts.first_at,
                                    std::to_string(callback.without_upper_bound) +
                                        " instances have no upper bound of their response time"));
         }

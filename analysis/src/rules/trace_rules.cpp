@@ -155,18 +155,19 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
   Judgement judgement(NamedSubject::trace());
-  const auto missing = [&](std::string_view what, std::string note) {
-    judgement.doubt(evidence(std::string(what), begin_of(context.model), std::move(note)));
+  const auto missing = [&](std::string note) {
+    judgement.doubt(without_event(begin_of(context.model), std::move(note)));
   };
   const bool is_cut = context.options.window.has_value();
   for (const auto& requirement : required_of(context.model)) {
     if (events.by_name.contains(requirement.event)) {
       judgement.check();
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
-      missing(requirement.event, "none in the window; widen --window, or leave it out");
+      missing("no " + std::string(requirement.event) +
+              " in the window; widen --window, or leave it out");
     } else {
-      missing(requirement.event, "no " + std::string(requirement.event) + " in it; " +
-                                     std::string(requirement.remedy));
+      missing("no " + std::string(requirement.event) + " in it; " +
+              std::string(requirement.remedy));
     }
   }
   const std::array<std::pair<std::string_view, std::uint64_t>, 2> contexts{
@@ -175,8 +176,8 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     if (without == 0) {
       judgement.check();
     } else {
-      missing(name, counted(without, "event") + " without " + std::string(name) +
-                        "; add it: lttng add-context --userspace --type=" + std::string(name));
+      missing(counted(without, "event") + " without " + std::string(name) +
+              "; add it: lttng add-context --userspace --type=" + std::string(name));
     }
   }
   return only(std::move(judgement));

@@ -173,7 +173,7 @@ TEST(RunComplete, AsksForTheEndOfTheLastRun) {
   const Verified verified(trace);
   EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
   EXPECT_THAT(verified.evidence("T4", "process 100"),
-              HasSubstr("run_end no run_end: interrupted by the end of the recording"));
+              HasSubstr(" no run_end: interrupted by the end of the recording"));
 }
 
 TEST(RunComplete, ComparesReleases) {
@@ -204,7 +204,7 @@ TEST(RunComplete, CallsACrashInterruptedAndCanAcceptIt) {
     20 start fusion)";
   const Verified verified(kCrash);
   EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
-  EXPECT_THAT(verified.evidence("T4", "process 100"), HasSubstr("20 run_end no run_end: "));
+  EXPECT_THAT(verified.evidence("T4", "process 100"), HasSubstr("20  no run_end: "));
   EXPECT_EQ(verified["M2"], Verdict::pass) << "the other rules still judge the window";
   EXPECT_EQ(verified["E1"], Verdict::pass) << "the open instance is cut, not unpaired";
 
@@ -328,6 +328,15 @@ TEST(SpecifiedCallbackSeen, AcceptsWhatRanBeforeTheRecorderAttached) {
                           kSpecOfBoth);
   EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
+}
+
+// That it was not registered is told by no event but the totals.
+TEST(SpecifiedCallbackSeen, NamesNoEventOfWhatWasNotRegistered) {
+  const Verified verified(kThreeInstances, "callback_groups:\n  - id: brake\n");
+  const auto& evidence = verified.on("M1", "callback brake").evidence;
+  ASSERT_EQ(evidence.size(), 2U);
+  EXPECT_EQ(evidence[0].event, "");
+  EXPECT_EQ(evidence[1].event, "run_end");
 }
 
 TEST(SpecifiedCallbackSeen, SaysWhatWasProbablyMeant) {

@@ -34,7 +34,7 @@ Annotations notes_of(const analysis::RuleVerdict& rule, std::string_view demand,
   notes.add(Note::found, valid_utf8(evidence.note));
   const auto number = &evidence - subject.evidence.data() + 1;
   notes.add(Note::evidence, fmt::format("{} of {}", number, subject.evidence.size()));
-  notes.add(Note::event, valid_utf8(evidence.event));
+  if (!evidence.event.empty()) notes.add(Note::event, valid_utf8(evidence.event));
   if (evidence.cpu) notes.add(Note::cpu, std::int64_t{*evidence.cpu});
   if (evidence.pid) notes.add(Note::pid, *evidence.pid);
   if (evidence.tid) notes.add(Note::tid, *evidence.tid);

@@ -202,7 +202,7 @@ class VerifyScreen {
     if (rule == rules.end()) return false;
     return std::ranges::any_of(rule->subjects, [](const analysis::SubjectVerdict& subject) {
       return subject.verdict == Verdict::inconclusive && !subject.evidence.empty() &&
-             subject.evidence.front().event == "run_end";
+             subject.evidence.front().note.starts_with("no run_end");
     });
   }
 

@@ -33,10 +33,11 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
       begin && report.trace.hosts.size() < 2
           ? fmt::format(" ({} into the trace)", format_duration((evidence.time - *begin).ns))
           : std::string{};
-  return fmt::format("at {} ns{}  {}{}{}{}{}{}{}", evidence.time.ns, since_begin,
-                     printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
-                     id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
-                     printable(evidence.note), place_of(evidence));
+  return fmt::format("at {} ns{}{}{}{}{}{}{}{}{}", evidence.time.ns, since_begin,
+                     evidence.event.empty() ? "" : "  ", printable(evidence.event),
+                     id("cpu", evidence.cpu), id("pid", evidence.pid), id("tid", evidence.tid),
+                     evidence.note.empty() ? "" : "  ", printable(evidence.note),
+                     place_of(evidence));
 }
 
 std::string headline_of(const analysis::SubjectVerdict& subject) {
