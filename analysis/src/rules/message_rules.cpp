@@ -150,10 +150,11 @@ class ChainLosses {
       const auto& callback = model.callbacks[at(context.callbacks[i])];
       callbacks_[callback.logical_id].push_back(i);
       if (is_identified(callback)) continue;
-      unknown_.try_emplace(callback.process,
-                           evidence("callback_init", first_sign(callback),
-                                    "a callback whose logical id is unknown begins here: it may "
-                                    "be one of the chain's"));
+      unknown_.try_emplace(
+          callback.process,
+          without_event(first_sign(callback),
+                        "a callback whose logical id is unknown begins here: it may "
+                        "be one of the chain's"));
     }
     for (std::size_t i = 0; i < model.publishers.size(); ++i) {
       const auto& publisher = model.publishers[i];

@@ -260,9 +260,10 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
       if (between != nullptr) {
         Judgement judgement(names.callback(lives[i].index));
-        judgement.doubt(evidence("callback_init", first_sign(model.callbacks[at(between->index)]),
-                                 "a callback whose logical id is unknown lived between this "
-                                 "lifetime and the one before: it may have been the same one"));
+        judgement.doubt(
+            without_event(first_sign(model.callbacks[at(between->index)]),
+                          "a callback whose logical id is unknown lived between this "
+                          "lifetime and the one before: it may have been the same one"));
         conclude(std::move(judgement), verdicts);
       } else if (!before.empty()) {
         conclude_restart(context, before, lives[i], verdicts);
