@@ -59,9 +59,9 @@ std::string text_of(const analysis::SchedulabilityReport& report) {
 
 TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   const auto text = text_of(sample());
-  EXPECT_THAT(text,
-              StartsWith("1 of 2 callbacks have a bound; 1 deadline not guaranteed; 1 above the "
-                         "bound without explanation\n"));
+  EXPECT_THAT(
+      text, StartsWith("1 of 2 callbacks has a bound; 1 of 1 deadline not guaranteed; 1 above the "
+                       "bound without explanation\n"));
   EXPECT_THAT(text, HasSubstr("CPU 0: real-time callbacks demand up to 20.00 %\n"));
   EXPECT_THAT(text,
               HasSubstr("SCHED_DEADLINE: 2 threads reserve 98.00 % of 1 CPU; the kernel admits "
@@ -69,7 +69,7 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text,
               HasSubstr("observed is 500.0 us above the bound, NOT explained by what is known:\n"
                         "      - the kernel took 1.0 us\n"));
-  EXPECT_THAT(text, HasSubstr("Without a bound\n  /other\\x1b\n      it never ran\n"));
+  EXPECT_THAT(text, HasSubstr("Without a bound\n  1 callback: it never ran\n      /other\\x1b\n"));
   EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
 }
 
@@ -86,7 +86,9 @@ TEST(SchedulabilityText, SaysThatNoDeadlineIsBounded) {
 
   report.callbacks.push_back(sample().callbacks[0]);
   text = text_of(report);
-  EXPECT_THAT(text, HasSubstr("\n2 of 3 deadlines not bounded; below is why\n"));
+  EXPECT_THAT(text,
+              StartsWith("1 of 3 callbacks has a bound; 1 of 3 deadlines not guaranteed, 2 not "
+                         "bounded; 1 above the"));
 
   std::ostringstream out;
   write_schedulability_json(out, report, analyzed());
@@ -95,13 +97,36 @@ TEST(SchedulabilityText, SaysThatNoDeadlineIsBounded) {
   EXPECT_EQ(json["deadlines"], nlohmann::json::parse(R"({"count": 3, "decided": 1})"));
 }
 
-TEST(SchedulabilityText, SaysEachReasonOnce) {
+TEST(SchedulabilityText, SaysEachReasonOnceAndFirst) {
   auto report = sample();
-  auto another = report.callbacks[1];
-  another.logical_id = "/third";
-  report.callbacks.push_back(another);
+  for (const auto* id : {"/third", "/fourth", "/fifth"}) {
+    report.callbacks.push_back(report.callbacks[1]);
+    report.callbacks.back().logical_id = id;
+  }
+  report.callbacks.push_back(report.callbacks[1]);
+  report.callbacks.back().reason = "it is blocked";
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("Without a bound\n"
+                              "  4 callbacks: it never ran\n"
+                              "      /other\\x1b\n      /third\n      /fourth\n      ... 1 more\n"
+                              "  1 callback: it is blocked\n      /other\\x1b\n"));
+  const auto table = text.substr(text.find("observed\n"));
+  EXPECT_THAT(table, Not(HasSubstr("/third"))) << "nothing of it was measured";
+}
+
+// 3 ms are its deadline, and one instance took 5 ms at least.
+TEST(SchedulabilityText, SaysWhatWasMissedAndWhatCHolds) {
+  auto report = sample();
+  auto& callback = report.callbacks[0];
   EXPECT_THAT(text_of(report),
-              HasSubstr("Without a bound\n  /other\\x1b\n  /third\n      it never ran\n"));
+              HasSubstr("  2.000 ms   =10.00 ms  =3.000 ms  4.000 ms  4.500 ms\n"));
+  callback.observed_at_least_ns = 5'000'000;
+  callback.execution->source = ParameterSource::declared;
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("; 1 of 1 deadline missed; "));
+  EXPECT_THAT(text, HasSubstr(" =2.000 ms   =10.00 ms  =3.000 ms  4.000 ms  >5.000 ms\n"));
+  callback.waiting_ns = 500'000;
+  EXPECT_THAT(text_of(report), HasSubstr(" 2.000 ms   =10.00 ms")) << "a part of it was measured";
 }
 
 TEST(SchedulabilityJson, HoldsEverything) {

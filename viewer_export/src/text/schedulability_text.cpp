@@ -5,6 +5,10 @@
 #include "words/text_layout.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,11 +26,31 @@ std::string time_or_dash(const std::optional<std::int64_t>& ns) {
   return ns ? format_duration(*ns) : "-";
 }
 
-// "=" marks what the spec or the callback declares.
-std::string parameter(const std::optional<analysis::TaskParameter>& value) {
+// "=" marks what the spec or the callback declares, and nothing else.
+std::string parameter(const std::optional<analysis::TaskParameter>& value,
+                      std::int64_t measured_besides = 0) {
   if (!value) return "-";
-  const bool is_declared = value->source == analysis::ParameterSource::declared;
+  const bool is_declared =
+      value->source == analysis::ParameterSource::declared && measured_besides == 0;
   return (is_declared ? "=" : "") + format_duration(value->ns);
+}
+
+// ">" where an instance whose release is not known took longer than those of which it is.
+std::string longest_observed(const CallbackSchedulability& callback) {
+  const auto& least = callback.observed_at_least_ns;
+  const bool is_bound = least && (!callback.observed_ns || *least > *callback.observed_ns);
+  return is_bound ? ">" + format_duration(*least) : time_or_dash(callback.observed_ns);
+}
+
+bool is_missed(const CallbackSchedulability& callback) {
+  return callback.deadline && callback.observed_at_least_ns &&
+         *callback.observed_at_least_ns > callback.deadline->ns;
+}
+
+// Of it there is nothing to tell but why.
+bool is_unmeasured(const CallbackSchedulability& callback) {
+  return !callback.execution && !callback.bound_ns && !callback.observed_at_least_ns &&
+         !callback.observed_ns;
 }
 
 // What callbacks are called: by their ids, with process and host where there are several hosts.
@@ -70,20 +94,21 @@ std::string table(const SchedulabilityReport& report, const Titles& titles,
                    {"bound", "R"},
                    {"observed", "longest"}});
   for (const auto& callback : report.callbacks) {
+    if (is_unmeasured(callback)) continue;
     const bool misses = callback.meets_deadline() == false;
     const bool is_above = callback.is_above_bound();
     table.add({{titles.of(callback)},
                {policy_of(callback)},
                {format_cpus(callback.cpus)},
-               {parameter(callback.execution)},
+               {parameter(callback.execution, callback.waiting_ns.value_or(0))},
                {parameter(callback.period)},
                {parameter(callback.deadline)},
                {time_or_dash(callback.bound_ns), misses ? Look::bad : Look::plain},
-               {time_or_dash(callback.observed_ns), callback.is_flagged ? Look::bad
-                                                    : is_above          ? Look::doubtful
-                                                                        : Look::plain}});
+               {longest_observed(callback), callback.is_flagged || is_missed(callback) ? Look::bad
+                                            : is_above ? Look::doubtful
+                                                       : Look::plain}});
   }
-  return table.is_empty() ? "no callback was seen\n" : table.render(style);
+  return table.is_empty() ? "no callback was measured\n" : table.render(style);
 }
 
 std::string percent(std::int64_t ppb) {
@@ -150,21 +175,28 @@ std::string above_the_bound(const SchedulabilityReport& report, const Titles& ti
   return titled("Above the bound", text, style);
 }
 
-// Each reason once, with the callbacks that it concerns.
+// Each reason once, the most frequent first, with some of the callbacks that it concerns.
 std::string without_bound(const SchedulabilityReport& report, const Titles& titles,
                           const TextStyle& style) {
-  std::vector<std::pair<std::string, std::string>> reasons;
+  constexpr std::size_t kNamed = 3;
+  using Reason = std::pair<std::string, std::vector<const CallbackSchedulability*>>;
+  std::vector<Reason> reasons;
   for (const auto& callback : report.callbacks) {
     if (callback.bound_ns) continue;
-    auto found =
-        std::ranges::find(reasons, callback.reason, &std::pair<std::string, std::string>::first);
+    auto found = std::ranges::find(reasons, callback.reason, &Reason::first);
     if (found == reasons.end()) found = reasons.insert(found, {callback.reason, {}});
-    found->second += "  " + titles.of(callback) + '\n';
+    found->second.push_back(&callback);
   }
+  std::ranges::stable_sort(reasons, std::ranges::greater{},
+                           [](const Reason& reason) { return reason.second.size(); });
   std::string text;
   for (const auto& [reason, callbacks] : reasons) {
-    text += callbacks;
-    append_wrapped(text, reason, style);
+    text += filled("  " + counted(callbacks.size(), "callback") + ": " + printable(reason),
+                   style.columns, 4);
+    for (const auto* callback : std::span(callbacks).first(std::min(kNamed, callbacks.size())))
+      text += "      " + elide(titles.of(*callback), style.columns - 6) + '\n';
+    if (callbacks.size() > kNamed)
+      text += fmt::format("      {} {} more\n", gap(style), callbacks.size() - kNamed);
   }
   return titled("Without a bound", text, style);
 }
@@ -174,8 +206,9 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
       '\n' +
       filled(
           "R bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
-          "declared, the rest was measured and holds for what this recording saw. Interrupts and the "
-          "kernel's own work are not in it.",
+          "declared, the rest was measured and holds for what this recording saw. C holds the longest "
+          "time that a run was blocked, too. Interrupts and the kernel's own work are not in R. "
+          "--format json has all callbacks.",
           style.columns);
   if (report.outside.empty()) return text;
   text += "Real-time threads in no bound, because they run no callback:\n";
@@ -191,16 +224,41 @@ std::string painted(const std::string& text, Look look, const TextStyle& style) 
   return result;
 }
 
-// How many deadlines nothing is known of.
+// Why no deadline is bounded; empty if one is.
 std::string undecided(const SchedulabilityReport& report, const TextStyle& style) {
-  const auto all = report.deadlines();
-  const auto open = all - report.decided_deadlines();
-  if (open == 0) return {};
+  if (!report.is_undecided()) return {};
   const auto line =
-      open == all
-          ? fmt::format("{}, none bounded: {}", counted(all, "deadline"), report.why_undecided())
-          : fmt::format("{} of {} not bounded; below is why", open, counted(all, "deadline"));
+      counted(report.deadlines(), "deadline") + ", none bounded: " + report.why_undecided();
   return painted(printable(line), Look::doubtful, style);
+}
+
+// "2 of 28 callbacks have a bound; 3 of 19 deadlines missed, 14 not bounded".
+std::string outcome(const SchedulabilityReport& report) {
+  const auto count = [&report](const auto& is_so) {
+    return static_cast<std::uint64_t>(std::ranges::count_if(report.callbacks, is_so));
+  };
+  const auto bounded = count([](const auto& callback) { return callback.bound_ns.has_value(); });
+  const auto missed = count(is_missed);
+  const auto failed =
+      count([](const auto& callback) { return callback.meets_deadline() == false; });
+  const auto flagged = count([](const auto& callback) { return callback.is_flagged; });
+  auto text =
+      fmt::format("{} of {} {} a bound", bounded, counted(report.callbacks.size(), "callback"),
+                  bounded == 1 ? "has" : "have");
+  const auto all = report.deadlines();
+  if (all > 0) {
+    std::string parts;
+    for (const auto& [number, what] :
+         {std::pair(missed, "missed"), std::pair(failed - missed, "not guaranteed"),
+          std::pair(all - report.decided_deadlines(), "not bounded")}) {
+      if (number == 0) continue;
+      const auto of = parts.empty() ? fmt::format(" of {}", counted(all, "deadline")) : "";
+      parts += fmt::format("{}{}{} {}", parts.empty() ? "" : ", ", number, of, what);
+    }
+    text += "; " + (parts.empty() ? counted(all, "deadline") + " guaranteed" : parts);
+  }
+  if (flagged > 0) text += fmt::format("; {} above the bound without explanation", flagged);
+  return text;
 }
 
 // What C and T may lack.
@@ -216,23 +274,15 @@ std::string damages(const analysis::Report& report, const TextStyle& style) {
 void write_schedulability_text(std::ostream& out, const SchedulabilityReport& report,
                                const analysis::Report& of, const TextStyle& style) {
   const Titles titles(of);
-  const auto missing = std::ranges::count_if(
-      report.callbacks, [](const auto& callback) { return callback.meets_deadline() == false; });
-  const auto flagged = std::ranges::count_if(report.callbacks, &CallbackSchedulability::is_flagged);
-  const auto bounded = std::ranges::count_if(
-      report.callbacks, [](const auto& callback) { return callback.bound_ns.has_value(); });
-  out << painted(fmt::format("{} of {} have a bound; {} not guaranteed; {} above the bound without "
-                             "explanation",
-                             bounded, counted(report.callbacks.size(), "callback"),
-                             counted(static_cast<std::uint64_t>(missing), "deadline"), flagged),
+  out << painted(outcome(report),
                  report.has_finding()    ? Look::bad
                  : report.is_undecided() ? Look::doubtful
                                          : Look::good,
                  style)
-      << undecided(report, style) << damages(of, style) << '\n'
+      << undecided(report, style) << damages(of, style) << above_the_bound(report, titles, style)
+      << without_bound(report, titles, style) << '\n'
       << table(report, titles, style) << '\n'
-      << processors(report, style) << above_the_bound(report, titles, style)
-      << without_bound(report, titles, style) << notes(report, style);
+      << processors(report, style) << notes(report, style);
 }
 
 }  // namespace cie::viewer_export
