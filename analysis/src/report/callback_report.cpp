@@ -5,6 +5,7 @@
 #include "rules/queue_losses.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -83,6 +84,20 @@ void expect(const CallbackFacts& facts) {
   }
 }
 
+// Of instances whose release is known and of others.
+void set_at_least(CallbackReport& report, const CallbackFacts& facts) {
+  auto all = facts.response_time;
+  all.merge(facts.is_lower_duration ? facts.duration : facts.response_time_lower);
+  report.response_time_at_least = all.summary();
+  // Where each of the others took longer than all of these, the median is this one.
+  constexpr std::int64_t kBuckets = 64;  // of an octave
+  const auto middle = (all.count() + 1) / 2;
+  const auto least = report.response_time_at_least->p50;
+  report.is_median_known =
+      middle <= facts.response_time.count() &&
+      facts.response_time.at_rank(middle) - least <= std::abs(least) / kBuckets;
+}
+
 void fill(CallbackReport& report, const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
@@ -132,9 +147,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.response_time_lower =
       facts.is_lower_duration ? report.duration : facts.response_time_lower.summary(keep_buckets);
   if (report.response_time && report.response_time_lower) {
-    auto all = facts.response_time;
-    all.merge(facts.is_lower_duration ? facts.duration : facts.response_time_lower);
-    report.response_time_at_least = all.summary();
+    set_at_least(report, facts);
   }
   report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
   report.execution_time = facts.execution_time.summary(keep_buckets);

@@ -153,6 +153,7 @@ TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
   report.response_time_upper = Summary{.count = 1, .max = 170};
   EXPECT_EQ(Lateness::of(report), expected) << "which did not";
   report.response_time_lower->max = 300;
+  report.response_time_upper->max = 400;
   EXPECT_EQ(
       Lateness::of(report),
       (Lateness{.deadline = {100}, .late = 3, .instances = 8, .max = 300, .is_max_bound = true}));

@@ -70,7 +70,7 @@ TEST(InstanceCsv, WithoutASignOfReleaseTheStartIsTheBound) {
   InstanceWriter writer;
   writer.on_instance(instance("/a@Timer(1)", 11, 0, -1, 150, 160));
   EXPECT_EQ(written(writer),
-            std::string(kHeader) + "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,,ok,robot\n");
+            std::string(kHeader) + "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,0,ok,robot\n");
 }
 
 // As the analysis took back the releases of the first timer, and not those of the other.
@@ -89,7 +89,7 @@ TEST(InstanceCsv, TheStartIsTheBoundWhereACalculatedReleaseWasTakenBack) {
   std::ostringstream out;
   writer.write(out, TableFormat::csv, report);
   EXPECT_EQ(out.str(), std::string(kHeader) +
-                           "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,0,ok,robot\n" +
+                           "/a@Timer(1),4001,11,0,150,,150,160,,,,,,start,,,,ok,robot\n" +
                            "/a@Timer(1),4001,11,1,100,,150,160,,,,,,timer_grid,,,3,ok,robot\n");
 }
 

@@ -330,6 +330,7 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
 
 bool is_lower_bound(const CallbackReport& callback, std::int64_t Summary::*part) {
   if (!callback.response_time_lower) return false;
+  if (part == &Summary::p50 && callback.is_median_known == true) return false;
   return part != &Summary::max || analysis::longest_response(callback)->is_bound;
 }
 

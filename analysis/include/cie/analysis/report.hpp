@@ -204,6 +204,9 @@ struct CallbackReport {
   // Of all instances, those of `response_time` and of `response_time_lower`: no quantile of the
   // response time is below this one's. Empty unless there are both.
   std::optional<Summary> response_time_at_least{};
+  // Whether its median is the response time's: whatever the instances took whose release is not
+  // known, that lies within a bucket of it. Empty where it is.
+  std::optional<bool> is_median_known{};
   std::optional<Summary> start_latency;
   std::optional<Summary> duration;
   std::optional<Summary> inter_arrival;

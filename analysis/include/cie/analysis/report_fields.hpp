@@ -124,6 +124,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("lost_samples", c.lost_samples);
   visit.added("overwritten_samples", c.overwritten_samples);
   visit.present("response_time_at_least_ns", c.response_time_at_least);
+  visit.present("median_known", c.is_median_known);
 }
 
 void fields(auto& visit, Is<ThreadSchedReport> auto& s) {
