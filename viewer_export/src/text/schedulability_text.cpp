@@ -178,7 +178,7 @@ std::string above_the_bound(const SchedulabilityReport& report, const Titles& ti
 // Each reason once, the most frequent first, with some of the callbacks that it concerns.
 std::string without_bound(const SchedulabilityReport& report, const Titles& titles,
                           const TextStyle& style) {
-  constexpr std::size_t kNamed = 3;
+  constexpr std::size_t kMostNamed = 3;
   using Reason = std::pair<std::string, std::vector<const CallbackSchedulability*>>;
   std::vector<Reason> reasons;
   for (const auto& callback : report.callbacks) {
@@ -193,10 +193,10 @@ std::string without_bound(const SchedulabilityReport& report, const Titles& titl
   for (const auto& [reason, callbacks] : reasons) {
     text += filled("  " + counted(callbacks.size(), "callback") + ": " + printable(reason),
                    style.columns, 4);
-    for (const auto* callback : std::span(callbacks).first(std::min(kNamed, callbacks.size())))
+    for (const auto* callback : std::span(callbacks).first(std::min(kMostNamed, callbacks.size())))
       text += "      " + elide(titles.of(*callback), style.columns - 6) + '\n';
-    if (callbacks.size() > kNamed)
-      text += fmt::format("      {} {} more\n", gap(style), callbacks.size() - kNamed);
+    if (callbacks.size() > kMostNamed)
+      text += fmt::format("      {} {} more\n", gap(style), callbacks.size() - kMostNamed);
   }
   return titled("Without a bound", text, style);
 }
