@@ -145,9 +145,9 @@ class ChainTracker {
   void resolve(ChainNode& node);
   // The same of one that was, if its message had not been read by then.
   void resolve_again(ChainNode& node) {
-    const bool may_be_read =
-        node.link == ChainNode::Link::before || node.link == ChainNode::Link::unseen ||
-        (node.link == ChainNode::Link::source && model_.hosts.size() > 1);
+    const bool may_be_read = node.link == ChainNode::Link::before ||
+                             node.link == ChainNode::Link::unseen ||
+                             (node.link == ChainNode::Link::source && model_.hosts.size() > 1);
     if (may_be_read) resolve(node);
   }
   // The publisher of the message that it took. Empty: nobody who is known.

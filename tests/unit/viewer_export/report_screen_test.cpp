@@ -243,7 +243,8 @@ TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayBeTheLongest) {
   EXPECT_THAT(text, HasSubstr("    8  >187.3us  >50.00ms  >50.00ms       3     yes\n"));
   EXPECT_LT(text.find("plan timer 20 ms  "), text.find("lidar <-")) << "50 ms against 2.5 ms";
   report.callbacks[0].is_median_known = true;
-  EXPECT_THAT(screen_of(report, {}), HasSubstr("    8   187.3us  >50.00ms  >50.00ms       3     yes\n"));
+  EXPECT_THAT(screen_of(report, {}),
+              HasSubstr("    8   187.3us  >50.00ms  >50.00ms       3     yes\n"));
   report.callbacks[0].response_time_upper = test::summary(60'000'000, 60'000'000, 1);
   EXPECT_THAT(screen_of(report, {}),
               AllOf(HasSubstr("response      time            response\n"),
