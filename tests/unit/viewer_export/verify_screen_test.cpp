@@ -335,6 +335,14 @@ TEST(VerifyScreen, ToldInOneLine) {
             "FAIL  run 1: 1 of 2 callbacks share threads; violated M2; undecided T4\n");
 }
 
+TEST(VerifyScreen, OfAWindowSaysThatThePageShowsTheWholeRecording) {
+  auto verdicts = test::sample_verdicts();
+  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()), HasSubstr("look: cie view"));
+  verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};
+  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()),
+              HasSubstr("look (whole recording): cie view"));
+}
+
 TEST(VerifyScreen, ToldInOneLineNamesTheWindowAndCountsWhatIsSuppressed) {
   auto verdicts = test::suppressed_verdicts(false);
   verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};

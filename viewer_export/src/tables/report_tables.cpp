@@ -221,8 +221,8 @@ std::string chain_table(const Report& report, const ChainReport& chain, const Ca
                    {"p99", ""},
                    {"max", ""}});
   const bool by_starts = is_by_starts(chain);
-  const auto add_latency = [&](std::string_view name, const std::optional<Summary>& latency) {
-    add_quantity(table, of_how_many(name, latency, chain.instances), latency);
+  const auto add_latency = [&](std::string_view what, const std::optional<Summary>& latency) {
+    add_quantity(table, of_how_many(what, latency, chain.instances), latency);
   };
   add_latency("path latency", chain.path_latency);
   if (by_starts) {

@@ -435,9 +435,7 @@ class ReportScreen {
                                                               {"threads", report + " --threads"}};
     if (!report_.chains.empty()) all.emplace_back("chains", report + " --chains");
     all.emplace_back("rules", "cie verify " + context_.verify.verify_arguments);
-    // cie view has no --window.
-    all.emplace_back(judged_.verdicts.window ? "look (whole recording)" : "look",
-                     "cie view " + context_.verify.view_arguments);
+    all.push_back(judged_.look());
     constexpr std::size_t kMost = 4;
     auto lines = commands_to_paste(all, style_);
     if (lines.size() <= kMost) return lines;

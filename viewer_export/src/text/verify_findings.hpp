@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -26,6 +27,12 @@ struct Judged {
   Judged(const analysis::VerdictReport& v, const analysis::Report& r, const VerifyContext& c,
          const TextStyle& style)
       : verdicts(v), report(r), context(c), rows(r), names(r, style) {}
+
+  // What opens the page, which has no --window, and what to call it.
+  std::pair<std::string_view, std::string> look() const {
+    return {verdicts.window ? "look (whole recording)" : "look",
+            "cie view " + context.view_arguments};
+  }
 };
 
 // Subjects of a violated rule of which the same is said.

@@ -5,6 +5,7 @@
 #include "screen.hpp"
 #include "verify_findings.hpp"
 #include "words/text_layout.hpp"
+#include "words/verify_words.hpp"
 
 #include <algorithm>
 #include <string>
@@ -273,7 +274,7 @@ class VerifyScreen {
     std::vector<std::pair<std::string_view, std::string>> all{
         {"evidence", "cie verify " + judged_.context.verify_arguments + " --all"}};
     if (!id.empty()) all.emplace_back("rule", "cie verify --explain " + id);
-    all.emplace_back("look", "cie view " + judged_.context.view_arguments);
+    all.push_back(judged_.look());
     return commands_to_paste(all, style_);
   }
 
