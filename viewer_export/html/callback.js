@@ -11,9 +11,7 @@ export const boundsOf = c => {
   const upper = c.response_time_upper_ns;
   if (lower === null) return "";
   const most =
-    atMostWhereUnknown(c) === null
-      ? ""
-      : `, ${time(upper.p50)}, ${time(upper.p99)} and ${time(upper.max)} at most`;
+    atMostWhereUnknown(c) === null ? "" : `, ${time(upper.p50)}, ${time(upper.p99)} and ${time(upper.max)} at most`;
   return `${plural(lower.count, "run")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;
 };
 

@@ -15,10 +15,7 @@ const longestOf = c => {
   const longest = responseTime(c, "max");
   return longest?.isBound ? null : longest;
 };
-const linesOfBox = c => [
-  cut(name(c), LONGEST),
-  ...(longestOf(c) ? [`at most ${time(longestOf(c).ns)}`] : []),
-];
+const linesOfBox = c => [cut(name(c), LONGEST), ...(longestOf(c) ? [`at most ${time(longestOf(c).ns)}`] : [])];
 const linesOfEdge = e => [
   cut(e.topic, LONGEST),
   ...(e.communication_ns === null ? [] : [time(e.communication_ns.p50)]),

@@ -52,8 +52,7 @@ export const responseTime = (c, which) => {
   if (exact === null && lower === null) return null;
   if (lower === null) return {ns: exact[which], isBound: false};
   if (exact === null) return {ns: lower[which], isBound: true};
-  if (which !== "max")
-    return {ns: c.response_time_at_least_ns[which], isBound: !(which === "p50" && c.median_known)};
+  if (which !== "max") return {ns: c.response_time_at_least_ns[which], isBound: !(which === "p50" && c.median_known)};
   const most = atMostWhereUnknown(c);
   return {ns: Math.max(exact.max, lower.max), isBound: most === null || most > exact.max};
 };
