@@ -4,6 +4,8 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -129,8 +131,10 @@ std::vector<CallbackIndex> predecessors(const std::vector<Ended>& by_end, const 
 
 std::optional<Timestamp> last_end(const Model& model, const std::vector<CallbackIndex>& callbacks) {
   std::optional<Timestamp> last;
-  for (const auto index : callbacks)
-    last = std::max(last.value_or(Timestamp{}), lifetime_of(model, index).end);
+  for (const auto index : callbacks) {
+    const auto end = lifetime_of(model, index).end;
+    last = std::max(last.value_or(end), end);
+  }
   return last;
 }
 
@@ -223,9 +227,8 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     }
   }
   std::vector<SubjectVerdict> verdicts;
-  struct Ends {                              // on one host; times of several have nothing in common
-    std::optional<Timestamp> first;          // of any lifetime: who begins later may be a restart
-    std::optional<Timestamp> first_unknown;  // of one that may have had any id
+  struct Ends {                      // on one host; times of several have nothing in common
+    std::optional<Timestamp> first;  // of any lifetime: who begins later may be a restart
     UnknownLives unknown;
   };
   std::map<HostIndex, Ends> ends;
@@ -234,23 +237,24 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   };
   for (const auto& life : unknown) {
     auto& of_host = ends[host_of(life)];
-    of_host.first = of_host.first_unknown =
-        of_host.first ? std::min(*of_host.first, life.end) : life.end;
+    of_host.first = of_host.first ? std::min(*of_host.first, life.end) : life.end;
     of_host.unknown.add(life);
   }
   for (auto& [host, of_host] : ends)
     of_host.unknown.sort();
   for (auto& [key, lives] : by_id) {
-    auto& [first_end, first_unknown_end, unknown_lives] = ends[key.first];
+    auto& [first_end, unknown_lives] = ends[key.first];
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
     const auto by_end = in_order_of_ends(lives);
     for (std::size_t i = 0; i < lives.size(); ++i) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
-      if (i == 0 && first_unknown_end && *first_unknown_end < lives[i].begin) {
+      constexpr Timestamp kEver{std::numeric_limits<std::int64_t>::min()};
+      const auto* const earlier = i == 0 ? unknown_lives.between(kEver, lives[i].begin) : nullptr;
+      if (earlier != nullptr) {
         Judgement judgement(names.callback(lives[i].index));
         judgement.doubt(
-            without_event(moment(*first_unknown_end),
+            without_event(moment(earlier->end),
                           "a callback whose logical id is unknown ended here: it may have "
                           "been the same one"));
         conclude(std::move(judgement), verdicts);

@@ -42,11 +42,6 @@ std::string longest_observed(const CallbackSchedulability& callback) {
   return is_bound ? ">" + format_duration(*least) : time_or_dash(callback.observed_ns);
 }
 
-bool is_missed(const CallbackSchedulability& callback) {
-  return callback.deadline && callback.observed_at_least_ns &&
-         *callback.observed_at_least_ns > callback.deadline->ns;
-}
-
 // Of it there is nothing to tell but why.
 bool is_unmeasured(const CallbackSchedulability& callback) {
   return !callback.execution && !callback.bound_ns && !callback.observed_at_least_ns &&
@@ -104,7 +99,8 @@ std::string table(const SchedulabilityReport& report, const Titles& titles,
                {parameter(callback.period)},
                {parameter(callback.deadline)},
                {time_or_dash(callback.bound_ns), misses ? Look::bad : Look::plain},
-               {longest_observed(callback), callback.is_flagged || is_missed(callback) ? Look::bad
+               {longest_observed(callback), callback.is_flagged || callback.has_missed_deadline()
+                                                ? Look::bad
                                             : is_above ? Look::doubtful
                                                        : Look::plain}});
   }
@@ -238,7 +234,7 @@ std::string outcome(const SchedulabilityReport& report) {
     return static_cast<std::uint64_t>(std::ranges::count_if(report.callbacks, is_so));
   };
   const auto bounded = count([](const auto& callback) { return callback.bound_ns.has_value(); });
-  const auto missed = count(is_missed);
+  const auto missed = count([](const auto& callback) { return callback.has_missed_deadline(); });
   const auto failed =
       count([](const auto& callback) { return callback.meets_deadline() == false; });
   const auto flagged = count([](const auto& callback) { return callback.is_flagged; });

@@ -59,10 +59,14 @@ struct CallbackSchedulability {
   bool is_above_bound() const noexcept {
     return bound_ns && observed_ns && *observed_ns > *bound_ns;
   }
+  // An instance took longer for certain.
+  bool has_missed_deadline() const noexcept {
+    return deadline && observed_at_least_ns && *observed_at_least_ns > deadline->ns;
+  }
   // One that was missed is not met, whatever the bound. Empty without deadline or analysis.
   std::optional<bool> meets_deadline() const noexcept {
     if (!deadline) return std::nullopt;
-    if (observed_at_least_ns && *observed_at_least_ns > deadline->ns) return false;
+    if (has_missed_deadline()) return false;
     if (method == BoundMethod::none) return std::nullopt;
     return bound_ns && *bound_ns <= deadline->ns;
   }
