@@ -85,6 +85,8 @@ struct alignas(64) CallbackFacts {
   std::uint64_t overwritten = 0;                 // last running total of callback_release
   // That were released and not overwritten, and whose instance had not started: the most.
   std::uint64_t longest_queue = 0;
+  // That were released and not overwritten before the first callback_init and start: the most.
+  std::uint64_t left_unregistered = 0;
   SequenceFacts starts{};
   SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
   std::vector<CallbackOnThread*> ran_on{};  // of the model's pairs, by first start

@@ -49,7 +49,9 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
   if (!model.events.by_name.contains("callback_release")) return std::nullopt;
   const auto numbered = facts.first_release ? facts.last_release - *facts.first_release + 1 : 0;
   if (numbered != facts.releases) return std::nullopt;
-  return facts.longest_queue;
+  const auto next = facts.first_next_seq;
+  const auto at_first = facts.left_unregistered > next ? facts.left_unregistered - next : 0;
+  return std::max(facts.longest_queue, at_first);
 }
 
 // Empty for a timer, and where totals are unknown or later ones may be missing.

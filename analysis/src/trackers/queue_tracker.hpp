@@ -40,18 +40,22 @@ class QueueTracker {
  private:
   // Numbers count from the beginning of the process, whatever of it was recorded. Which instance
   // is next is not known before the first one or the registration is seen; a snapshot's
-  // registration may be long ago.
+  // registration may be long ago. What arrives before the registration waits for what that says is
+  // next.
   static void note_length(CallbackFacts& callback, const CallbackRelease& event, bool is_snapshot) {
     callback.first_release =
         std::min(callback.first_release.value_or(event.release_seq), event.release_seq);
     callback.last_release = std::max(callback.last_release, event.release_seq);
+    const auto released = event.release_seq + 1;
+    const auto left = released > event.overwritten ? released - event.overwritten : 0;
     const bool is_next_known = callback.registered && !is_snapshot;
-    if (!callback.starts.last && !is_next_known) return;
+    if (!callback.starts.last && !is_next_known) {
+      if (!is_snapshot) callback.left_unregistered = std::max(callback.left_unregistered, left);
+      return;
+    }
     const auto started = std::max(is_next_known ? callback.first_next_seq : 0,
                                   callback.starts.last ? *callback.starts.last + 1 : 0);
-    const auto gone = started + event.overwritten;
-    const auto released = event.release_seq + 1;
-    if (released > gone) callback.longest_queue = std::max(callback.longest_queue, released - gone);
+    if (left > started) callback.longest_queue = std::max(callback.longest_queue, left - started);
   }
 
   Model& model_;

@@ -227,6 +227,23 @@ TEST(Knowable, HowManySamplesWaitedAtMostSinceTheRecorderAttached) {
   EXPECT_EQ(longest_queue(trace), 2U);
 }
 
+// Readers exist before the executor spins, which registers their callbacks.
+TEST(Knowable, HowManySamplesWaitedBeforeTheCallbackWasRegistered) {
+  auto trace = test::trace_of(R"(
+    callback fusion subscription
+    8  release fusion
+    9  release fusion
+    14 start fusion
+    16 end fusion
+    18 start fusion
+    20 end fusion)");
+  for (auto& event : trace.events) {
+    if (std::holds_alternative<CallbackInit>(event.body)) event.head.time = Timestamp{12};
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& e) { return e.head.time; });
+  EXPECT_EQ(longest_queue(trace), 2U);
+}
+
 TEST(Knowable, NotHowManySamplesWaitedAfterALoss) {
   auto without_start = test::trace_of(kQueue);
   without_start.erase<CallbackStart>(
