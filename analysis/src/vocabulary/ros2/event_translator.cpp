@@ -85,9 +85,15 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 }  // namespace
 
 void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
-  constexpr auto kHeeded = kinds<StreamBegin, RunBegin, ThreadInit, CallbackInit, CallbackStart,
-                                 PublisherInit, Discarded, DamagedPacket>();
-  if (!links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
+  constexpr auto kTold = kinds<StreamBegin, RunBegin, ThreadInit, CallbackInit, PublisherInit,
+                               Discarded, DamagedPacket>();
+  if (!links_.has_any() && (batch.kinds_kept() & kTold) == 0) {
+    if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
+    for (const auto& event : events) {
+      if (std::holds_alternative<CallbackStart>(event.body)) note_own(event.head);
+    }
+    return;
+  }
   for (auto& event : events) {
     const auto& head = event.head;
     std::visit(Overloaded{[&](const StreamBegin& e) { apply(head, e); },
@@ -120,7 +126,12 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
 // Whichever of its events was not lost.
 void EventTranslator::note_own(const EventHead& head) {
   if (!head.pid || head.is_derived) return;
-  stream_of(head).host->processes[*head.pid].has_own_events = true;
+  auto* const host = stream_of(head).host;
+  const auto pid = *head.pid;
+  auto& noted = own_[static_cast<std::size_t>(pid) % own_.size()];
+  if (noted.first == host && noted.second == pid) return;
+  host->processes[pid].has_own_events = true;
+  noted = {host, pid};
 }
 
 void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {

@@ -22,6 +22,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -138,6 +139,8 @@ class EventTranslator final : public Translator {
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock
+  std::array<std::pair<const Host*, std::int64_t>, 64>
+      own_{};  // by pid: some that note_own() knows
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
   ros2::Services services_;
