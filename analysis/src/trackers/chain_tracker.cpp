@@ -276,21 +276,22 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node) {
 
 ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
   // Most often an instance ends the same path as the one before it.
-  auto*& last = lately_[nodes.back()->callback].path;
-  const auto is_hop = [](const ChainNode* node, CallbackIndex hop) {
-    return node->callback == hop;
+  auto& lately = lately_[nodes.back()->callback];
+  const auto is_that = [&nodes](const Path& path) {
+    return std::ranges::equal(nodes, path, {}, &ChainNode::callback);
   };
-  if (last != nullptr &&
-      std::equal(nodes.begin(), nodes.end(), last->first.begin(), last->first.end(), is_hop)) {
-    return &last->second;
-  }
+  if (lately.path != nullptr && is_that(lately.path->first)) return &lately.path->second;
+  if (is_that(lately.not_kept)) return nullptr;
   Path path;
   path.reserve(nodes.size());
   for (const auto* node : nodes)
     path.push_back(node->callback);
-  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return nullptr;
-  last = &*paths_.try_emplace(std::move(path)).first;
-  return &last->second;
+  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) {
+    lately.not_kept = std::move(path);
+    return nullptr;
+  }
+  lately.path = &*paths_.try_emplace(std::move(path)).first;
+  return &lately.path->second;
 }
 
 bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
@@ -396,7 +397,8 @@ void ChainTracker::change_callbacks(Chain& chain, const Nodes& nodes) {
   chain.hops.resize(nodes.size());
   std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
                  [](const ChainNode* node) { return node->callback; });
-  chain.progress = std::exchange(chain.others[chain.hops], {});
+  const auto before = chain.others.extract(chain.hops);
+  chain.progress = before ? std::move(before.mapped()) : Progress{};
 }
 
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {

@@ -136,6 +136,7 @@ class ChainTracker {
   // What a callback's last instance was of, as the next one most often is.
   struct Lately {
     Paths::value_type* path = nullptr;  // that it ended; null: none yet
+    Path not_kept;                      // that it ended, when there were too many
     MessageEdgeFacts* edge = nullptr;   // that it ended; null: none yet
     std::uint64_t writer_gid = 0;       // of the message it took; 0: none yet
     std::uint32_t publisher = 0;        // that has it
