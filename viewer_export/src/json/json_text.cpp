@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cie::viewer_export {
 namespace {
 
 constexpr std::size_t kBuffer = std::size_t{64} << 10U;
+constexpr std::string_view kLine = "\n                               ";  // as indented as it may be
 
 char* quoted(std::string_view text, char* to) {
   *to++ = '"';
@@ -31,18 +33,20 @@ void JsonText::make_room(std::size_t size) {
   end_ = at_ + text_.size();
 }
 
-char* JsonText::break_line(char* at) const noexcept {
-  const auto size = line_size();
-  if (size == 0) return at;
-  *at = '\n';
-  return std::fill_n(at + 1, size - 1, ' ');
+char* JsonText::begin_line(bool has_comma, std::size_t size) {
+  const auto line = line_size();
+  auto* at = room(1 + kLine.size() + line + size);
+  *at = ',';
+  at += has_comma ? 1 : 0;
+  // All of it, whose size the compiler knows: no more of it counts than the line has.
+  std::ranges::copy(kLine, at);
+  if (line > kLine.size()) [[unlikely]]
+    std::fill(at + kLine.size(), at + line, ' ');
+  return at + line;
 }
 
 char* JsonText::separate(std::size_t size) {
-  auto* at = room(1 + line_size() + size);
-  if (!is_empty_) *at++ = ',';
-  is_empty_ = false;
-  return break_line(at);
+  return begin_line(!std::exchange(is_empty_, false), size);
 }
 
 void JsonText::key(std::string_view name) {

@@ -58,7 +58,7 @@ class JsonText {
     is_empty_ = true;
     inside();
     --depth_;
-    auto* at = is_empty_ ? room(1) : break_line(room(line_size() + 1));
+    auto* at = is_empty_ ? room(1) : begin_line(false, 1);
     is_empty_ = false;
     *at = end;
     at_ = at + 1;
@@ -75,7 +75,8 @@ class JsonText {
   std::size_t line_size() const noexcept {
     return indentation_ == kOneLine ? 0 : 1 + depth_ * static_cast<std::size_t>(indentation_);
   }
-  char* break_line(char* at) const noexcept;
+  // Writes what comes before a line, if there are lines. The place behind it has that many bytes.
+  char* begin_line(bool has_comma, std::size_t size);
 
   std::ostream& out_;
   int indentation_;
