@@ -5,7 +5,6 @@
 #include "rules/queue_losses.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -92,12 +91,10 @@ void set_at_least(CallbackReport& report, const CallbackFacts& facts) {
   all.merge(facts.is_lower_duration ? facts.duration : facts.response_time_lower);
   report.response_time_at_least = all.summary();
   // Where each of the others took longer than all of these, the median is this one.
-  constexpr std::int64_t kBuckets = 64;  // of an octave
   const auto middle = (all.count() + 1) / 2;
-  const auto least = report.response_time_at_least->p50;
-  report.is_median_known =
-      middle <= facts.response_time.count() &&
-      facts.response_time.at_rank(middle) - least <= std::abs(least) / kBuckets;
+  const auto median = values_like(report.response_time_at_least->p50);
+  report.is_median_known = middle <= facts.response_time.count() &&
+                           facts.response_time.at_rank(middle) <= median.greatest;
 }
 
 void fill(CallbackReport& report, const RuleContext& context, CallbackIndex index) {

@@ -4,7 +4,9 @@
 #include <bit>
 #include <cassert>
 #include <limits>
+#include <numeric>
 #include <type_traits>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -51,6 +53,28 @@ std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
   return value;
 }
 
+// Nearest rank ceil(p * count) with p = numerator/denominator, of 1 to count.
+std::uint64_t rank_of(std::uint64_t count, std::uint64_t numerator, std::uint64_t denominator) {
+  assert(count > 0 && numerator <= denominator);
+  const auto product = static_cast<Int128>(count) * numerator;
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+}
+
+// What a histogram of a few values, ascending, says of that rank.
+std::int64_t value_at(std::span<const std::uint32_t> few, std::uint64_t rank) {
+  return static_cast<std::int64_t>(value_of(bucket_of(few[rank - 1])));
+}
+
+// Without quantiles.
+Summary summary_of(std::uint64_t count, std::int64_t min, std::int64_t max, Int128 sum) {
+  return {.count = count,
+          .min = min,
+          .max = max,
+          .sum = clamped(sum),
+          .mean = static_cast<double>(sum) / static_cast<double>(count)};
+}
+
 }  // namespace
 
 ValueRange values_like(std::int64_t value) noexcept {
@@ -72,6 +96,7 @@ ValueRange values_like(std::int64_t value) noexcept {
     first_block_ = block;
   }
   const auto near = block - first_block_;
+  if (near < places_.size() && places_[near] != 0) return near;
   if (near >= places_.size()) {
     places_.reserve(near + 1);  // no more: there are many histograms
     places_.resize(near + 1);
@@ -84,12 +109,23 @@ ValueRange values_like(std::int64_t value) noexcept {
   return near;
 }
 
+void LogLinearHistogram::Counters::count_few() {
+  const std::span few(few_.data(), std::exchange(few_count_, 0));
+  add_block(few.front() / kBlock);
+  for (const auto bucket : few)
+    add(bucket);
+}
+
 void LogLinearHistogram::Counters::carry(std::size_t bucket) {
   if (!carries_) carries_.emplace();
   carries_->push_back(static_cast<std::uint32_t>(bucket));
 }
 
 void LogLinearHistogram::Counters::merge(const Counters& other) {
+  for (const auto bucket : std::span(other.few_.data(), other.few_count_))
+    add(bucket);
+  if (other.places_.empty()) return;
+  if (few_count_ > 0) count_few();
   for (std::size_t theirs = 0; theirs < other.places_.size(); ++theirs) {
     if (other.places_[theirs] == 0) continue;
     const auto block = other.first_block_ + theirs;
@@ -115,9 +151,12 @@ std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const no
 
 template <typename Integer, typename Visit>
 void LogLinearHistogram::add_all(std::span<const Integer> values, const Visit& visit) {
+  const bool are_kept = std::is_unsigned_v<Integer> && positive_.has_room_for(values.size());
   for (const auto value : values) {
     visit(value);
-    if (std::is_unsigned_v<Integer> || value >= 0) [[likely]] {
+    if (are_kept) {
+      positive_.keep(bucket_of(static_cast<std::uint64_t>(value)));
+    } else if (std::is_unsigned_v<Integer> || value >= 0) [[likely]] {
       positive_.add(bucket_of(static_cast<std::uint64_t>(value)));
     } else {
       if (!negative_) negative_.emplace();
@@ -144,9 +183,14 @@ void LogLinearHistogram::merge(const LogLinearHistogram& other) {
 template <typename Visit>
 void LogLinearHistogram::each(const Visit& visit) const {
   if (negative_) {
-    for (auto i = negative_->size(); i-- > 0;) {  // largest magnitude first
-      const auto count = (*negative_)[i];
-      if (count > 0 && !visit(static_cast<std::int64_t>(0 - value_of(i)), count)) return;
+    std::vector<std::pair<std::size_t, std::uint64_t>> counts;
+    negative_->each([&counts](std::size_t bucket, std::uint64_t count) {
+      counts.emplace_back(bucket, count);
+      return true;
+    });
+    std::ranges::reverse(counts);  // the largest magnitude first
+    for (const auto& [bucket, count] : counts) {
+      if (!visit(static_cast<std::int64_t>(0 - value_of(bucket)), count)) return;
     }
   }
   positive_.each([&visit](std::size_t bucket, std::uint64_t count) {
@@ -168,10 +212,7 @@ void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,
 }
 
 std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t denominator) const {
-  assert(count_ > 0 && numerator <= denominator);
-  const auto product = static_cast<Int128>(count_) * numerator;
-  return std::max<std::uint64_t>(
-      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+  return rank_of(count_, numerator, denominator);
 }
 
 std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
@@ -189,7 +230,7 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
 }
 
 template <typename Integer>
-void Statistics::Values::take_all(std::span<const Integer> values) {
+void Statistics::Settled::take(std::span<const Integer> values) {
   if (values.empty()) return;
   const bool is_first = histogram.count() == 0;
   // Of numbers of 32 bits there are few enough for one of 64.
@@ -208,61 +249,86 @@ void Statistics::Values::take_all(std::span<const Integer> values) {
 }
 
 void Statistics::Values::take(std::int64_t value) {
-  take_all(std::span<const std::int64_t>(&value, 1));
+  if (!settled) settled.emplace();
+  settled->take(std::span<const std::int64_t>(&value, 1));
 }
 
-void Statistics::Values::settle() {
-  take_all(std::span<const std::uint32_t>(waiting.data(), waiting_count));
+Statistics::Settled& Statistics::Values::settle() {
+  if (!settled) settled.emplace();
+  settled->take(std::span<const std::uint32_t>(waiting.data(), waiting_count));
   waiting_count = 0;
+  return *settled;
+}
+
+std::span<const std::uint32_t> Statistics::Values::few(Waiting& sorted) const {
+  if (settled) return {};
+  std::ranges::copy_n(waiting.begin(), waiting_count, sorted.begin());
+  const std::span all(sorted.data(), waiting_count);
+  std::ranges::sort(all);
+  return all;
 }
 
 void Statistics::merge(const Statistics& other) {
   if (!other.values_) return;
-  other.values_->settle();
+  const auto& theirs = other.values_->settle();
   if (!values_) {
     *this = other;
     return;
   }
-  values_->settle();
-  values_->min = std::min(values_->min, other.values_->min);
-  values_->max = std::max(values_->max, other.values_->max);
-  values_->sum += other.values_->sum;
-  values_->histogram.merge(other.values_->histogram);
+  auto& ours = values_->settle();
+  ours.min = std::min(ours.min, theirs.min);
+  ours.max = std::max(ours.max, theirs.max);
+  ours.sum += theirs.sum;
+  ours.histogram.merge(theirs.histogram);
 }
 
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
-  values_->settle();
-  return std::clamp(value_at(values_->histogram, rank), values_->min, values_->max);
+  Values::Waiting sorted;
+  if (const auto few = values_->few(sorted); !few.empty())
+    return std::clamp<std::int64_t>(value_at(few, rank), few.front(), few.back());
+  const auto& all = values_->settle();
+  return std::clamp(value_at(all.histogram, rank), all.min, all.max);
 }
 
 ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
   if (!values_) return {};
   const auto [least, greatest] = values_like(at_rank(rank));
-  return {.least = std::max(least, values_->min), .greatest = std::min(greatest, values_->max)};
+  Values::Waiting sorted;
+  if (const auto few = values_->few(sorted); !few.empty()) {
+    return {.least = std::max<std::int64_t>(least, few.front()),
+            .greatest = std::min<std::int64_t>(greatest, few.back())};
+  }
+  const auto& all = values_->settle();
+  return {.least = std::max(least, all.min), .greatest = std::min(greatest, all.max)};
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
-  auto& values = *values_;
-  values.settle();
-  const auto& histogram = values.histogram;
-  const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100), histogram.rank(99, 100),
-                         histogram.rank(999, 1000)};
+  const auto count = this->count();
+  const std::array ranks{rank_of(count, 50, 100), rank_of(count, 90, 100), rank_of(count, 99, 100),
+                         rank_of(count, 999, 1000)};
   std::array<std::int64_t, ranks.size()> quantiles{};
-  histogram.at_ranks(ranks, quantiles);
+  Summary summary;
+  Values::Waiting sorted;
+  if (const auto few = values_->few(sorted); !few.empty() && !with_buckets) {
+    summary = summary_of(count, few.front(), few.back(),
+                         std::accumulate(few.begin(), few.end(), Int128{0}));
+    std::ranges::transform(ranks, quantiles.begin(),
+                           [&few](std::uint64_t rank) { return value_at(few, rank); });
+  } else {
+    const auto& all = values_->settle();
+    summary = summary_of(count, all.min, all.max, all.sum);
+    all.histogram.at_ranks(ranks, quantiles);
+    if (with_buckets) summary.buckets = all.histogram.buckets();
+  }
   for (auto& quantile : quantiles)
-    quantile = std::clamp(quantile, values.min, values.max);
-  return Summary{.count = count(),
-                 .min = values.min,
-                 .max = values.max,
-                 .sum = clamped(values.sum),
-                 .mean = static_cast<double>(values.sum) / static_cast<double>(count()),
-                 .p50 = quantiles[0],
-                 .p90 = quantiles[1],
-                 .p99 = quantiles[2],
-                 .p99_9 = quantiles[3],
-                 .buckets = with_buckets ? histogram.buckets() : std::vector<HistogramBucket>{}};
+    quantile = std::clamp(quantile, summary.min, summary.max);
+  summary.p50 = quantiles[0];
+  summary.p90 = quantiles[1];
+  summary.p99 = quantiles[2];
+  summary.p99_9 = quantiles[3];
+  return summary;
 }
 
 }  // namespace cie::analysis

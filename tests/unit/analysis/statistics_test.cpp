@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -99,6 +100,64 @@ TEST(Statistics, BucketsOfShardsAddUpToThoseOfTheWhole) {
 
 TEST(Statistics, BucketsAreKeptOnlyWhenAskedFor) {
   EXPECT_TRUE(of({1, 2}).summary()->buckets.empty());
+}
+
+// Few values are kept as they are, some more as the list of their buckets.
+TEST(Statistics, HowManyValuesThereAreDecidesNothing) {
+  std::mt19937_64 random(5);
+  for (std::size_t count = 1; count <= 80; ++count) {
+    std::vector<std::int64_t> values(count);
+    for (auto& value : values)
+      value = static_cast<std::int64_t>(random() >> (34 + random() % 24));
+    const auto statistics = of(values);
+    const auto summary = *statistics.summary();
+    std::ranges::sort(values);
+    EXPECT_EQ(summary.count, count);
+    EXPECT_EQ(summary.min, values.front());
+    EXPECT_EQ(summary.max, values.back());
+    EXPECT_EQ(summary.sum, std::accumulate(values.begin(), values.end(), std::int64_t{0}));
+    const auto expect_rank = [&](std::size_t rank, std::int64_t told) {
+      const auto [least, greatest] = values_like(values[rank - 1]);
+      EXPECT_LE(std::max(least, values.front()), told) << rank << " of " << count;
+      EXPECT_GE(std::min(greatest, values.back()), told) << rank << " of " << count;
+      EXPECT_EQ(statistics.at_rank(rank), told);
+      const auto range = statistics.range_at_rank(rank);
+      EXPECT_LE(range.least, values[rank - 1]);
+      EXPECT_GE(range.greatest, values[rank - 1]);
+    };
+    expect_rank((count + 1) / 2, summary.p50);
+    expect_rank((9 * count + 9) / 10, summary.p90);
+    expect_rank((99 * count + 99) / 100, summary.p99);
+    const auto buckets = statistics.summary(true)->buckets;
+    std::uint64_t held = 0;
+    for (const auto& bucket : buckets) {
+      const auto [least, greatest] = values_like(bucket.value);
+      EXPECT_EQ(bucket.count, std::ranges::count_if(values, [&](std::int64_t value) {
+                  return least <= value && value <= greatest;
+                }));
+      held += bucket.count;
+    }
+    EXPECT_EQ(held, count);
+  }
+}
+
+TEST(Histogram, PartsOfAnySizeAddUp) {
+  std::mt19937_64 random(6);
+  for (const std::size_t ours : {0, 1, 20, 32, 33, 100}) {
+    for (const std::size_t theirs : {0, 1, 12, 13, 32, 33, 100}) {
+      LogLinearHistogram whole;
+      LogLinearHistogram parts[2];
+      for (std::size_t i = 0; i < ours + theirs; ++i) {
+        const auto magnitude = static_cast<std::int64_t>(random() % 5'000);
+        const auto value = random() % 2 == 0 ? magnitude : -magnitude;
+        whole.add(value);
+        parts[i < ours ? 0 : 1].add(value);
+      }
+      parts[0].merge(parts[1]);
+      EXPECT_EQ(parts[0].count(), ours + theirs);
+      EXPECT_EQ(parts[0].buckets(), whole.buckets()) << ours << " and " << theirs;
+    }
+  }
 }
 
 TEST(Statistics, NearestRankOfTwoIsTheLowerOneAtTheMedian) {

@@ -1,5 +1,7 @@
 #include "diff_outcome.hpp"
 
+#include <cie/analysis/statistics.hpp>
+
 #include "diff_changes.hpp"
 #include "words/text_layout.hpp"
 
@@ -28,11 +30,11 @@ struct Tally {
   std::uint64_t one_sided = 0;  // measured on one side only
 };
 
-// Whether the interval is as narrow as histograms know values: a bucket is 1/64 of its least value.
+// Whether the interval is as narrow as histograms know values.
 bool is_a_bucket(const analysis::QuantileInterval& interval) {
-  constexpr std::int64_t kPerBucket = 64;
-  return interval.lower && interval.upper &&
-         *interval.upper - *interval.lower <= *interval.lower / kPerBucket;
+  if (!interval.lower || !interval.upper) return false;
+  const auto bucket = analysis::values_like(*interval.lower);
+  return *interval.upper - *interval.lower <= bucket.greatest - bucket.least + 1;
 }
 
 void add_to(Tally& tally, const QuantityChange& change) {

@@ -5,6 +5,7 @@
 #include <cie/analysis/rare.hpp>
 #include <cie/analysis/time.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -48,8 +49,9 @@ struct Summary {
 
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
 // (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding
-// two histograms equals one histogram of all values. Memory: 64 bytes per quarter of an octave that
-// a value fell into, and one for each between the least and the largest value; at most 30 KB.
+// two histograms equals one histogram of all values. Memory: up to 32 values, 64 bytes; then those
+// per quarter of an octave that a value fell into, and one for each between the least and the
+// largest value; at most 30 KB.
 class LogLinearHistogram {
  public:
   void add(std::int64_t value) { add(std::span(&value, 1)); }
@@ -68,23 +70,36 @@ class LogLinearHistogram {
   std::vector<HistogramBucket> buckets() const;
 
  private:
-  // How many values fell into each bucket. Most quantities vary little, so counters come in blocks.
+  // How many values fell into each bucket. Most quantities vary little, so counters come in blocks;
+  // a large system has many of which there are few values, and as long as a block has room for the
+  // values themselves there are no counters.
   class Counters {
    public:
     void add(std::size_t bucket) {
       auto near = bucket / kBlock - first_block_;  // very large if it lies before
-      if (near >= places_.size() || places_[near] == 0) [[unlikely]]
+      if (near >= places_.size() || places_[near] == 0) [[unlikely]] {
+        if (has_room_for(1)) return keep(bucket);
+        if (few_count_ > 0) count_few();
         near = add_block(bucket / kBlock);
+      }
       auto& count = counts_[(places_[near] - std::size_t{1}) * kBlock + bucket % kBlock];
       if (++count == 0) [[unlikely]]
         carry(bucket);
     }
+    // Whether that many need no counters.
+    bool has_room_for(std::size_t values) const noexcept {
+      return places_.empty() && few_count_ + values <= kFew;
+    }
+    // After has_room_for().
+    void keep(std::size_t bucket) noexcept {
+      few_[few_count_++] = static_cast<std::uint16_t>(bucket);
+    }
     void merge(const Counters& other);
-    std::size_t size() const noexcept { return (first_block_ + places_.size()) * kBlock; }
     // `visit` takes a bucket that holds something and how much, ascending, and says whether it wants
     // more.
     template <typename Visit>
     void each(const Visit& visit) const {
+      each_few(visit);
       for (std::size_t near = 0; near < places_.size(); ++near) {
         if (places_[near] == 0) continue;
         const auto* counts = &counts_[(places_[near] - std::size_t{1}) * kBlock];
@@ -95,20 +110,31 @@ class LogLinearHistogram {
         }
       }
     }
-    std::uint64_t operator[](std::size_t bucket) const noexcept {
-      const auto near = bucket / kBlock - first_block_;
-      const std::size_t place = near < places_.size() ? places_[near] : 0;
-      if (place == 0) return 0;
-      return counts_[(place - 1) * kBlock + bucket % kBlock] + carried(bucket);
-    }
 
    private:
     static constexpr std::size_t kBlock = 16;
-    // Returns where in `places_` it is.
+    static constexpr std::size_t kFew = 32;
+    template <typename Visit>
+    void each_few(const Visit& visit) const {
+      auto sorted = few_;
+      const auto* const end = sorted.data() + few_count_;
+      std::sort(sorted.data(), sorted.data() + few_count_);
+      for (const auto* at = sorted.data(); at != end;) {
+        const auto* const first = at;
+        while (at != end && *at == *first)
+          ++at;
+        if (!visit(std::size_t{*first}, static_cast<std::uint64_t>(at - first))) return;
+      }
+    }
+    void count_few();  // from now on by counters
+    // Returns where in `places_` it is; it may be there already.
     std::size_t add_block(std::size_t block);
     void carry(std::size_t bucket);
     std::uint64_t carried(std::size_t bucket) const noexcept;
 
+    // The bucket of each value, as long as there are no counters.
+    std::array<std::uint16_t, kFew> few_{};
+    std::uint32_t few_count_ = 0;
     // From the first block that holds something to the last, where its counters are, from 1; 0:
     // nowhere yet. Of 64 bits there are 236 blocks.
     std::vector<std::uint8_t> places_;
@@ -145,8 +171,9 @@ class Statistics {
       values_->take(value.ns);
       return;
     }
+    if (values_->waiting_count == values_->waiting.size()) [[unlikely]]
+      values_->settle();
     values_->waiting[values_->waiting_count++] = small;
-    if (values_->waiting_count == values_->waiting.size()) values_->settle();
   }
   // A value will be added soon: brings what add() writes into the cache.
   void expect() const noexcept {
@@ -154,7 +181,8 @@ class Statistics {
   }
   void merge(const Statistics& other);
   std::uint64_t count() const noexcept {
-    return values_ ? values_->histogram.count() + values_->waiting_count : 0;
+    if (!values_) return 0;
+    return values_->waiting_count + (values_->settled ? values_->settled->histogram.count() : 0);
   }
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
@@ -164,21 +192,31 @@ class Statistics {
   std::optional<Summary> summary(bool with_buckets = false) const;
 
  private:
-  struct Values {
-    void take(std::int64_t value);
-    // Takes what waits. Changes nothing that can be seen.
-    void settle();
+  struct Settled {
     template <typename Integer>
-    void take_all(std::span<const Integer> values);
-    // Values wait for some more: consecutive ones are of different quantities, and to reach the
-    // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are: together
-    // with their number they are as large as a cache line.
-    std::uint32_t waiting_count = 0;
-    std::array<std::uint32_t, 15> waiting{};
+    void take(std::span<const Integer> values);
+
     LogLinearHistogram histogram;
     std::int64_t min = 0;
     std::int64_t max = 0;
     Int128 sum = 0;
+  };
+  // Values wait for some more: consecutive ones are of different quantities, and to reach the
+  // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are. All of it
+  // is as large as a cache line, and few values need no more.
+  struct Values {
+    static constexpr std::size_t kMost = 13;
+    using Waiting = std::array<std::uint32_t, kMost>;
+
+    void take(std::int64_t value);
+    // Takes what waits. Changes nothing that can be seen.
+    Settled& settle();
+    // All values, ascending, if all of them wait.
+    std::span<const std::uint32_t> few(Waiting& sorted) const;
+
+    std::uint32_t waiting_count = 0;
+    Waiting waiting{};
+    Rare<Settled> settled{};
   };
   mutable Rare<Values> values_;  // those that wait may be settled whenever they are asked for
 };
