@@ -267,7 +267,7 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       judge_unmeasured(context, asked, *chain, error, judgement);
       if (chain->incomplete != 0) {
         judgement.overrule(without_event(chain->first_incomplete.value_or(EventRef{}),
-                                         "the publish of the message taken here was not seen; " +
+                                         "the publish of the message taken here is not known; " +
                                              std::to_string(chain->incomplete) +
                                              " instances of the chain are incomplete"));
       }

@@ -249,6 +249,7 @@ void ChainTracker::on_specified(ChainNode& node, const EventRef& end, Chain& cha
     case Walk::too_long:
       break;
     case Walk::missing:
+      chain.progress.has_last = false;  // the next instance follows one that is not known
       ++chain.facts.incomplete;
       if (!chain.facts.first_incomplete) chain.facts.first_incomplete = scratch_.front()->start;
       break;

@@ -120,6 +120,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   live->missed = event.missed;
   live->source_timestamp = event.source_timestamp_realtime_ns;
   live->writer_gid = event.writer_gid;
+  live->is_writer_undecided = event.is_writer_undecided;
   live->realtime_offset = clocks_.synced(who.host);
 
   if (head.is_derived) facts.is_accounted = false;
@@ -423,6 +424,7 @@ const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
   node.is_in_window = live.is_in_window;
   node.writer_gid = live.writer_gid;
   node.source_timestamp = live.source_timestamp;
+  if (live.is_writer_undecided) node.link = ChainNode::Link::unseen;
   node.release = live.release;
   if (live.release) {
     node.earliest = live.release;

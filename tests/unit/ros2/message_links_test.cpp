@@ -49,6 +49,37 @@ TEST(MessageLinks, ACallThatGoesOnMayHaveWrittenAnythingSince) {
   EXPECT_EQ(links.find(kTopic, 500'000).gid, 3U);
 }
 
+TEST(MessageLinks, WhatSeveralMayHaveWrittenIsUndecided) {
+  MessageLinks links;
+  links.add(kTopic, call_of_publish(1, 100'000, 110'000));
+  links.add(kTopic, call_of_publish(2, 104'000, 114'000));
+  EXPECT_TRUE(links.find(kTopic, 107'000).is_undecided);
+  EXPECT_FALSE(links.find(kTopic, 113'000).is_undecided) << "the second alone";
+  EXPECT_FALSE(links.find(kTopic, 200'000).is_undecided) << "of nobody who is known";
+  links.add(kTopic, stamped(3, 300'000));
+  links.add(kTopic, stamped(4, 300'000));
+  EXPECT_TRUE(links.find(kTopic, 300'000).is_undecided);
+}
+
+// The clock that stamps messages was set: none fits any more. Whoever else publishes leaves
+// publications that messages fit.
+TEST(MessageLinks, MessagesThatFitNothingAnyMoreAreUndecided) {
+  constexpr std::int64_t kPeriod = 100'000;
+  const auto last_is_undecided = [](std::int64_t set, bool is_taken) {
+    MessageLinks links;
+    MessageLinks::Origin last;
+    for (std::int64_t k = 1; k <= 12; ++k) {
+      links.add(kTopic, call_of_publish(1, k * kPeriod, k * kPeriod + 10'000));
+      if (is_taken || k < 5) links.find(kTopic, k * kPeriod + 5'000);
+      if (k >= 5) last = links.find(kTopic, k * kPeriod + 5'000 + set);
+    }
+    return last.is_undecided;
+  };
+  EXPECT_TRUE(last_is_undecided(-30'000, false));
+  EXPECT_TRUE(last_is_undecided(50'000'000, false));
+  EXPECT_FALSE(last_is_undecided(-30'000, true)) << "somebody else wrote these";
+}
+
 // Its callback works on for long, and somebody who is not recorded publishes meanwhile.
 TEST(MessageLinks, ACallWritesOneMessage) {
   MessageLinks links;

@@ -244,6 +244,8 @@ struct CallbackStart {
   std::uint32_t missed = 0;
   std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
   std::uint64_t writer_gid = 0;
+  // One of the publications that were recorded may be the message taken; which is not told.
+  bool is_writer_undecided = false;
   // The next event of all, in the same stream, was its end, then. It is told by this alone: of ROS
   // 2's callbacks two of three end so.
   std::optional<Timestamp> end{};

@@ -152,6 +152,7 @@ void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
   if (topic == process.own_subscriptions.end()) return;
   const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns);
   event.writer_gid = origin.gid;
+  event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;
 }
 
@@ -406,6 +407,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   body.seq = seq;
   body.source_timestamp_realtime_ns = message.origin.stamp;
   body.writer_gid = message.origin.gid;
+  body.is_writer_undecided = message.origin.is_undecided;
   if (message.release) {
     body.release_kind = ReleaseKind::data;
     body.release_ns = message.release->ns;

@@ -1,6 +1,7 @@
 #include "message_links.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::analysis::ros2 {
 namespace {
@@ -37,6 +38,20 @@ std::int64_t MessageLinks::Topic::known_from() const {
   return first.is_exact ? first.stamp : first.from - kOffsetError;
 }
 
+bool MessageLinks::Topic::has_come_apart(std::int64_t source_timestamp) {
+  constexpr std::size_t kEnough = 3;
+  if (std::exchange(last_misfit, source_timestamp) != source_timestamp) ++misfits;
+  if (!has_fitted || misfits < kEnough) return false;
+  std::size_t of_none = 0;
+  for (auto i = publications.rbegin(); i != publications.rend() && of_none < kEnough; ++i) {
+    const auto& publication = *i->message;
+    if (publication.is_exact || publication.until == WrittenMessage::kInProcess) continue;
+    if (publication.taken_as) return false;
+    ++of_none;
+  }
+  return of_none == kEnough;
+}
+
 void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   auto& entry = topics_[topic];
   ++entry.publishers;
@@ -57,7 +72,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     auto& publication = *publications[i].message;
     if (publication.is_exact) {
       if (publication.stamp != source_timestamp) continue;
-      if (exact != nullptr) return {.gid = 0, .stamp = source_timestamp};  // which one is not told
+      if (exact != nullptr) return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
       exact = &publication;
       continue;
     }
@@ -67,16 +82,19 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     within = &publication;
     ++candidates;
   }
-  if (exact != nullptr) return {exact->gid, exact->name.value_or(exact->stamp)};
+  if (exact != nullptr) return {.gid = exact->gid, .stamp = exact->name.value_or(exact->stamp)};
   if (candidates == 1) {
     within->taken_as = source_timestamp;
-    return {within->gid, within->stamp};
+    entry.note_fit();
+    return {.gid = within->gid, .stamp = within->stamp};
   }
+  Origin origin{.gid = 0, .stamp = source_timestamp, .is_undecided = true};
+  if (candidates > 1 || entry.has_come_apart(source_timestamp)) return origin;
+  origin.is_undecided = false;
   // What the only publisher wrote that is known is remembered from some time on.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
-  const bool is_of_sole =
-      candidates == 0 && may_be_unknown;  // otherwise several may have written it
-  return {is_of_sole ? entry.sole_publisher : 0, source_timestamp};
+  if (may_be_unknown) origin.gid = entry.sole_publisher;  // else another one wrote it
+  return origin;
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {
@@ -86,7 +104,7 @@ MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int
   const auto each = std::find_if(publications.rbegin(), publications.rend(),
                                  [entry](const auto& p) { return p.message->entry == entry; });
   if (each == publications.rend()) return {};
-  return {each->message->gid, each->message->stamp};
+  return {.gid = each->message->gid, .stamp = each->message->stamp};
 }
 
 }  // namespace cie::analysis::ros2

@@ -46,6 +46,7 @@ class MessageLinks {
   struct Origin {
     std::uint64_t gid = 0;
     std::int64_t stamp = 0;
+    bool is_undecided = false;  // no publisher, and some of the recorded publications may be it
   };
   Origin find(const std::string& topic, std::int64_t source_timestamp);
   Origin find_entry(const std::string& topic, std::int64_t entry) const;
@@ -70,11 +71,21 @@ class MessageLinks {
     void settle();
     // No publication is remembered that was written before.
     std::int64_t known_from() const;
+    // Messages used to fit publications. This one fits none, as those before it, and the latest
+    // publications are those of no message: a clock was set.
+    bool has_come_apart(std::int64_t source_timestamp);
+    void note_fit() {
+      has_fitted = true;
+      misfits = 0;
+    }
 
     std::deque<Written> publications{};
     std::size_t settled = 0;
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;
+    bool has_fitted = false;
+    std::size_t misfits = 0;  // messages since one that fitted
+    std::int64_t last_misfit = 0;
   };
   std::unordered_map<std::string, Topic> topics_;
   std::uint64_t publishers_ = 0;
