@@ -50,8 +50,12 @@ void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
 }
 
-void InstanceBuilder::begin_outside(const std::optional<ThreadIndex>& thread) {
+void InstanceBuilder::begin_outside(const EventRef& start, const std::optional<ThreadIndex>& thread,
+                                    CallbackIndex callback) {
   ++of_thread(thread).unseen;
+  auto& of_callback = callbacks_[callback];
+  of_callback.started_before = start.time;
+  of_callback.losses = losses_;
 }
 
 void InstanceBuilder::end_outside(const std::optional<ThreadIndex>& thread) {

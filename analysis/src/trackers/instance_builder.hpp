@@ -56,7 +56,8 @@ class InstanceBuilder {
   // Events of applications were lost.
   void lose() noexcept { ++losses_; }
   // An instance that is not looked at, because it began before the window, begins and ends.
-  void begin_outside(const std::optional<ThreadIndex>& thread);
+  void begin_outside(const EventRef& start, const std::optional<ThreadIndex>& thread,
+                     CallbackIndex callback);
   void end_outside(const std::optional<ThreadIndex>& thread);
   // What woke the thread was of an instance that ended before the window.
   void forget_wakes(const EventHead& head, const Emitter& who);
@@ -106,10 +107,11 @@ class InstanceBuilder {
     std::vector<LiveInstance*> open;
     Recent<Ended, kRecentEnds> recent;  // for second ends
     std::unique_ptr<TimerGrid> grid;
-    std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
-    std::uint64_t losses = 0;             // that the grid knows of
-    std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
-    CallbackOnThread* last_on = nullptr;  // where it did something last
+    std::vector<ChainNodeRef> answering;        // ended, of services: they may respond afterwards
+    std::uint64_t losses = 0;                   // that the grid knows of
+    std::optional<Timestamp> started_before{};  // the last of its instances that began outside
+    std::vector<ThreadIndex> ran_on;            // those of its facts, which are larger by far
+    CallbackOnThread* last_on = nullptr;        // where it did something last
   };
 
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {

@@ -13,6 +13,9 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
   if (!grid) {
     const Duration period{static_cast<std::int64_t>(facts.period_ns)};
     grid = std::make_unique<TimerGrid>(*facts.first_expiry, period);
+    if (callback.started_before) {
+      grid->begin_after(callback.losses == losses_ ? callback.started_before : std::nullopt);
+    }
     callback.losses = losses_;
   }
   if (callback.losses != losses_) grid->lose();
@@ -35,7 +38,8 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
   if (ended.size() > 0 && follows(ended.newest(0).end.time)) start.busy_since = Timestamp{};
   if (const auto release = grid->on_start(start)) {
     live.expiry = release->expiry;
-    live.missed = release->missed;
+    live.missed = release->missed.value_or(0);
+    live.is_missed_known = release->missed.has_value();
     if (!release->is_prompt) live.proven_by = grid->prompt_starts() + 1;
   }
   facts.grid.prompt_starts = grid->prompt_starts();

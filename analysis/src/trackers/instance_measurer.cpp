@@ -154,7 +154,8 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
     instance.preempted_by = live.preempted_by;
   }
   if (facts.kind == CallbackKind::timer) {
-    const bool is_told = facts.is_accounted || is_known(instance.release_source);
+    const bool is_told =
+        live.is_missed_known && (facts.is_accounted || is_known(instance.release_source));
     instance.missed = is_told ? std::optional(live.missed) : std::nullopt;
   }
   instance.response_deadline = facts.response_deadline;

@@ -38,6 +38,7 @@ struct LiveInstance {
   std::optional<CallbackStatus> status{};
   OptionalTime release;  // exact ones only
   std::uint32_t missed = 0;
+  bool is_missed_known = true;
   OptionalTime expiry;          // calculated
   std::uint64_t proven_by = 0;  // as soon as the timer has had so many prompt starts
   std::int64_t source_timestamp = 0;

@@ -65,7 +65,7 @@ void InstanceMeasurer::hold_back(const LiveInstance& live, const Measured& measu
   auto instance = instance_of(live, measured);
   instance.release = measured.unproven;
   instance.release_source = ReleaseSource::timer_grid;
-  instance.missed = live.missed;
+  instance.missed = live.is_missed_known ? std::optional(live.missed) : std::nullopt;
   unproven.rows.push_back({.instance = instance, .preempted_by = live.preempted_by});
   ++held_back_;
 }

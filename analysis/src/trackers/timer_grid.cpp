@@ -55,7 +55,7 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
     unproven_ = {};
   } else {
     if (unproven_.releases++ == 0) unproven_.since = start.time;
-    unproven_.missed += missed;
+    unproven_.missed += missed.value_or(0);
   }
   return Release{.expiry = expiry, .missed = missed, .is_prompt = is_steady_};
 }
@@ -88,21 +88,33 @@ bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
 }
 
 // What was skipped before the first instance is the application's start.
-std::uint32_t TimerGrid::skipped_until(std::int64_t release, bool is_known) {
-  if (!has_started_ || (is_known && !anchor_)) {
-    unresolved_ += since_anchor_ + (has_started_ ? 1 : 0);
-    since_anchor_ = 0;
+std::optional<std::uint32_t> TimerGrid::skipped_until(std::int64_t release, bool is_known) {
+  if (!has_started_) {
     has_started_ = true;
-    anchor_ = release;
+    if (is_known || !is_cut_) anchor_ = release;
     return 0;
   }
+  if (is_known && !anchor_) {
+    unresolved_ += since_anchor_ + 1;
+    since_anchor_ = 0;
+    anchor_ = release;
+    return std::nullopt;
+  }
   ++since_anchor_;
-  if (!is_known || !anchor_) return 0;
+  if (!is_known || !anchor_) return std::nullopt;
   const auto skipped = release - *anchor_ - static_cast<std::int64_t>(since_anchor_);
   anchor_ = release;
   since_anchor_ = 0;
   return static_cast<std::uint32_t>(
       std::clamp<std::int64_t>(skipped, 0, std::numeric_limits<std::uint32_t>::max()));
+}
+
+void TimerGrid::begin_after(const std::optional<Timestamp>& start) noexcept {
+  if (start) {
+    latest_ = first_from(*start);
+  } else {
+    is_cut_ = true;
+  }
 }
 
 void TimerGrid::lose() noexcept {

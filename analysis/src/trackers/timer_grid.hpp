@@ -35,13 +35,17 @@ class TimerGrid {
   };
   struct Release {
     Timestamp expiry;
-    std::uint32_t missed = 0;  // periods skipped since the last instance whose release is known
+    // Periods skipped since the last instance whose release is known. Empty: it is not known.
+    std::optional<std::uint32_t> missed{};
     // Whether the start followed at once: if not, a later one that does has to prove that the grid
     // did not move before.
     bool is_prompt = true;
   };
   // The release of the next instance. Empty: unknown.
   std::optional<Release> on_start(const Start& start);
+  // Before the first instance that is looked at there were others. The last one started then, and
+  // none went unseen since; empty: that is not known.
+  void begin_after(const std::optional<Timestamp>& start) noexcept;
   // Instances may have gone unseen.
   void lose() noexcept;
 
@@ -76,7 +80,7 @@ class TimerGrid {
   std::int64_t first_from(Timestamp time) const noexcept;
   bool is_believed(Timestamp expiry, const Start& start);
   bool is_mostly_late() const noexcept { return late_ > prompt_ / 4; }
-  std::uint32_t skipped_until(std::int64_t release, bool is_known);
+  std::optional<std::uint32_t> skipped_until(std::int64_t release, bool is_known);
 
   Timestamp first_;
   Duration period_;
@@ -88,6 +92,7 @@ class TimerGrid {
   std::uint64_t since_anchor_ = 0;
   std::uint64_t unresolved_ = 0;
   bool has_started_ = false;
+  bool is_cut_ = false;        // what the first instance was released by is not known at all
   bool is_confirmed_ = false;  // by a prompt start since the last late one
   std::uint64_t prompt_ = 0;
   Duration floor_ = prompt();  // of the latest prompt starts, up to kEnoughPrompt of them

@@ -32,6 +32,7 @@ class Rows final : public Observer {
     if (is_known(instance.release_source)) row.release = instance.release->ns;
     if (instance.wakeup) row.wakeup = instance.wakeup->ns;
     row.is_from_known_publisher = instance.writer_gid != 0;
+    row.missed = instance.missed;
     rows.push_back(row);
   }
   std::size_t publications = 0;
@@ -305,10 +306,11 @@ std::string told(const Ros2Result& result) {
 
 // Where batches are as large as a reader's, starts tell of the ends that follow at once: that
 // changes nothing.
-Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec) {
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec,
+                        std::optional<TimeWindow> window) {
   constexpr std::size_t kOfReader = 256;
-  auto result = analyze(text, lost_at, spec, kOfReader);
-  EXPECT_EQ(told(result), told(analyze(text, lost_at, spec, 1)));
+  auto result = analyze(text, lost_at, spec, kOfReader, window);
+  EXPECT_EQ(told(result), told(analyze(text, lost_at, spec, 1, window)));
   const auto& trace = result.analysis.report.trace;
   if (trace.begin && trace.end) {
     const auto third = Duration{(trace.end->ns - trace.begin->ns) / 3};

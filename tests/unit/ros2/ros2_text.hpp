@@ -8,6 +8,8 @@
 #include <cie/analysis/analyzer.hpp>
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +48,7 @@ struct InstanceRow {
   std::int64_t release = -1;  // not known
   std::int64_t wakeup = -1;
   bool is_from_known_publisher = false;
+  std::optional<std::uint32_t> missed{};
 };
 
 struct Ros2Result {
@@ -65,6 +68,7 @@ struct Ros2Result {
 
 // `lost_at`: the tracer threw something away around then; -1: nothing. `spec`: YAML, if any.
 Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at = -1,
-                        std::string_view spec = {});
+                        std::string_view spec = {},
+                        std::optional<analysis::TimeWindow> window = {});
 
 }  // namespace cie::test

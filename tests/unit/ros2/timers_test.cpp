@@ -52,6 +52,11 @@ class Text {
   Ros2Result analyze(std::int64_t lost_at = -1, std::string_view spec = {}) const {
     return analyze_ros2(text_, lost_at, spec);
   }
+  Ros2Result analyze_from(std::int64_t begin) const {
+    analysis::TimeWindow window;
+    window.from = analysis::Timestamp{begin};
+    return analyze_ros2(text_, -1, {}, window);
+  }
 
  private:
   bool does_wait_;
@@ -474,6 +479,46 @@ TEST(Ros2Timers, WhatIsToldASecondTimeSaysNotWhenATimerWasMade) {
     10000100 callback_start callback=0x30
     10000200 callback_end callback=0x30)");
   EXPECT_EQ(result.analysis.report.callbacks.at(0).release_source, ReleaseSource::start);
+}
+
+// Another callback keeps the thread from expiry 5 until 5 ms after expiry 7.
+TEST(Ros2Timers, PeriodsSkippedInsideAWindowCountThere) {
+  constexpr auto kLate = expiry(7) + 5 * kMs;
+  Text text;
+  text.add(kMade, "rcl_timer_init timer_handle=0x21 period=1000000000");
+  text.add(kMade, "rclcpp_timer_callback_added timer_handle=0x21 callback=0x31");
+  text.add(kMade, "rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10");
+  for (std::int64_t k = 1; k <= 4; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  text.wait(expiry(5) - kMs);
+  text.add(expiry(5) - kMs, "callback_start callback=0x31");
+  text.add(kLate - 10 * kUs, "callback_end callback=0x31");
+  text.run_next(kLate);
+  for (std::int64_t k = 8; k <= 10; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  EXPECT_EQ(text.analyze().callback(kId).missed_releases, 2U);
+  for (const auto begin : {expiry(5), expiry(6), expiry(7)}) {
+    const auto window = text.analyze_from(begin);
+    EXPECT_EQ(window.callback(kId).missed_releases, 2U);
+    EXPECT_EQ(window.verdict("R2"), Verdict::fail) << window.evidence("R2");
+  }
+  const auto after = text.analyze_from(expiry(8));
+  EXPECT_EQ(after.verdict("R2"), Verdict::pass) << after.evidence("R2");
+}
+
+// Instance 5 is late, and nothing tells why: the timer may have been reset.
+TEST(Ros2Timers, SkippedPeriodsAfterAnUnknownReleaseAreNotTold) {
+  Text text;
+  for (std::int64_t k = 1; k <= 4; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  text.run(expiry(7) + 5 * kMs);
+  text.run(expiry(8) + 100 * kUs);
+  text.run(expiry(9) + 100 * kUs);
+  const auto result = text.analyze();
+  std::vector<std::optional<std::uint32_t>> missed;
+  for (const auto& row : result.instances)
+    missed.push_back(row.missed);
+  EXPECT_THAT(missed, testing::ElementsAre(0U, 0U, 0U, 0U, std::nullopt, std::nullopt, 0U));
 }
 
 }  // namespace
