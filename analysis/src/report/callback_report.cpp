@@ -92,9 +92,11 @@ void set_at_least(CallbackReport& report, const CallbackFacts& facts) {
   report.response_time_at_least = all.summary();
   // Where each of the others took longer than all of these, the median is this one.
   const auto middle = (all.count() + 1) / 2;
-  const auto median = values_like(report.response_time_at_least->p50);
+  // As near as the next bucket.
+  const auto median = report.response_time_at_least->p50;
+  const auto [least, greatest] = values_like(median);
   report.is_median_known = middle <= facts.response_time.count() &&
-                           facts.response_time.at_rank(middle) <= median.greatest;
+                           facts.response_time.at_rank(middle) - median <= greatest - least + 1;
 }
 
 void fill(CallbackReport& report, const RuleContext& context, CallbackIndex index) {
