@@ -230,13 +230,14 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   const auto& model = context.model;
   const auto& callback = model.callbacks[at(index)];
   if (callback.ran_on.empty() || !entry.parameters.policy) return;
+  judgement.doubt(context.proof.loss(index));          // there may have been an earlier instance
+  if (callback.starts.first.value_or(1) != 0) return;  // before the window
   const auto* const first = *std::ranges::min_element(
       callback.ran_on, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
   const auto match = std::ranges::find_if(
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });
-  if (match == scheduled.end()) return;        // never: S1's concern
-  judgement.doubt(context.proof.loss(index));  // there may have been an earlier instance
+  if (match == scheduled.end()) return;  // never: S1's concern
   const auto start = first->first_start.time;
   if (const auto what = untold_policy(entry.parameters)) {
     judgement.doubt(

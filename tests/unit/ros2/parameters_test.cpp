@@ -15,19 +15,6 @@ using analysis::Verdict;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Thread 7, of the timer with period 1, is switched in and out around an instance. It runs with the
-// kernel's `prio` (99 - real-time priority, 120 + nice) on a CPU.
-std::string instance(int time, int prio, int cpu = 0) {
-  const auto at = [time](int offset) { return "\n" + std::to_string(time + offset) + ' '; };
-  const auto on = " cpu=" + std::to_string(cpu);
-  const auto thread = " callback=0x30 tid=7" + on;
-  const auto priority = std::to_string(prio);
-  return at(0) + "sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=" +
-         priority + on + at(1) + "callback_start" + thread + at(2) + "callback_end" + thread +
-         at(3) + "sched:sched_switch prev_tid=7 prev_state=1 next_tid=0 next_prio=120 prev_prio=" +
-         priority + on;
-}
-
 constexpr const char* kSpec =
     "callback_groups:\n"
     "  - id: /n@Timer(1)\n"

@@ -198,6 +198,9 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                          .clock_offset_ns = kRealtimeOffset,
                          .path = "stream"},
              PacketBegin{});
+  const auto tells = [&text](const char* what) {
+    return text.find(what) != std::string_view::npos;
+  };
   const auto cpus = kernel_cpus(text);
   const auto on_every_cpu = [&](std::int64_t time, const auto&... bodies) {
     for (std::size_t i = 0; i < cpus.size(); ++i) {
@@ -207,14 +210,31 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     }
     head.stream = {};
   };
-  on_every_cpu(0,
-               StreamBegin{.channel = 1,
-                           .domain = Domain::kernel,
-                           .host = "robot",
-                           .clock_uuid = "boot",
-                           .clock_offset_ns = kRealtimeOffset,
-                           .path = "kernel"},
-               PacketBegin{});
+  on_every_cpu(0, StreamBegin{.channel = 1,
+                              .domain = Domain::kernel,
+                              .host = "robot",
+                              .clock_uuid = "boot",
+                              .clock_offset_ns = kRealtimeOffset,
+                              .path = "kernel"});
+  if (!tells(" kernel_begins")) on_every_cpu(0, PacketBegin{});
+  // A line that tells of the kernel's record.
+  const auto is_of_record = [&](const std::string& line) {
+    std::istringstream words(line);
+    std::int64_t time = 0;
+    std::string what;
+    words >> time >> what;
+    if (what == "kernel_begins") on_every_cpu(time, PacketBegin{});
+    if (what == "kernel_ends") on_every_cpu(time, PacketEnd{}, StreamEnd{});
+    if (what == "kernel_lost") {
+      std::int64_t until = 0;
+      words >> until;
+      on_every_cpu(
+          time,
+          Discarded{
+              .begin = Timestamp{time}, .end = Timestamp{until}, .count = 1, .packets = false});
+    }
+    return what.starts_with("kernel_");
+  };
   constexpr std::uint32_t kFirstOther = 1'000;  // stream and channel of the first other machine
   const auto boots = other_boots(text);
   const auto on_other_machines = [&](std::int64_t time, const auto& consume_of) {
@@ -238,6 +258,9 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   std::int64_t last = 0;
   for (std::string line_text; std::getline(lines, line_text);) {
     if (line_text.find_first_not_of(' ') == std::string::npos) continue;
+    head.pid.reset();
+    head.tid.reset();
+    if (is_of_record(line_text)) continue;
     std::int64_t lost_from = 0;
     std::int64_t lost_until = 0;
     // NOLINTNEXTLINE(cert-err34-c): a line of this file's tests
@@ -279,7 +302,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     consume(time, PacketEnd{});
     consume(time, StreamEnd{});
   });
-  on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
+  if (!tells(" kernel_ends")) on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
   on_streams(last + 1, PacketEnd{}, StreamEnd{});
   consume_batch();
   translator.finish(batch);
@@ -320,6 +343,22 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
   }
   std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
   return result;
+}
+
+std::string instance(int time, int prio, int cpu) {
+  const auto at = [time](int offset) { return "\n" + std::to_string(time + offset) + ' '; };
+  const auto on = " cpu=" + std::to_string(cpu);
+  const auto priority = std::to_string(prio);
+  return at(0) + "sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=" +
+         priority + on + unswitched_instance(time, cpu) + at(3) +
+         "sched:sched_switch prev_tid=7 prev_state=1 next_tid=0 next_prio=120 prev_prio=" +
+         priority + on;
+}
+
+std::string unswitched_instance(int time, int cpu) {
+  const auto at = [time](int offset) { return "\n" + std::to_string(time + offset) + ' '; };
+  const auto thread = " callback=0x30 tid=7 cpu=" + std::to_string(cpu);
+  return at(1) + "callback_start" + thread + at(2) + "callback_end" + thread;
 }
 
 std::string Ros2Result::durations() const {

@@ -2,6 +2,8 @@
 // …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
 // With a boot it is of another machine, which is called "robot" like the first.
 // `TIME lost until=TIME`: a packet that begins there tells that events were lost until its end.
+// `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.
+// `TIME kernel_lost TIME`: it has a hole until then.
 // Values with a digit first are numbers, of gids and CPUs lists of them (1.15.3); all others are texts.
 #pragma once
 
@@ -40,6 +42,12 @@ inline constexpr const char* kIsolated = R"(
   20 callback_start tid=1 callback=0x30
   21 callback_end tid=1 callback=0x30
 )";
+
+// Thread 7, of the timer with period 1, is switched in and out around an instance. It runs with the
+// kernel's `prio` (99 - real-time priority, 120 + nice) on a CPU.
+std::string instance(int time, int prio, int cpu = 0);
+// The same of which the kernel recorded nothing.
+std::string unswitched_instance(int time, int cpu = 0);
 
 struct InstanceRow {
   std::string logical_id;
