@@ -266,7 +266,8 @@ const Rule kParametersBeforeFirstCallback{
     "running process.\n"
     "Why it matters: The first instances after a start are often the longest ones, and without "
     "their parameters they are late or delay others.\n"
-    "Inconclusive when the first start, or an earlier read-back, may have been lost.\n"
+    "Inconclusive when the first start, or an earlier read-back (a switch, where nobody reads back), may "
+    "have been lost.\n"
     "Remedy: let the application apply the spec itself before it spins; configurators outside "
     "the process come too late by nature.",
     judge_before,

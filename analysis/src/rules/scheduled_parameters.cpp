@@ -79,6 +79,11 @@ bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judg
   return true;
 }
 
+// A priority above the one asked for may be inherited by an event that is lost.
+void overrule_inherited(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  judgement.overrule(context.proof.kernel_loss(index));
+}
+
 using Stretches = std::vector<ScheduledAs>;
 
 // From where a thread is meant to stay as it is scheduled: where the spec's priority was seen first;
@@ -119,7 +124,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   const auto& last = thread.scheduled.back();
   if (!is_as_asked(last, entry.parameters)) {
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
-    if (is_raised) judgement.overrule(context.proof.kernel_loss(index));  // perhaps inherited
+    if (is_raised) overrule_inherited(context, index, judgement);
     judgement.fail(evidence("sched_switch", last.last,
                             asks(context, entry) + "; the kernel schedules thread " +
                                 std::to_string(thread.tid) + " with " +
@@ -133,6 +138,19 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                             "by the priority and the CPUs of its switches: FIFO and RR are one "
                             "there, OTHER, BATCH and IDLE another, and CPUs that it did not use "
                             "are not seen"));
+}
+
+// S2: what may hide how the thread was scheduled when its first instance began.
+std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex index,
+                                    Timestamp start) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto& seen = thread.scheduled.front().first.at;
+  if (seen.time > start) {
+    return evidence("sched_switch", seen, "its priority before is unknown: no switch told it");
+  }
+  const auto host = context.model.processes[at(thread.process)].host;
+  const auto begin = std::min(seen.time, context.lives.of(index).begin);
+  return context.proof.kernel_loss(host, begin, start);
 }
 
 }  // namespace
@@ -185,7 +203,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
                            "from here on with " + priority_text(later->first.prio));
   if (is_asked) {
     const bool is_raised = later->first.prio < kept->first.prio;
-    if (is_raised) judgement.overrule(context.proof.kernel_loss(index));  // perhaps inherited
+    if (is_raised) overrule_inherited(context, index, judgement);
     judgement.fail(was);
     judgement.fail(is);
   } else {
@@ -228,21 +246,28 @@ void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
 void judge_scheduled_before(const RuleContext& context, CallbackIndex index, const SpecEntry& entry,
                             Judgement& judgement) {
   const auto& model = context.model;
+  const auto& proof = context.proof;
   const auto& callback = model.callbacks[at(index)];
   if (callback.ran_on.empty() || !entry.parameters.policy) return;
-  judgement.doubt(context.proof.loss(index));          // there may have been an earlier instance
+  judgement.doubt(proof.loss(index));                  // there may have been an earlier instance
   if (callback.starts.first.value_or(1) != 0) return;  // before the window
   const auto* const first = *std::ranges::min_element(
       callback.ran_on, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
   const auto match = std::ranges::find_if(
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });
-  if (match == scheduled.end()) return;  // never: S1's concern
+  if (match == scheduled.end()) {  // never: S1's concern
+    if (!model.hosts[at(model.processes[at(callback.process)].host)].has_switches) return;
+    judgement.doubt(proof.kernel_loss(first->thread));
+    return;
+  }
   const auto start = first->first_start.time;
   if (const auto what = untold_policy(entry.parameters)) {
     judgement.doubt(
         evidence("sched_switch", match->first.at, "sched_switch does not tell " + *what));
   }
+  judgement.overrule(proof.user_loss(callback.process, Timestamp{}, start));
+  judgement.overrule(lost_before(context, first->thread, start));
   if (match->first.at.time <= start) {
     judgement.check();
     return;
@@ -256,6 +281,8 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
     return;
   }
   judgement.check();
+  const bool is_raised = before->first.prio < match->first.prio;
+  if (is_raised) overrule_inherited(context, first->thread, judgement);
   judgement.fail(
       evidence("callback_start", first->first_start,
                callback.logical_id + " started unconfigured; " +

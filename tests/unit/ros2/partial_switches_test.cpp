@@ -21,6 +21,10 @@ constexpr const char* kFifo20 =
     "    policy: SCHED_FIFO\n"
     "    priority: 20\n";
 
+Ros2Result judged_partly(const std::string& events, const std::string& spec = kFifo20) {
+  return analyze_ros2(kTwoTimers + events, -1, spec);
+}
+
 // Of a window behind the first instance nobody can tell how that began.
 TEST(BeforeTheFirstInstance, IsNotAskedForWhereThatLiesBeforeTheWindow) {
   const TimeWindow later{.from = {15}, .to = {40}};
@@ -32,6 +36,42 @@ TEST(BeforeTheFirstInstance, IsNotAskedForWhereThatLiesBeforeTheWindow) {
   EXPECT_EQ(analyze_ros2(bad, -1, kFifo20).verdict("S2"), Verdict::fail);
   EXPECT_EQ(analyze_ros2(bad, -1, kFifo20, later).verdict("S2"), Verdict::not_applicable);
   EXPECT_EQ(analyze_ros2(bad, -1, kFifo20, whole).verdict("S2"), Verdict::fail);
+}
+
+// It was configured before, perhaps, and had changed when its next switch was seen.
+TEST(BeforeTheFirstInstance, IsUnknownWithoutASwitchThere) {
+  const auto later = instance(20, 120) + instance(30, 79);
+  for (const auto* record : {"\n8 kernel_lost 15", "\n8 kernel_begins"}) {
+    const bool is_late = std::string(record).ends_with("begins");
+    const auto result = judged_partly(is_late ? unswitched_instance(5) + record + later
+                                              : record + unswitched_instance(10) + later);
+    EXPECT_EQ(result.verdict("S2"), Verdict::inconclusive) << record;
+    EXPECT_THAT(result.evidence("S2"), HasSubstr("its priority before is unknown")) << record;
+  }
+}
+
+TEST(BeforeTheFirstInstance, IsKnownWhateverIsLostLater) {
+  const auto unconfigured = instance(10, 120) + "\n15 kernel_lost 16" + instance(20, 79);
+  EXPECT_EQ(judged_partly(unconfigured).verdict("S2"), Verdict::fail);
+  const auto configured = instance(10, 79) + "\n15 kernel_lost 16" + instance(20, 79);
+  EXPECT_EQ(judged_partly(configured).verdict("S2"), Verdict::pass);
+}
+
+TEST(BeforeTheFirstInstance, MayHaveHadThePriorityThatWasSeenNowhere) {
+  EXPECT_EQ(judged_partly(instance(10, 120) + instance(20, 120)).verdict("S2"),
+            Verdict::not_applicable);
+  EXPECT_EQ(
+      judged_partly(instance(10, 120) + "\n15 kernel_lost 16" + instance(20, 120)).verdict("S2"),
+      Verdict::inconclusive);
+}
+
+// Real-time priority 90 (9), where 20 is asked for.
+TEST(BeforeTheFirstInstance, MayHaveHadAHigherPriorityByInheritance) {
+  const auto lost = [](const std::string& hole) {
+    return judged_partly(instance(10, 9) + hole + instance(20, 79)).verdict("S2");
+  };
+  EXPECT_EQ(lost(""), Verdict::fail);
+  EXPECT_EQ(lost("\n12 kernel_lost 19"), Verdict::inconclusive);
 }
 
 }  // namespace
