@@ -66,9 +66,9 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   }
   const auto budget = *entry.foreign_work_budget_ns;
   const auto host = model.processes[at(thread.process)].host;
-  // A hole before the first wait that was seen may hide the first one.
+  // What was not recorded before the first wait that was seen may hide the first one.
   const auto loss = thread.first_wait
-                        ? proof.kernel_loss(host, work_begins(context, thread), end.time)
+                        ? proof.kernel_gap(host, work_begins(context, thread), end.time)
                         : proof.kernel_loss(index);
   if (loss) {
     judgement.doubt(loss);
@@ -330,8 +330,8 @@ const Rule kNoForeignWork{
     "Inconclusive when a callback on it lost instances, another one may have been lost with all of "
     "its runs, the context vtid is absent, it may have "
     "served what ROS 2's events do not show (M2), or (for the "
-    "budget) there are no kernel events, their record has a hole, or read-backs or the end of the "
-    "thread were lost.\n"
+    "budget) there are no kernel events, their record has a hole or begins after the thread, or "
+    "read-backs or the end of the thread were lost.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "
     "its own (Executor::spawn_thread); record with --kernel.\n"
     "Remedy with rclcpp: let the thread spin for the callback's group alone; move other work to a "

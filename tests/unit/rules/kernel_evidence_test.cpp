@@ -386,6 +386,25 @@ TEST(KernelRecord, IsAHoleBeforeACpusFirstPacketAndAfterItsLast) {
   }
 }
 
+// Of all CPUs.
+TextTrace with_record(TextTrace trace, std::int64_t begin, std::int64_t end) {
+  for (const std::int32_t cpu : {0, 1})
+    trace = with_record_of(std::move(trace), cpu, begin, end);
+  return trace;
+}
+
+// Foreign work counts from the thread's first wait, at 1: 17 ns of 67. What begins with that at 40 has 4 ns
+// of 28, which is less than the 20 % allowed.
+TEST(KernelRecord, ThatBeginsLaterThanAThreadsFirstWaitKnowsNotAllOfItsWork) {
+  constexpr auto kAllowed =
+      "callback_groups:\n  - id: fusion\n    foreign_work_budget: 200000000\n";
+  const auto whole = trace_of(kWanderer);
+  EXPECT_EQ(Verified(whole, kAllowed).of("M6", "thread 101"), Verdict::fail);
+  const Verified late(with_record(whole, 25, kAlways), kAllowed);
+  EXPECT_EQ(late.of("M6", "thread 101"), Verdict::inconclusive);
+  EXPECT_THAT(late.evidence("M6", "thread 101"), HasSubstr("the kernel's record begins here"));
+}
+
 // What an event of a thread lets presume before the kernel's record tells of it counts in no window.
 TEST(KernelRecord, CountsInAWindowWhatItTellsThereAlone) {
   auto trace = trace_of(R"(
