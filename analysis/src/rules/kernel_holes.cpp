@@ -116,6 +116,7 @@ void KernelHoles::find_edges(Holes& holes) {
   const Duration one{1};
   for (const auto& [host, edges] : hosts) {
     begins_[host] = *edges.last_begin->begin;
+    if (edges.are_ends_known) ends_[host] = *edges.last_end->end;
     if (*edges.first_begin->begin < *edges.last_begin->begin) {
       holes[host].push_back(
           {*edges.first_begin->begin, *edges.last_begin->begin - one, nullptr, edges.last_begin});
@@ -157,14 +158,24 @@ Evidence KernelHoles::evidence_of_hole(const Interval& hole) {
                       hole.stream->path);
 }
 
-std::optional<Evidence> KernelHoles::since(HostIndex host, Timestamp begin, Timestamp end) const {
+std::optional<Evidence> KernelHoles::begun_later(HostIndex host, Timestamp begin) const {
   const auto record = begins_.find(host);
-  if (record != begins_.end() && record->second > begin) {
-    return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
-  }
+  if (record == begins_.end() || record->second <= begin) return std::nullopt;
+  return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
+}
+
+std::optional<Evidence> KernelHoles::since(HostIndex host, Timestamp begin, Timestamp end) const {
+  if (auto later = begun_later(host, begin)) return later;
   if (const auto* before = loss_before(model_, host, Domain::kernel, begin))
     return evidence_of(*before);
   return between(host, begin, end);
+}
+
+std::optional<Evidence> KernelHoles::outside(HostIndex host, Timestamp begin, Timestamp end) const {
+  if (auto later = begun_later(host, begin)) return later;
+  const auto record = ends_.find(host);
+  if (record == ends_.end() || record->second >= end) return std::nullopt;
+  return evidence("stream_end", moment(record->second), "the kernel's record ends here");
 }
 
 }  // namespace cie::analysis

@@ -28,6 +28,8 @@ class KernelHoles {
   std::optional<Evidence> between(HostIndex host, Timestamp begin, Timestamp end) const;
   // The same, or the record began later than the first of the two.
   std::optional<Evidence> since(HostIndex host, Timestamp begin, Timestamp end) const;
+  // The record began later than the first of the two, or ended before the second.
+  std::optional<Evidence> outside(HostIndex host, Timestamp begin, Timestamp end) const;
 
  private:
   struct Interval {
@@ -42,11 +44,13 @@ class KernelHoles {
   // happened on the CPUs of those is unknown.
   void find_edges(Holes& holes);
   void merge(Holes& holes);
+  std::optional<Evidence> begun_later(HostIndex host, Timestamp begin) const;
   static Evidence evidence_of_hole(const Interval& hole);
 
   const Model& model_;
   Holes holes_;                            // disjoint, ascending
   std::map<HostIndex, Timestamp> begins_;  // when the last of its streams has begun
+  std::map<HostIndex, Timestamp> ends_;    // when the last of them has ended, if all have
 };
 
 }  // namespace cie::analysis

@@ -218,8 +218,15 @@ bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> 
 
 std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
   const auto& life = lives_.of(thread);
-  const auto process = model_.threads[at(thread)].process;
-  return holes_.between(model_.processes[at(process)].host, life.begin, life.end);
+  return holes_.between(host_of(thread), life.begin, life.end);
+}
+
+std::optional<Evidence> Proof::kernel_outside(ThreadIndex thread, Timestamp begin) const {
+  return holes_.outside(host_of(thread), begin, lives_.of(thread).end);
+}
+
+HostIndex Proof::host_of(ThreadIndex thread) const {
+  return model_.processes[at(model_.threads[at(thread)].process)].host;
 }
 
 std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTotals::*total,

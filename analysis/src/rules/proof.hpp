@@ -62,6 +62,8 @@ class Proof {
   std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
     return holes_.since(host, begin, end);
   }
+  // The kernel's record leaves out something of the time from then on to the end of the thread.
+  std::optional<Evidence> kernel_outside(ThreadIndex thread, Timestamp begin) const;
   // Callbacks that `run_end` counts and no event names: they may have run anywhere. Where nothing
   // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
@@ -88,6 +90,7 @@ class Proof {
     std::uint64_t publishers_registered = 0;
   };
   bool has_begun_in_trace(ProcessIndex process) const;
+  HostIndex host_of(ThreadIndex thread) const;
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                  std::uint64_t seen, const char* what) const;

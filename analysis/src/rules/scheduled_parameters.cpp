@@ -51,9 +51,10 @@ std::optional<std::string> untold(const ThreadParameters& asked) {
 }
 
 // `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
-// given its CPUs.
-void judge_cpus(const RuleContext& context, const ThreadFacts& thread, const ScheduledAs& scheduled,
-                const SpecEntry& entry, Judgement& judgement) {
+// given its CPUs. Null: it used no other ones.
+const UsedCpu* judge_cpus(const RuleContext& context, const ThreadFacts& thread,
+                          const ScheduledAs& scheduled, const SpecEntry& entry,
+                          Judgement& judgement) {
   const auto& allowed = entry.parameters.cpus;
   const auto since = first_start_on(thread).time;
   const auto outside = std::ranges::find_if(scheduled.cpus, [&](const UsedCpu& used) {
@@ -61,12 +62,13 @@ void judge_cpus(const RuleContext& context, const ThreadFacts& thread, const Sch
            std::ranges::find(*allowed, static_cast<std::uint32_t>(*used.last.cpu)) ==
                allowed->end();
   });
-  if (outside == scheduled.cpus.end()) return;
+  if (outside == scheduled.cpus.end()) return nullptr;
   // Switched in before its first instance, and again, or still there.
   const bool is_later = outside->first.time < since && outside->last.time > since;
   judgement.fail(evidence(
       "sched_switch", is_later ? outside->last : outside->first,
       asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->last.cpu)));
+  return &*outside;
 }
 
 // Nothing is known of how it was scheduled.
@@ -77,6 +79,12 @@ bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judg
                                " has no read-back, and no switch of it was seen; record kernel "
                                "events"));
   return true;
+}
+
+// The kernel's record is not of all the time since the thread's first instance.
+std::optional<Evidence> unrecorded(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  return context.proof.kernel_outside(index, first_start_on(thread).time);
 }
 
 // A priority above the one asked for may be inherited by an event that is lost.
@@ -114,15 +122,27 @@ std::string cpus_text(Stretches::const_iterator from, Stretches::const_iterator 
   return text;
 }
 
+// S1: what was lost or not recorded from then on may be that the thread was configured anew.
+void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp since,
+                     Judgement& judgement) {
+  const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
+  const auto end = context.lives.of(index).end;
+  if (end <= since) return;
+  judgement.overrule(context.proof.kernel_loss(host, since, end));
+  judgement.overrule(context.proof.kernel_outside(index, since));
+}
+
 void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                   Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   judgement.doubt(context.proof.kernel_loss(index));
+  judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   judgement.check();
   const auto& last = thread.scheduled.back();
   if (!is_as_asked(last, entry.parameters)) {
+    overrule_former(context, index, last.last.time, judgement);
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
     if (is_raised) overrule_inherited(context, index, judgement);
     judgement.fail(evidence("sched_switch", last.last,
@@ -130,7 +150,10 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                                 std::to_string(thread.tid) + " with " +
                                 priority_text(last.first.prio)));
   }
-  if (entry.parameters.cpus) judge_cpus(context, thread, last, entry, judgement);
+  if (entry.parameters.cpus) {
+    const auto* switched = judge_cpus(context, thread, last, entry, judgement);
+    if (switched != nullptr) overrule_former(context, index, switched->last.time, judgement);
+  }
   if (const auto what = untold(entry.parameters)) {
     judgement.doubt(without_event(begin, "sched_switch does not tell " + *what));
   }
@@ -151,6 +174,21 @@ std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex inde
   const auto host = context.model.processes[at(thread.process)].host;
   const auto begin = std::min(seen.time, context.lives.of(index).begin);
   return context.proof.kernel_loss(host, begin, start);
+}
+
+// The thread may have been given the spec's priority, from which on its CPUs are judged, before `as`.
+std::optional<Evidence> lost_beginning(const RuleContext& context, ThreadIndex index,
+                                       const SpecEntry& entry, const ScheduledAs& as) {
+  if (!entry.parameters.policy) return std::nullopt;
+  const auto& thread = context.model.threads[at(index)];
+  if (!is_as_asked(as, entry.parameters)) {
+    const auto loss = context.proof.kernel_loss(index);
+    return loss ? loss : unrecorded(context, index);
+  }
+  const auto start = first_start_on(thread).time;
+  const auto seen = as.first.at.time;
+  const auto host = context.model.processes[at(thread.process)].host;
+  return seen > start ? context.proof.kernel_gap(host, start, seen) : std::nullopt;
 }
 
 }  // namespace
@@ -179,6 +217,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   judgement.doubt(context.proof.loss(index));
   judgement.doubt(context.proof.kernel_loss(index));
+  judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   const auto* entry = sole_entry(context, thread);
   const auto kept = reference_of(thread, entry);
@@ -218,6 +257,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   judgement.doubt(context.proof.loss(index));
+  judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   const auto* entry = sole_entry(context, thread);
   const auto end = thread.scheduled.end();
@@ -233,6 +273,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
       "sampled", begin,
       "by the spec's CPUs: nobody read back what the kernel allows" +
           std::string(context.proof.kernel_loss(index) ? ", and its record has holes" : "")));
+  judgement.overrule(lost_beginning(context, index, *entry, *as));
   for (; as != end; ++as)
     judge_cpus(context, thread, *as, *entry, judgement);
 }
@@ -259,6 +300,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   if (match == scheduled.end()) {  // never: S1's concern
     if (!model.hosts[at(model.processes[at(callback.process)].host)].has_switches) return;
     judgement.doubt(proof.kernel_loss(first->thread));
+    judgement.doubt(unrecorded(context, first->thread));
     return;
   }
   const auto start = first->first_start.time;

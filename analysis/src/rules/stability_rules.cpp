@@ -46,6 +46,11 @@ const std::pair<ReadBack, ReadBack>* audit_mismatch(const RuleContext& context, 
   return asked != mismatches.end() ? &*asked : nullptr;
 }
 
+// The first one that the thread was compared with.
+const ReadBack& first_reference(const ThreadFacts& thread) {
+  return thread.applied.empty() ? *thread.first_audit : thread.applied.front();
+}
+
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& model = context.model;
   const auto& proof = context.proof;
@@ -61,6 +66,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   }
   const auto host = model.processes[at(thread.process)].host;
   auto hole = proof.kernel_loss(index);
+  if (!hole) hole = proof.kernel_outside(index, first_reference(thread).at.time);
   for (const auto* mismatch : {&thread.lowered_priority, &thread.raised_priority}) {
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;

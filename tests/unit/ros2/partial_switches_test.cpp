@@ -74,5 +74,39 @@ TEST(BeforeTheFirstInstance, MayHaveHadAHigherPriorityByInheritance) {
   EXPECT_EQ(lost("\n12 kernel_lost 19"), Verdict::inconclusive);
 }
 
+TEST(PartOfTheRun, PassesNothingThatTheRestMayViolate) {
+  const auto whole = instance(10, 79) + instance(20, 79) + instance(30, 79);
+  const auto early = instance(10, 79) + instance(20, 79) + "\n25 kernel_ends";
+  const auto late = "\n15 kernel_begins" + instance(20, 79) + instance(30, 79);
+  for (const auto* rule : {"S1", "S3", "S4"}) {
+    EXPECT_EQ(judged_partly(whole).verdict(rule), Verdict::pass) << rule;
+    const auto ended = judged_partly(early + unswitched_instance(30));
+    EXPECT_EQ(ended.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(ended.evidence(rule), HasSubstr("the kernel's record ends here")) << rule;
+    const auto begun = judged_partly(unswitched_instance(10) + late);
+    EXPECT_EQ(begun.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(begun.evidence(rule), HasSubstr("the kernel's record begins here")) << rule;
+    EXPECT_EQ(judged_partly(early).verdict(rule), Verdict::pass) << rule << ": it ran no more";
+    EXPECT_EQ(judged_partly(late).verdict(rule), Verdict::pass) << rule << ": it had not run";
+  }
+}
+
+TEST(PartOfTheRun, FailsWhatItShowsButForTheLastConfiguration) {
+  const auto early = instance(10, 79) + instance(20, 120, 3) + "\n25 kernel_ends";
+  EXPECT_EQ(judged_partly(early).verdict("S1"), Verdict::fail);
+  const auto result = judged_partly(early + unswitched_instance(30));
+  for (const auto* rule : {"S3", "S4"})
+    EXPECT_EQ(result.verdict(rule), Verdict::fail) << rule;
+  EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive) << "it may have been configured anew";
+  const auto lost = instance(10, 79) + instance(20, 120) + "\n25 kernel_lost 35";
+  EXPECT_EQ(judged_partly(lost + unswitched_instance(30)).verdict("S1"), Verdict::inconclusive);
+  EXPECT_EQ(judged_partly("\n5 kernel_lost 7" + instance(20, 120)).verdict("S1"), Verdict::fail);
+}
+
+TEST(PartOfTheRun, MayLackThePriorityThatWasSeenNowhere) {
+  const auto early = instance(10, 120) + "\n15 kernel_ends" + unswitched_instance(20);
+  EXPECT_EQ(judged_partly(early).verdict("S2"), Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -405,6 +405,30 @@ TEST(KernelRecord, ThatBeginsLaterThanAThreadsFirstWaitKnowsNotAllOfItsWork) {
   EXPECT_THAT(late.evidence("M6", "thread 101"), HasSubstr("the kernel's record begins here"));
 }
 
+// FIFO 80 is the kernel's priority 19; nice 0, from 30 on, is 120.
+TEST(KernelRecord, OfAPartOfTheRunPassesNoUnchangedPriority) {
+  constexpr auto kLowered = R"(
+  callback fusion
+  -100 initial fusion
+  -90 applied fusion policy=fifo priority=80
+  10 switch 0 idle fusion next_prio=19
+  12 start fusion
+  18 end fusion
+  19 switch 0 fusion idle state=1 prio=19
+  30 switch 0 idle fusion next_prio=120
+  32 start fusion
+  38 end fusion
+  39 switch 0 fusion idle state=1 prio=120)";
+  const auto whole = trace_of(kLowered);
+  EXPECT_EQ(Verified(whole)["S3"], Verdict::fail);
+  EXPECT_EQ(Verified(with_record(whole, -kAlways, 25))["S3"], Verdict::inconclusive);
+  const auto audited =
+      trace_of(std::string(kLowered) + "\n28 audit fusion policy=fifo priority=80");
+  const Verified part(with_record(audited, -kAlways, 25));
+  EXPECT_EQ(part["S3"], Verdict::pass);
+  EXPECT_THAT(part.evidence("S3", "thread 101"), HasSubstr("by read-back"));
+}
+
 // What an event of a thread lets presume before the kernel's record tells of it counts in no window.
 TEST(KernelRecord, CountsInAWindowWhatItTellsThereAlone) {
   auto trace = trace_of(R"(
