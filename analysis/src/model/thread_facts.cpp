@@ -40,6 +40,17 @@ bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
   return a.priority == b.priority && a.nice == b.nice;
 }
 
+void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
+  constexpr std::size_t kMostKept = 4096;  // no machine has more; a forged recording may
+  const auto found =
+      std::ranges::find(cpus, where.cpu, [](const UsedCpu& used) { return used.first.cpu; });
+  if (found != cpus.end()) {
+    found->last = where;
+  } else if (cpus.size() < kMostKept) {
+    cpus.push_back({.first = where, .last = where});
+  }
+}
+
 void note_applied(ThreadFacts& thread, const ReadBack& read_back) {
   constexpr std::size_t kMostKept = 1024;
   auto& applied = thread.applied;

@@ -153,6 +153,14 @@ struct SequenceFacts {
   std::uint64_t repeated = 0;  // a number not above the last, seen again or out of order
 };
 
+// A CPU that a thread was seen on: the first time and the last.
+struct UsedCpu {
+  EventRef first{};
+  EventRef last{};
+};
+// It was seen there once more.
+void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where);
+
 // A callback as seen running on a thread. What every instance touches takes one cache line.
 struct alignas(64) CallbackOnThread {
   CallbackIndex callback{};
@@ -162,17 +170,13 @@ struct alignas(64) CallbackOnThread {
   EventRef last_activity{};     // last start or end of it there
   EventRef first_start{};       // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
+  // Of its starts and ends; where the last one was, it was seen last at `last_activity`.
+  std::vector<UsedCpu> cpus{};
 };
 
 struct SwitchPriority {
   EventRef at{};
   std::int32_t prio = 0;
-};
-
-// A CPU that a thread was switched in on: the first time and the last.
-struct UsedCpu {
-  EventRef first{};
-  EventRef last{};
 };
 
 // A stretch of time through which the kernel scheduled a thread with one priority (priority

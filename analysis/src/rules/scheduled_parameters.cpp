@@ -50,25 +50,49 @@ std::optional<std::string> untold(const ThreadParameters& asked) {
   return std::nullopt;
 }
 
+bool is_allowed(const SpecEntry& entry, const EventRef& where) {
+  const auto& allowed = *entry.parameters.cpus;
+  return !where.cpu ||
+         std::ranges::find(allowed, static_cast<std::uint32_t>(*where.cpu)) != allowed.end();
+}
+
+Evidence ran_outside(const RuleContext& context, const SpecEntry& entry, const char* event,
+                     const EventRef& where) {
+  return evidence(
+      event, where,
+      asks(context, entry) + "; the thread ran on CPU " + std::to_string(where.cpu.value_or(-1)));
+}
+
 // `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
 // given its CPUs. Null: it used no other ones.
 const UsedCpu* judge_cpus(const RuleContext& context, const ThreadFacts& thread,
                           const ScheduledAs& scheduled, const SpecEntry& entry,
                           Judgement& judgement) {
-  const auto& allowed = entry.parameters.cpus;
   const auto since = first_start_on(thread).time;
   const auto outside = std::ranges::find_if(scheduled.cpus, [&](const UsedCpu& used) {
-    return used.last.cpu && used.last.time >= since &&
-           std::ranges::find(*allowed, static_cast<std::uint32_t>(*used.last.cpu)) ==
-               allowed->end();
+    return used.last.time >= since && !is_allowed(entry, used.last);
   });
   if (outside == scheduled.cpus.end()) return nullptr;
   // Switched in before its first instance, and again, or still there.
   const bool is_later = outside->first.time < since && outside->last.time > since;
-  judgement.fail(evidence(
-      "sched_switch", is_later ? outside->last : outside->first,
-      asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->last.cpu)));
+  judgement.fail(
+      ran_outside(context, entry, "sched_switch", is_later ? outside->last : outside->first));
   return &*outside;
+}
+
+// Where a start or an end of its callbacks shows the thread on a CPU that `entry` does not ask for,
+// from then on: whatever was recorded of its switches.
+std::optional<EventRef> own_event_outside(const ThreadFacts& thread, const SpecEntry& entry,
+                                          Timestamp since) {
+  for (const auto* pair : thread.ran) {
+    for (const auto& used : pair->cpus) {
+      const bool is_there = used.first.cpu == pair->last_activity.cpu;
+      const auto& last = is_there ? pair->last_activity : used.last;
+      if (last.time < since || is_allowed(entry, last)) continue;
+      return used.first.time >= since ? used.first : last;
+    }
+  }
+  return std::nullopt;
 }
 
 // Nothing is known of how it was scheduled.
@@ -132,6 +156,19 @@ void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp si
   judgement.overrule(context.proof.kernel_outside(index, since));
 }
 
+// S1: of the last configuration, by switches, or else by its own events.
+void judge_last_cpus(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+                     Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto& last = thread.scheduled.back();
+  if (const auto* switched = judge_cpus(context, thread, last, entry, judgement)) {
+    overrule_former(context, index, switched->last.time, judgement);
+  } else if (const auto outside = own_event_outside(thread, entry, last.first.at.time)) {
+    overrule_former(context, index, outside->time, judgement);
+    judgement.fail(ran_outside(context, entry, "cpu", *outside));
+  }
+}
+
 void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                   Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
@@ -150,10 +187,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                                 std::to_string(thread.tid) + " with " +
                                 priority_text(last.first.prio)));
   }
-  if (entry.parameters.cpus) {
-    const auto* switched = judge_cpus(context, thread, last, entry, judgement);
-    if (switched != nullptr) overrule_former(context, index, switched->last.time, judgement);
-  }
+  if (entry.parameters.cpus) judge_last_cpus(context, index, entry, judgement);
   if (const auto what = untold(entry.parameters)) {
     judgement.doubt(without_event(begin, "sched_switch does not tell " + *what));
   }
@@ -174,6 +208,14 @@ std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex inde
   const auto host = context.model.processes[at(thread.process)].host;
   const auto begin = std::min(seen.time, context.lives.of(index).begin);
   return context.proof.kernel_loss(host, begin, start);
+}
+
+// S4: by its own events.
+void judge_own_cpus(const RuleContext& context, const ThreadFacts& thread, const SpecEntry& entry,
+                    Timestamp since, Judgement& judgement) {
+  if (const auto outside = own_event_outside(thread, entry, since)) {
+    judgement.fail(ran_outside(context, entry, "cpu", *outside));
+  }
 }
 
 // The thread may have been given the spec's priority, from which on its CPUs are judged, before `as`.
@@ -256,16 +298,20 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
 void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
+  const auto* entry = sole_entry(context, thread);
+  const auto& all = thread.scheduled;
   judgement.doubt(context.proof.loss(index));
   judgement.doubt(unrecorded(context, index));
-  if (is_unseen(thread, begin, judgement)) return;
-  const auto* entry = sole_entry(context, thread);
-  const auto end = thread.scheduled.end();
-  auto as = reference_of(thread, entry);
+  const bool is_unseen_by_kernel = is_unseen(thread, begin, judgement);
   if (entry == nullptr || !entry->parameters.cpus) {
+    if (is_unseen_by_kernel) return;
     judgement.doubt(
         without_event(begin, "no read-back of the allowed CPUs; its switches show it on " +
-                                 cpus_text(thread.scheduled.begin(), end)));
+                                 cpus_text(all.begin(), all.end())));
+    return;
+  }
+  if (is_unseen_by_kernel) {
+    if (!entry->parameters.policy) judge_own_cpus(context, thread, *entry, {}, judgement);
     return;
   }
   judgement.check();
@@ -273,9 +319,14 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
       "sampled", begin,
       "by the spec's CPUs: nobody read back what the kernel allows" +
           std::string(context.proof.kernel_loss(index) ? ", and its record has holes" : "")));
+  auto as = reference_of(thread, entry);
   judgement.overrule(lost_beginning(context, index, *entry, *as));
-  for (; as != end; ++as)
-    judge_cpus(context, thread, *as, *entry, judgement);
+  const bool is_given = entry->parameters.policy && is_as_asked(*as, entry->parameters);
+  const auto since = is_given ? as->first.at.time : Timestamp{};
+  bool is_outside = false;
+  for (; as != all.end(); ++as)
+    is_outside = judge_cpus(context, thread, *as, *entry, judgement) != nullptr || is_outside;
+  if (!is_outside) judge_own_cpus(context, thread, *entry, since, judgement);
 }
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,

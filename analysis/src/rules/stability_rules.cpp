@@ -311,10 +311,11 @@ const Rule kAllowedCpusOnly{
     "are applied, also of those that they give. Without kernel "
     "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
     "record not all others: PASS then says \"sampled\". Threads of ROS 2, which nobody reads back, "
-    "are judged by the spec's affinity.\n"
+    "are judged by the spec's affinity: by their switches and by the CPUs of their starts and ends.\n"
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
-    "Inconclusive when there is no read-back of the mask, or read-backs were lost.\n"
+    "Inconclusive when there is no read-back of the mask, read-backs were lost, or the kernel recorded "
+    "a part only of a thread that nobody reads back.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
     "spec's affinity and read it back.",
     judge_allowed_cpus,

@@ -47,16 +47,6 @@ bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack
                               [&](auto field) { return asked_for(thread, expected, field); });
 }
 
-void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
-  const auto found =
-      std::ranges::find(cpus, where.cpu, [](const UsedCpu& used) { return used.first.cpu; });
-  if (found != cpus.end()) {
-    found->last = where;
-  } else if (cpus.size() < kMostCpus) {
-    cpus.push_back({.first = where, .last = where});
-  }
-}
-
 // Of a priority that changes all the time, what counts is how it began and how it ended: the last two
 // stretches become one.
 void join_last_two(std::vector<ScheduledAs>& stretches) {

@@ -268,6 +268,20 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
   }
 }
 
+namespace {
+
+// An instance starts or ends there.
+void note_activity(CallbackOnThread& pair, const EventRef& where) {
+  auto& last = pair.last_activity;
+  if (where.cpu != last.cpu) [[unlikely]] {
+    if (last.cpu) note_cpu(pair.cpus, last);
+    if (where.cpu) note_cpu(pair.cpus, where);
+  }
+  last = where;
+}
+
+}  // namespace
+
 inline void InstanceBuilder::note_on_thread(LiveInstance& live, OfCallback& callback) {
   auto& last = callback.last_on;
   if (last == nullptr || last->thread != *live.thread) {
@@ -279,7 +293,7 @@ inline void InstanceBuilder::note_on_thread(LiveInstance& live, OfCallback& call
   }
   live.pair = last;
   ++last->starts;
-  last->last_activity = live.start;
+  note_activity(*last, live.start);
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
@@ -348,7 +362,7 @@ void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, C
   const bool follows_one_inside = facts.starts.first && seq > *facts.starts.first;
   if (facts.registered->time < window_begin_ && !follows_one_inside) return;
   auto& pair = pair_of(index, thread, end, seq);
-  pair.last_activity = end;
+  note_activity(pair, end);
   callbacks_[index].last_on = &pair;
 }
 
@@ -391,7 +405,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
       thread.nesting = nesting_of(*live);
     }
     callback.last_on = live->pair;
-    live->pair->last_activity = *live->end;
+    note_activity(*live->pair, *live->end);
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
   if (facts.kind == CallbackKind::service && !facts.is_accounted && live->writer_gid != 0) {

@@ -20,6 +20,11 @@ constexpr const char* kFifo20 =
     "    affinity: [0, 1]\n"
     "    policy: SCHED_FIFO\n"
     "    priority: 20\n";
+constexpr const char* kCpusAlone = "callback_groups:\n  - id: /n@Timer(1)\n    affinity: [0, 1]\n";
+// Somebody else runs on CPU 3, which so has a record.
+const std::string kOnCpu3 =
+    "\n3 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=9 next_prio=120 cpu=3"
+    "\n4 sched:sched_switch prev_tid=9 prev_prio=120 prev_state=1 next_tid=0 next_prio=120 cpu=3";
 
 Ros2Result judged_partly(const std::string& events, const std::string& spec = kFifo20) {
   return analyze_ros2(kTwoTimers + events, -1, spec);
@@ -106,6 +111,60 @@ TEST(PartOfTheRun, FailsWhatItShowsButForTheLastConfiguration) {
 TEST(PartOfTheRun, MayLackThePriorityThatWasSeenNowhere) {
   const auto early = instance(10, 120) + "\n15 kernel_ends" + unswitched_instance(20);
   EXPECT_EQ(judged_partly(early).verdict("S2"), Verdict::inconclusive);
+}
+
+// Its own events show it on a CPU of which the kernel recorded nothing.
+TEST(CpusOfStartsAndEnds, FailWhereNoSwitchShowsThem) {
+  const auto stays = instance(10, 79) + instance(20, 79);
+  EXPECT_EQ(judged_partly(stays, kCpusAlone).verdict("S4"), Verdict::pass);
+  const auto strays = instance(10, 79) + unswitched_instance(20, 3) + instance(30, 79);
+  for (const auto* spec : {kFifo20, kCpusAlone}) {
+    const auto result = judged_partly(strays, spec);
+    EXPECT_EQ(result.verdict("S4"), Verdict::fail) << spec;
+    EXPECT_THAT(result.evidence("S4"), HasSubstr("cpu: spec.yaml:2 asks for")) << spec;
+    EXPECT_THAT(result.evidence("S4"), HasSubstr("the thread ran on CPU 3")) << spec;
+    EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive) << spec;
+  }
+}
+
+// An instance may start on one CPU and end on another.
+TEST(CpusOfStartsAndEnds, AreAllOfThem) {
+  const auto moved = instance(10, 79) +
+                     "\n21 callback_start callback=0x30 tid=7 cpu=3"
+                     "\n22 callback_end callback=0x30 tid=7 cpu=1" +
+                     instance(30, 79, 1);
+  EXPECT_EQ(judged_partly(moved).verdict("S4"), Verdict::fail);
+}
+
+TEST(CpusOfStartsAndEnds, FailWithoutKernelEventsUnlessItMayHaveBeenGivenThemLater) {
+  const auto events = unswitched_instance(10, 3) + unswitched_instance(20);
+  EXPECT_EQ(judged_partly(events, kCpusAlone).verdict("S4"), Verdict::fail);
+  EXPECT_EQ(judged_partly(unswitched_instance(10, 3) + instance(20, 79), kCpusAlone).verdict("S4"),
+            Verdict::fail)
+      << "its first switch was seen later";
+  EXPECT_EQ(judged_partly(events).verdict("S4"), Verdict::inconclusive);
+  EXPECT_EQ(judged_partly(instance(10, 120, 3) + instance(20, 79)).verdict("S4"), Verdict::pass)
+      << "the spec's priority and its CPUs were given to it between the two";
+}
+
+// The switch in which the spec's priority would have been seen first is lost.
+TEST(CpusOfStartsAndEnds, AreNotJudgedFromAPriorityThatWasSeenTooLate) {
+  const auto given_late = [](const std::string& hole) {
+    return judged_partly(kOnCpu3 + unswitched_instance(10, 3) + hole + instance(20, 79))
+        .verdict("S4");
+  };
+  EXPECT_EQ(given_late("\n13 kernel_lost 15"), Verdict::inconclusive);
+  const auto never_seen = instance(10, 120, 3) + "\n15 kernel_lost 17" + instance(20, 120);
+  EXPECT_EQ(judged_partly(never_seen).verdict("S4"), Verdict::inconclusive);
+}
+
+TEST(CpusOfStartsAndEnds, FailTheLastConfigurationIfNothingIsLostSince) {
+  const auto strays = [](const std::string& lines) {
+    return judged_partly(kOnCpu3 + instance(10, 79) + lines).verdict("S1");
+  };
+  EXPECT_EQ(strays("\n18 kernel_lost 20" + unswitched_instance(20, 3)), Verdict::fail);
+  EXPECT_EQ(strays("\n18 kernel_lost 23" + unswitched_instance(20, 3)), Verdict::inconclusive)
+      << "it may have been configured anew at its end";
 }
 
 }  // namespace
