@@ -36,6 +36,32 @@ std::string environment(const bt_trace* trace, const char* name) {
   return bt_value_string_get(value);
 }
 
+// LTTng's name of the event class, or perf's.
+bool declares(const bt_stream_class* stream_class, const std::string& event) {
+  const auto count = bt_stream_class_get_event_class_count(stream_class);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto* event_class = bt_stream_class_borrow_event_class_by_index_const(stream_class, i);
+    const char* name = bt_event_class_get_name(event_class);
+    if (name != nullptr && (name == event || name == "sched:" + event)) return true;
+  }
+  return false;
+}
+
+// Of the kernel's trace: see StreamBegin.
+std::optional<bool> has_inheritance(const bt_trace* trace) {
+  const auto* trace_class = bt_trace_borrow_class_const(trace);
+  const auto count = bt_trace_class_get_stream_class_count(trace_class);
+  const auto is_declared = [&](const std::string& event) {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (declares(bt_trace_class_borrow_stream_class_by_index_const(trace_class, i), event))
+        return true;
+    }
+    return false;
+  };
+  if (!is_declared("sched_switch")) return std::nullopt;
+  return is_declared("sched_pi_setprio");
+}
+
 const bt_field_class* packet_context_class(const bt_stream_class* stream_class) {
   return bt_stream_class_supports_packets(stream_class) != 0
              ? bt_stream_class_borrow_packet_context_field_class_const(stream_class)
@@ -86,14 +112,17 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const char* name = bt_stream_get_name(stream);
   const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};
   streams_[stream] = std::move(state);
-  input_.push(head,
-              StreamBegin{.channel = channel->second,
-                          .domain = of_trace->domain,
-                          .host = of_trace->host,
-                          .clock_uuid = clock_uuid,
-                          .clock_offset_ns = offset_ns,
-                          .path = name != nullptr ? std::string_view(name) : std::string_view{},
-                          .is_snapshot = of_trace->is_snapshot});
+  input_.push(
+      head,
+      StreamBegin{.channel = channel->second,
+                  .domain = of_trace->domain,
+                  .host = of_trace->host,
+                  .clock_uuid = clock_uuid,
+                  .clock_offset_ns = offset_ns,
+                  .path = name != nullptr ? std::string_view(name) : std::string_view{},
+                  .is_snapshot = of_trace->is_snapshot,
+                  .has_inheritance =
+                      of_trace->domain == Domain::kernel ? has_inheritance(trace) : std::nullopt});
 }
 
 void MessageDecoder::stream_end(const bt_stream* stream) {

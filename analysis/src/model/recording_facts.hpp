@@ -48,6 +48,7 @@ struct StreamFacts {
   bool is_evidence = true;   // false: of the kernel, and no clock relates it to its host's others
   bool is_left_out = false;  // it has no time in common with the rest of its channel
   bool is_apart = false;     // no time is common to its channel: nothing of that is counted
+  std::optional<bool> has_inheritance{};  // see StreamBegin
 };
 
 // Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams that

@@ -102,6 +102,7 @@ void KernelHoles::find_edges(Holes& holes) {
     const bool is_record = stream.domain == Domain::kernel && stream.is_evidence && stream.begin &&
                            stream.events > 0 && !stream.is_left_out;
     if (!is_record) continue;
+    if (stream.has_inheritance == false) without_inheritance_.emplace(stream.host, &stream);
     auto& edges = hosts[stream.host];
     const auto keep = [&stream](const StreamFacts*& kept, bool is_beyond) {
       if (kept == nullptr || is_beyond) kept = &stream;
@@ -176,6 +177,13 @@ std::optional<Evidence> KernelHoles::outside(HostIndex host, Timestamp begin, Ti
   const auto record = ends_.find(host);
   if (record == ends_.end() || record->second >= end) return std::nullopt;
   return evidence("stream_end", moment(record->second), "the kernel's record ends here");
+}
+
+std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host) const {
+  const auto found = without_inheritance_.find(host);
+  if (found == without_inheritance_.end()) return std::nullopt;
+  return without_event(moment(*found->second->begin),
+                       "sched_pi_setprio was not recorded: a raised priority may be inherited");
 }
 
 }  // namespace cie::analysis

@@ -30,6 +30,8 @@ class KernelHoles {
   std::optional<Evidence> since(HostIndex host, Timestamp begin, Timestamp end) const;
   // The record began later than the first of the two, or ended before the second.
   std::optional<Evidence> outside(HostIndex host, Timestamp begin, Timestamp end) const;
+  // Priorities were recorded without what tells whether they are inherited.
+  std::optional<Evidence> untold_inheritance(HostIndex host) const;
 
  private:
   struct Interval {
@@ -51,6 +53,7 @@ class KernelHoles {
   Holes holes_;                            // disjoint, ascending
   std::map<HostIndex, Timestamp> begins_;  // when the last of its streams has begun
   std::map<HostIndex, Timestamp> ends_;    // when the last of them has ended, if all have
+  std::map<HostIndex, const StreamFacts*> without_inheritance_;
 };
 
 }  // namespace cie::analysis

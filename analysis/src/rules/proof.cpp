@@ -225,6 +225,10 @@ std::optional<Evidence> Proof::kernel_outside(ThreadIndex thread, Timestamp begi
   return holes_.outside(host_of(thread), begin, lives_.of(thread).end);
 }
 
+std::optional<Evidence> Proof::untold_inheritance(ThreadIndex thread) const {
+  return holes_.untold_inheritance(host_of(thread));
+}
+
 HostIndex Proof::host_of(ThreadIndex thread) const {
   return model_.processes[at(model_.threads[at(thread)].process)].host;
 }

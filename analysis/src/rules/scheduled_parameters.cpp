@@ -111,9 +111,10 @@ std::optional<Evidence> unrecorded(const RuleContext& context, ThreadIndex index
   return context.proof.kernel_outside(index, first_start_on(thread).time);
 }
 
-// A priority above the one asked for may be inherited by an event that is lost.
+// A priority above the one asked for may be inherited by an event that is lost, or never told.
 void overrule_inherited(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   judgement.overrule(context.proof.kernel_loss(index));
+  judgement.overrule(context.proof.untold_inheritance(index));
 }
 
 using Stretches = std::vector<ScheduledAs>;

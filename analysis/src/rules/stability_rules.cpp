@@ -71,7 +71,9 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;
     if (mismatch == &thread.raised_priority) {
-      if (const auto gap = proof.kernel_gap(host, applied.at.time, priority.at.time)) {
+      auto gap = proof.kernel_gap(host, applied.at.time, priority.at.time);
+      if (!gap) gap = proof.untold_inheritance(index);
+      if (gap) {
         hole = gap;  // perhaps inherited, and that was lost
         continue;
       }
@@ -289,7 +291,8 @@ const Rule kParametersUnchanged{
     "A thread keeps the parameters that were last applied: every later audit agrees with them, "
     "and so does the priority in every sched_switch, intervals of priority inheritance aside. On "
     "a process that was attached to, the first audit stands for what was applied. Where the "
-    "kernel's record has holes, PASS says \"by read-back\". Threads of ROS 2, which nobody reads "
+    "kernel's record has holes, PASS says \"by read-back\"; where it does not declare "
+    "sched_pi_setprio, a raised priority may be inherited and is not judged. Threads of ROS 2, which nobody reads "
     "back, are judged by the priorities of sched_switch from the spec's (without one, from the "
     "first instance) on: PASS says \"sampled\".\n"
     "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "

@@ -51,6 +51,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   channel.host = host;
   channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
   facts.is_left_out = event.is_left_out;
+  facts.has_inheritance = event.has_inheritance;
   states_[head.stream].channel = &channel;
   states_[head.stream].is_idle = event.has_events == false;
   coverage_.begin(head, event, host);

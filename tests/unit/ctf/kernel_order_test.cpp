@@ -1,9 +1,11 @@
-// The scale of priorities is learned from the idle task: what came before does not know it yet.
+// What the kernel's traces tell of priorities. Their scale is learned from the idle task: what came before
+// does not know it yet.
 #include "ctf_trace.hpp"
 
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -73,6 +75,38 @@ TEST(KernelOrder, PrioritiesHaveTheScaleKnownAtTheirTime) {
   });
   // The kernel's own scale has idle at 120.
   EXPECT_THAT(priorities, testing::ElementsAre(10, 110, 110, 110, 110, 110, 110, 110, 110));
+}
+
+// Of a trace with these classes and no event.
+std::optional<bool> tells_inheritance(const std::string& metadata) {
+  Bytes packet;
+  constexpr std::uint64_t kBits = (4 + 4 * 8) * 8;
+  packet.add(std::uint32_t{0xC1FC1FC1}).add(std::uint64_t{100}).add(std::uint64_t{200});
+  packet.add(kBits).add(kBits);
+  TraceFolder folder;
+  folder.write("metadata", metadata);
+  folder.write("stream", packet.text());
+  std::optional<bool> told;
+  const std::vector<std::filesystem::path> paths{folder.path()};
+  analysis::ctf::read_traces(paths, [&told](const analysis::Event& event) {
+    const auto* stream = std::get_if<analysis::StreamBegin>(&event.body);
+    if (stream != nullptr) told = stream->has_inheritance;
+  });
+  return told;
+}
+
+TEST(KernelClasses, TellWhetherInheritanceIsRecorded) {
+  const std::string switches = kMetadata;
+  EXPECT_EQ(tells_inheritance(switches), false);
+  for (const std::string name : {"sched_pi_setprio", "sched:sched_pi_setprio"}) {
+    const auto declared = "event { name = \"" + name +
+                          "\"; id = 2; fields := struct { int32_t tid; int32_t oldprio; int32_t "
+                          "newprio; }; };\n";
+    EXPECT_EQ(tells_inheritance(switches + declared), true) << name;
+  }
+  auto others = switches;
+  others.replace(others.find("sched_switch"), std::string("sched_switch").size(), "sys_entry");
+  EXPECT_EQ(tells_inheritance(others), std::nullopt) << "of no switch";
 }
 
 }  // namespace

@@ -167,5 +167,31 @@ TEST(CpusOfStartsAndEnds, FailTheLastConfigurationIfNothingIsLostSince) {
       << "it may have been configured anew at its end";
 }
 
+// As after `lttng enable-event --kernel sched_switch`: who inherits a priority is not told.
+TEST(AHigherPriority, IsNoWitnessWhereInheritanceIsNotRecorded) {
+  const std::string untold = "\n0 kernel_without_inheritance";
+  const auto raised = instance(10, 79) + instance(20, 9);
+  for (const auto* rule : {"S1", "S3"}) {
+    EXPECT_EQ(judged_partly(raised).verdict(rule), Verdict::fail) << rule;
+    const auto result = judged_partly(untold + raised);
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(result.evidence(rule), HasSubstr("sched_pi_setprio was not recorded")) << rule;
+  }
+  const auto at_first = instance(10, 9) + instance(20, 79);
+  EXPECT_EQ(judged_partly(at_first).verdict("S2"), Verdict::fail);
+  EXPECT_EQ(judged_partly(untold + at_first).verdict("S2"), Verdict::inconclusive);
+}
+
+TEST(ALowerPriority, IsAWitnessWhereInheritanceIsNotRecorded) {
+  const auto lowered =
+      judged_partly("\n0 kernel_without_inheritance" + instance(10, 79) + instance(20, 120));
+  EXPECT_EQ(lowered.verdict("S1"), Verdict::fail);
+  EXPECT_EQ(lowered.verdict("S3"), Verdict::fail);
+  const auto sound =
+      judged_partly("\n0 kernel_without_inheritance" + instance(10, 79) + instance(20, 79));
+  EXPECT_EQ(sound.verdict("S1"), Verdict::pass);
+  EXPECT_EQ(sound.verdict("S3"), Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test

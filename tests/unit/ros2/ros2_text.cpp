@@ -215,7 +215,8 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                               .host = "robot",
                               .clock_uuid = "boot",
                               .clock_offset_ns = kRealtimeOffset,
-                              .path = "kernel"});
+                              .path = "kernel",
+                              .has_inheritance = !tells(" kernel_without_inheritance")});
   if (!tells(" kernel_begins")) on_every_cpu(0, PacketBegin{});
   // A line that tells of the kernel's record.
   const auto is_of_record = [&](const std::string& line) {

@@ -429,6 +429,30 @@ TEST(KernelRecord, OfAPartOfTheRunPassesNoUnchangedPriority) {
   EXPECT_THAT(part.evidence("S3", "thread 101"), HasSubstr("by read-back"));
 }
 
+// As after `lttng enable-event --kernel sched_switch`: who inherits a priority is not told.
+TEST(KernelRecord, WithoutInheritanceShowsNoRaisedPriority) {
+  const auto told = [](const std::string& lines, bool has_inheritance) {
+    auto trace = trace_of(
+        "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n"
+        "12 start fusion\n18 end fusion\n" +
+        lines);
+    for (auto& event : trace.events) {
+      auto* stream = std::get_if<StreamBegin>(&event.body);
+      if (stream != nullptr && stream->domain == Domain::kernel)
+        stream->has_inheritance = has_inheritance;
+    }
+    return Verified(trace)["S3"];
+  };
+  const std::string raised = "5 switch 0 idle fusion next_prio=9\n";
+  const std::string audit = "25 audit fusion policy=fifo priority=80\n";
+  EXPECT_EQ(told(raised, true), Verdict::fail);
+  EXPECT_EQ(told(raised, false), Verdict::inconclusive);
+  EXPECT_EQ(told(raised + audit, true), Verdict::fail);
+  EXPECT_EQ(told(raised + audit, false), Verdict::pass) << "by read-back";
+  EXPECT_EQ(told("5 switch 0 idle fusion next_prio=120\n", false), Verdict::fail) << "lowered";
+  EXPECT_EQ(told("5 switch 0 idle fusion next_prio=19\n", false), Verdict::pass);
+}
+
 // What an event of a thread lets presume before the kernel's record tells of it counts in no window.
 TEST(KernelRecord, CountsInAWindowWhatItTellsThereAlone) {
   auto trace = trace_of(R"(

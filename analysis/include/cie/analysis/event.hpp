@@ -62,6 +62,8 @@ struct StreamBegin {
   // time in common with most streams of its channel does not narrow their window.
   std::optional<bool> has_events{};
   bool is_left_out = false;
+  // Of the kernel's, whose trace declares sched_switch: whether it declares sched_pi_setprio, too.
+  std::optional<bool> has_inheritance{};
 };
 struct StreamEnd {
   static constexpr EventPhase kPhase = EventPhase::structure;

@@ -62,6 +62,13 @@ ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
   return plan;
 }
 
+// LTTng's name of the event class, or perf's.
+bool declares(const Metadata& metadata, const std::string& event) {
+  return std::ranges::any_of(metadata.events, [&event](const EventClass& declared) {
+    return declared.name == event || declared.name == "sched:" + event;
+  });
+}
+
 bool begins_with_magic(const Metadata& metadata) {
   const auto& first = metadata.packet_header->members.front();
   if (!metadata.has_roles) return first.name == "magic";
@@ -104,6 +111,9 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
   is_snapshot = value_of(metadata, "trace_name").starts_with(kSnapshotSession);
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
   if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
+  if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
+    has_inheritance = declares(metadata, "sched_pi_setprio");
+  }
 
   if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
     throw MetadataError("it declares more streams or events than any honest tracer does");

@@ -154,7 +154,8 @@ class TracePlan {
   std::string host;
   bool is_snapshot = false;  // of a flight recorder
   Domain domain = Domain::user;
-  std::int32_t priority_offset = 0;  // see VocabularyState
+  std::int32_t priority_offset = 0;     // see VocabularyState
+  std::optional<bool> has_inheritance;  // see StreamBegin
   const Sequence* packet_header = nullptr;
   bool has_magic = false;
   bool has_header_uuid = false;

@@ -42,7 +42,8 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .path = files_.front().file.path(),
                            .is_snapshot = trace.is_snapshot,
                            .has_events = !identity_.is_idle,
-                           .is_left_out = identity_.is_left_out};
+                           .is_left_out = identity_.is_left_out,
+                           .has_inheritance = trace.has_inheritance};
   writer.keep(event);
 }
 
