@@ -216,6 +216,7 @@ struct ThreadFacts {
   std::optional<EventRef> kernel_exit{};  // sched_process_exit, or the switch that it died in
   std::string_view kernel_exit_event{};   // which of them
   bool is_tid_given_anew = false;         // a thread with its tid was created: it is gone
+  std::optional<EventRef> switched_in{};  // the last time, if nothing told that it was gone
   std::optional<EventRef> first_seen{};   // events that this thread itself emitted
   std::optional<EventRef> last_seen{};
 

@@ -90,6 +90,21 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
 
 enum class Succession : std::uint8_t { together, successive, unknown };
 
+// The kernel switched it in after its last sign of life, at that time or later. Null: it did not, or what
+// was lost meanwhile may be its `thread_fini`, or that somebody else got its tid.
+const EventRef* lived_on(const RuleContext& context, ThreadIndex index, Timestamp until) {
+  const auto& thread = thread_of(context.model, index);
+  const auto& last = thread.switched_in;
+  if (!last || last->time < until) return nullptr;
+  const auto& proof = context.proof;
+  const auto host = context.model.processes[at(thread.process)].host;
+  const auto since = context.lives.of(index).end;
+  const bool is_in_doubt = (thread.announced && proof.loss(index)) ||
+                           proof.user_loss(thread.process, since, last->time) ||
+                           proof.kernel_gap(host, since, last->time);
+  return is_in_doubt ? nullptr : &*last;
+}
+
 // How two threads' lives relate. `earlier` began no later than `later`.
 Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadIndex later) {
   const auto last_sign = context.lives.of(earlier).end;
@@ -100,6 +115,7 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
   const bool is_alive = has_exited(thread) ? next_begin < last_sign : next_begin <= last_sign;
   if (is_alive) return is_same_tid ? Succession::successive : Succession::together;
   if (has_exited(thread) || is_same_tid) return Succession::successive;
+  if (lived_on(context, earlier, next_begin) != nullptr) return Succession::together;
   // A tid is given anew only after its thread's exit.
   return context.lives.is_tid_given_anew(earlier, last_sign, next_begin) ? Succession::successive
                                                                          : Succession::unknown;
@@ -162,6 +178,7 @@ class ThreadsOfCallback {
       case Succession::together:
         tell(one);
         tell(other);
+        tell_life(earlier, later);
         break;
       case Succession::unknown:
         judgement_.doubt([&] {
@@ -181,6 +198,18 @@ class ThreadsOfCallback {
     if (!is_told_[place])
       judgement_.fail([&] { return started_here(context_.model, *pairs_[place]); });
     is_told_[place] = true;
+  }
+
+  // What shows the earlier one alive, if it is none of its own events.
+  void tell_life(ThreadIndex earlier, ThreadIndex later) {
+    const auto& lives = context_.lives;
+    if (lives.of(earlier).end >= lives.of(later).begin) return;
+    const auto* alive = lived_on(context_, earlier, lives.of(later).begin);
+    if (alive == nullptr) return;
+    judgement_.fail([&] {
+      return evidence("sched_switch", *alive,
+                      thread_name(thread_of(context_.model, earlier)) + " still runs");
+    });
   }
 
   const RuleContext& context_;
@@ -390,7 +419,7 @@ const Rule kOneThreadPerCallback{
     "M3",
     "one-thread-per-callback",
     "Each callback ran on one thread at a time: it never ran on two threads that were alive "
-    "together.\n"
+    "together, as their own events or, where its record is whole, the kernel's switches show.\n"
     "Why it matters: A callback that wanders between threads has no priority and no CPU of its "
     "own: what one thread was given does not hold on the next.\n"
     "Inconclusive when the context vtid is absent, instances were lost, it cannot be told "

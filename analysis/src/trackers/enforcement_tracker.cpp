@@ -313,6 +313,10 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   check_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
     auto& thread = model_.threads[at(*index)];
+    if (is_judging_) {
+      thread.switched_in = ref(head);
+      thread.switched_in->tid = thread.tid;
+    }
     if (!thread.fini) check_cpu(head, *index, true);
     if (thread.scheduled.empty()) return;
     note_cpu(thread.scheduled.back().cpus, thread.scheduled.back().last);

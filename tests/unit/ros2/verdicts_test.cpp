@@ -33,6 +33,24 @@ TEST(Ros2Verdicts, TwoCallbacksOnOneThreadViolateIt) {
   EXPECT_EQ(result.verdict("M2"), Verdict::fail);
 }
 
+// No event tells when a thread ended: thread 7 was still there when thread 8 ran the timer.
+TEST(Ros2Verdicts, ACallbackThatLeavesAThreadAliveViolatesTheMapping) {
+  const std::string moved = R"(
+    10 callback_start tid=7 callback=0x30
+    11 callback_end tid=7 callback=0x30
+    20 callback_start tid=8 callback=0x30
+    21 callback_end tid=8 callback=0x30
+    )";
+  const std::string alive =
+      "sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120";
+  EXPECT_EQ(analyze_ros2(kTwoTimers + moved).verdict("M3"), Verdict::inconclusive);
+  const auto result = analyze_ros2(kTwoTimers + moved + "30 " + alive);
+  EXPECT_EQ(result.verdict("M3"), Verdict::fail);
+  EXPECT_THAT(result.evidence("M3"), HasSubstr("sched_switch: thread 7 still runs"));
+  const auto with_hole = analyze_ros2(kTwoTimers + moved + "25 kernel_lost 27\n30 " + alive);
+  EXPECT_EQ(with_hole.verdict("M3"), Verdict::inconclusive);
+}
+
 TEST(Ros2Verdicts, ALossLeavesEverythingOpenBecauseNothingIsNumbered) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated, 15);
   EXPECT_EQ(result.verdict("M2"), Verdict::inconclusive);

@@ -321,6 +321,55 @@ TEST(OneThreadPerCallback, ThreadsThatTouchDoNotLiveTogether) {
             Verdict::pass);
 }
 
+// The process was killed: no event of its own tells when t1 ended.
+constexpr const char* kKilled = R"(
+  process app executor=multi_threaded crash
+  callback fusion pooled
+  thread t1 pool tid=101
+  thread t2 pool tid=102
+  -500 begin t1
+  9 switch 0 idle t1
+  10 start fusion on=t1
+  12 end fusion on=t1
+  13 switch 0 t1 idle state=1
+  20 begin t2
+  29 switch 0 idle t2
+  30 start fusion on=t2
+  32 end fusion on=t2
+  33 switch 0 t2 idle state=1)";
+
+TEST(OneThreadPerCallback, FailsWhereTheKernelSawTheFormerThreadAliveLater) {
+  const std::string killed = kKilled;
+  EXPECT_EQ(Verified(killed)["M3"], Verdict::inconclusive) << "nothing shows it alive later";
+  const std::string later = "\n25 switch 1 idle t1\n26 switch 1 t1 idle state=1";
+  const Verified alive(killed + later);
+  EXPECT_EQ(alive["M3"], Verdict::fail);
+  EXPECT_THAT(alive.evidence("M3", "callback fusion"),
+              AllOf(HasSubstr("10 callback_start"), HasSubstr("30 callback_start"),
+                    HasSubstr("25 sched_switch thread 101 \"t1\" still runs")));
+  EXPECT_EQ(Verified(killed + "\n15 switch 1 idle t1\n16 switch 1 t1 idle state=1")["M3"],
+            Verdict::inconclusive)
+      << "before t2 began";
+}
+
+TEST(OneThreadPerCallback, IsInconclusiveWhereTheTidMayBeAnotherThreadsByThen) {
+  const auto later = std::string(kKilled) + "\n25 switch 1 idle t1\n26 switch 1 t1 idle state=1\n";
+  for (const auto* meanwhile :
+       {"15 exit t1", "15 switch 1 idle t1\n16 switch 1 t1 idle state=16", "15 fork t2 t1",
+        "15 discard kernel until=17 count=1", "15 discard user until=17 count=1"}) {
+    EXPECT_NE(Verified(later + meanwhile)["M3"], Verdict::fail) << meanwhile;
+  }
+}
+
+// A thread may run on after its `thread_fini`, of which the one here is lost.
+TEST(OneThreadPerCallback, IsInconclusiveWhereTheFormerThreadsEndWasLost) {
+  auto trace =
+      trace_of(std::string(kReplaced) + "\n34 switch 1 idle t1\n35 switch 1 t1 idle state=1");
+  EXPECT_EQ(Verified(trace)["M3"], Verdict::pass);
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 101; });
+  EXPECT_EQ(Verified(trace)["M3"], Verdict::inconclusive);
+}
+
 // Each of 80 threads ends before the next begins, but for the last two.
 TEST(OneThreadPerCallback, ComparesHoweverManyThreads) {
   const auto judged = [](bool is_last_together) {
