@@ -33,6 +33,16 @@ ThreadFacts::Nesting nesting_of(const LiveInstance& live) {
           .inner_start = live.first_inner->second};
 }
 
+// An instance starts or ends there.
+void note_activity(CallbackOnThread& pair, const EventRef& where) {
+  auto& last = pair.last_activity;
+  if (where.cpu != last.cpu) [[unlikely]] {
+    if (last.cpu) note_cpu(pair.cpus, last);
+    if (where.cpu) note_cpu(pair.cpus, where);
+  }
+  last = where;
+}
+
 }  // namespace
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
@@ -267,20 +277,6 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
     facts.registered_moves.push_back({.move = move, .registered = *facts.last_init});
   }
 }
-
-namespace {
-
-// An instance starts or ends there.
-void note_activity(CallbackOnThread& pair, const EventRef& where) {
-  auto& last = pair.last_activity;
-  if (where.cpu != last.cpu) [[unlikely]] {
-    if (last.cpu) note_cpu(pair.cpus, last);
-    if (where.cpu) note_cpu(pair.cpus, where);
-  }
-  last = where;
-}
-
-}  // namespace
 
 inline void InstanceBuilder::note_on_thread(LiveInstance& live, OfCallback& callback) {
   auto& last = callback.last_on;
