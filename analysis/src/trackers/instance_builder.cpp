@@ -60,11 +60,11 @@ void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
 }
 
-void InstanceBuilder::begin_outside(const EventRef& start, const std::optional<ThreadIndex>& thread,
+void InstanceBuilder::begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
                                     CallbackIndex callback) {
   ++of_thread(thread).unseen;
   auto& of_callback = callbacks_[callback];
-  of_callback.started_before = start.time;
+  of_callback.started_before = start;
   of_callback.losses = losses_;
 }
 

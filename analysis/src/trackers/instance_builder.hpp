@@ -56,7 +56,7 @@ class InstanceBuilder {
   // Events of applications were lost.
   void lose() noexcept { ++losses_; }
   // An instance that is not looked at, because it began before the window, begins and ends.
-  void begin_outside(const EventRef& start, const std::optional<ThreadIndex>& thread,
+  void begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
                      CallbackIndex callback);
   void end_outside(const std::optional<ThreadIndex>& thread);
   // What woke the thread was of an instance that ended before the window.

@@ -96,7 +96,7 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                    auto& state = callbacks_[index];
                    state.starts.observe(e.seq, ref(head), state.seqs);
                    state.open.insert(e.seq);
-                   instances_.begin_outside(ref(head), who.thread, index);
+                   instances_.begin_outside(head.time, who.thread, index);
                  },
                  [&](const CallbackEnd& e) {
                    instances_.forget_wakes(head, who);

@@ -330,6 +330,21 @@ std::string told(const Ros2Result& result) {
 
 // Where batches are as large as a reader's, starts tell of the ends that follow at once: that
 // changes nothing.
+std::string pair_of_period(std::int64_t period) {
+  return R"(
+  0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+  0 rcl_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+  1 rcl_timer_init pid=1 timer_handle=0x20 period=)" +
+         std::to_string(period) + R"(
+  1 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+  2 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  2 rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+  2 rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40
+  2 rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50
+)";
+}
+
 Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec,
                         std::optional<TimeWindow> window) {
   constexpr std::size_t kOfReader = 256;

@@ -49,6 +49,10 @@ std::string instance(int time, int prio, int cpu = 0);
 // The same of which the kernel recorded nothing.
 std::string unswitched_instance(int time, int cpu = 0);
 
+// A node "/a" with a timer of that period on thread 1 of process 1, which publishes /t; and a node
+// "/b" in process 2 with a subscription to it.
+std::string pair_of_period(std::int64_t period);
+
 struct InstanceRow {
   std::string logical_id;
   std::int64_t start = 0;

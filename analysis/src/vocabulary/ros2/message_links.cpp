@@ -88,13 +88,12 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     entry.note_fit();
     return {.gid = within->gid, .stamp = within->stamp};
   }
-  Origin origin{.gid = 0, .stamp = source_timestamp, .is_undecided = true};
-  if (candidates > 1 || entry.has_come_apart(source_timestamp)) return origin;
-  origin.is_undecided = false;
-  // What the only publisher wrote that is known is remembered from some time on.
+  if (candidates > 1 || entry.has_come_apart(source_timestamp))
+    return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
+  // What the only publisher wrote that is known is remembered from some time on; else another one
+  // wrote it.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
-  if (may_be_unknown) origin.gid = entry.sole_publisher;  // else another one wrote it
-  return origin;
+  return {.gid = may_be_unknown ? entry.sole_publisher : 0, .stamp = source_timestamp};
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {

@@ -1,0 +1,94 @@
+// Messages of which it is not told which publication they are, and what that leaves of chains.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+
+// Humble: no publish tells its source timestamp. A timer on thread 1 of process 1 publishes /t every
+// 10 ms; so may process 3, at other times. A subscription in process 2 takes both.
+class Scans {
+ public:
+  Scans() {
+    text_ = pair_of_period(10'000'000) + R"(
+      2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+      2 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+)";
+  }
+  // `set`: by how much CLOCK_REALTIME was set since the recording began.
+  Scans& round(std::int64_t k, bool is_other_at_once = false, std::int64_t set = 0) {
+    const auto start = k * 10'000'000 + 60'000;
+    add(start - 10'000, "rclcpp_executor_wait_for_work pid=1 timeout=1");
+    add(start - 5'000, "rclcpp_executor_get_next_ready pid=1");
+    add(start, "callback_start pid=1 callback=0x30");
+    add(start + 1'000, "rclcpp_publish pid=1 message=0x99");
+    add(start + 2'000, "rcl_publish pid=1 publisher_handle=0x60 message=0x99");
+    if (is_other_at_once) {
+      add(start + 2'500, "rclcpp_publish pid=3 tid=3 message=0x98");
+      add(start + 2'700, "rcl_publish pid=3 tid=3 publisher_handle=0x60 message=0x98");
+    }
+    add(start + 3'000, "rmw_publish pid=1 message=0x99");
+    if (is_other_at_once) add(start + 3'700, "rmw_publish pid=3 tid=3 message=0x98");
+    if (is_other_at_once) add(start + 9'000, "rclcpp_executor_wait_for_work pid=3 tid=3 timeout=1");
+    add(start + 10'000, "callback_end pid=1 callback=0x30");
+    const auto written = kRealtimeOffset + start + 3'200 + set;
+    add(start + 100'000,
+        "rmw_take pid=2 tid=2 message=0x88 taken=1 source_timestamp=" + std::to_string(written));
+    add(start + 110'000, "callback_start pid=2 tid=2 callback=0x50");
+    add(start + 120'000, "callback_end pid=2 tid=2 callback=0x50");
+    return *this;
+  }
+  Ros2Result analyze() const {
+    return analyze_ros2(text_, -1, R"yaml(
+callback_groups: []
+chains:
+  - name: scan
+    callbacks: ["/a@Timer(10000000)", "/b@Subscription(/t)"]
+    path_latency: 1000000
+    data_age: 15000000
+)yaml");
+  }
+
+ private:
+  void add(std::int64_t time, const std::string& event) {
+    text_ += std::to_string(time) + ' ' + event + '\n';
+  }
+  std::string text_;
+};
+
+TEST(Ros2UndecidedWriters, AMessageOfWhicheverPublisherLeavesAChainUndecided) {
+  Scans known;
+  Scans either;
+  for (std::int64_t k = 1; k <= 6; ++k) {
+    known.round(k);
+    either.round(k, k == 3);
+  }
+  EXPECT_EQ(known.analyze().verdict("Q2"), analysis::Verdict::pass);
+  const auto result = either.analyze();
+  EXPECT_EQ(result.verdict("Q2"), analysis::Verdict::inconclusive)
+      << "what was measured across the unknown instance is no data age\n"
+      << result.evidence("Q2");
+  EXPECT_THAT(result.evidence("Q2"),
+              testing::HasSubstr("the publish of the message taken here is not known"));
+  EXPECT_THAT(result.chains(), ElementsAre("scan: 5"));
+}
+
+TEST(Ros2UndecidedWriters, MessagesThatFitNoPublishAnyMoreLeaveAChainUndecided) {
+  for (const std::int64_t set : {-1'000'000'000, -3'000'000, 1'000'000'000}) {
+    Scans scans;
+    for (std::int64_t k = 1; k <= 10; ++k)
+      scans.round(k, false, k > 4 ? set : 0);
+    const auto result = scans.analyze();
+    EXPECT_NE(result.verdict("Q2"), analysis::Verdict::pass) << set;
+    EXPECT_NE(result.verdict("Q2"), analysis::Verdict::fail) << set << result.evidence("Q2");
+  }
+}
+
+}  // namespace
+}  // namespace cie::test
