@@ -45,7 +45,8 @@ struct Analyzer::Pipeline {
         clocks(model),
         queues(model, registry),
         chains(std::in_place, model, registry, clocks, recording.user_losses(), options.spec),
-        instances(std::in_place, model, registry, recording, timeline, clocks, *chains, observer),
+        instances(std::in_place, model, registry, recording, timeline, clocks, *chains,
+                  options.spec, observer),
         enforcement(model, registry, recording, timeline, *instances) {
     if (!options.window) return;
     cut.emplace(*options.window, model, registry, *instances);

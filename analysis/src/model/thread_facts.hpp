@@ -170,7 +170,8 @@ struct alignas(64) CallbackOnThread {
   EventRef last_activity{};     // last start or end of it there
   EventRef first_start{};       // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
-  // Of its starts and ends; where the last one was, it was seen last at `last_activity`.
+  // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
+  // `last_activity`.
   std::vector<UsedCpu> cpus{};
 };
 

@@ -33,17 +33,22 @@ ThreadFacts::Nesting nesting_of(const LiveInstance& live) {
           .inner_start = live.first_inner->second};
 }
 
-// An instance starts or ends there.
-void note_activity(CallbackOnThread& pair, const EventRef& where) {
+}  // namespace
+
+bool InstanceBuilder::asks_for_cpus(const SchedulingSpec* spec) {
+  return spec != nullptr && std::ranges::any_of(spec->callbacks(), [](const SpecEntry& entry) {
+           return entry.parameters.cpus.has_value();
+         });
+}
+
+inline void InstanceBuilder::note_activity(CallbackOnThread& pair, const EventRef& where) const {
   auto& last = pair.last_activity;
-  if (where.cpu != last.cpu) [[unlikely]] {
+  if (is_asked_for_cpus_ && where.cpu != last.cpu) [[unlikely]] {
     if (last.cpu) note_cpu(pair.cpus, last);
     if (where.cpu) note_cpu(pair.cpus, where);
   }
   last = where;
 }
-
-}  // namespace
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   // A thread may be announced long after it began: what woke it since is its own.

@@ -30,13 +30,14 @@ class InstanceBuilder {
  public:
   InstanceBuilder(Model& model, Registry& registry, RecordingTracker& recording,
                   ThreadTimeline& timeline, HostClocks& clocks, ChainTracker& chains,
-                  Observer* observer)
+                  const SchedulingSpec* spec, Observer* observer)
       : model_(model),
         registry_(registry),
         recording_(recording),
         timeline_(timeline),
         clocks_(clocks),
         chains_(chains),
+        is_asked_for_cpus_(asks_for_cpus(spec)),
         observer_(observer),
         measurer_(model, registry, recording, timeline, chains, observer),
         ended_(model, registry, recording, timeline, chains, measurer_) {}
@@ -138,6 +139,10 @@ class InstanceBuilder {
                                              OfThread& on_thread, OfCallback& callback);
   inline void bound_open(OfThread& thread);
   inline void note_on_thread(LiveInstance& live, OfCallback& callback);
+  // Some entry of it is about CPUs.
+  static bool asks_for_cpus(const SchedulingSpec* spec);
+  // An instance starts or ends there.
+  inline void note_activity(CallbackOnThread& pair, const EventRef& where) const;
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
                         const EventRef& first_on_to, std::uint64_t first_seq);
   // A callback on a thread; the first time, a new one, of that event.
@@ -169,6 +174,7 @@ class InstanceBuilder {
   ThreadTimeline& timeline_;
   const HostClocks& clocks_;
   ChainTracker& chains_;
+  bool is_asked_for_cpus_;
   Observer* observer_;
   InstanceMeasurer measurer_;
   EndedInstances ended_;
