@@ -162,7 +162,10 @@ Evidence KernelHoles::evidence_of_hole(const Interval& hole) {
 std::optional<Evidence> KernelHoles::begun_later(HostIndex host, Timestamp begin) const {
   const auto record = begins_.find(host);
   if (record == begins_.end() || record->second <= begin) return std::nullopt;
-  return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
+  const auto at = record->second;
+  return evidence("sched_switch", moment(at),
+                  "the kernel's record begins here; --window " + std::to_string(at.ns) +
+                      ".. judges the time after it");
 }
 
 std::optional<Evidence> KernelHoles::since(HostIndex host, Timestamp begin, Timestamp end) const {
@@ -176,7 +179,10 @@ std::optional<Evidence> KernelHoles::outside(HostIndex host, Timestamp begin, Ti
   if (auto later = begun_later(host, begin)) return later;
   const auto record = ends_.find(host);
   if (record == ends_.end() || record->second >= end) return std::nullopt;
-  return evidence("stream_end", moment(record->second), "the kernel's record ends here");
+  const auto at = record->second;
+  return evidence("stream_end", moment(at),
+                  "the kernel's record ends here; --window .." + std::to_string(at.ns) +
+                      " judges the time before it");
 }
 
 std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host) const {

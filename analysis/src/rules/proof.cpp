@@ -91,9 +91,10 @@ const std::optional<Evidence>& found_loss(const std::map<Index, std::optional<Ev
 
 }  // namespace
 
-Proof::Proof(const Model& model, const ThreadLives& lives)
+Proof::Proof(const Model& model, const ThreadLives& lives, const TimeWindow& judged)
     : model_(model),
       lives_(lives),
+      judged_(judged),
       holes_(model),
       user_losses_(model),
       processes_(model.processes.size()) {
@@ -222,7 +223,8 @@ std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
 }
 
 std::optional<Evidence> Proof::kernel_outside(ThreadIndex thread, Timestamp begin) const {
-  return holes_.outside(host_of(thread), begin, lives_.of(thread).end);
+  return holes_.outside(host_of(thread), std::max(begin, judged_.from),
+                        std::min(lives_.of(thread).end, judged_.to));
 }
 
 std::optional<Evidence> Proof::untold_inheritance(ThreadIndex thread) const {

@@ -19,7 +19,8 @@ namespace cie::analysis {
 
 class Proof {
  public:
-  Proof(const Model& model, const ThreadLives& lives);
+  // `judged`: the part of the recording that was asked for.
+  Proof(const Model& model, const ThreadLives& lives, const TimeWindow& judged);
 
   // A process without `run_end`: it crashed, or the recording stopped first.
   bool is_interrupted(ProcessIndex process) const;
@@ -62,7 +63,8 @@ class Proof {
   std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
     return holes_.since(host, begin, end);
   }
-  // The kernel's record leaves out something of the time from then on to the end of the thread.
+  // The kernel's record leaves out something of the time from then on to the end of the thread, as
+  // far as that is judged.
   std::optional<Evidence> kernel_outside(ThreadIndex thread, Timestamp begin) const;
   // On the thread's machine nothing tells of priority inheritance.
   std::optional<Evidence> untold_inheritance(ThreadIndex thread) const;
@@ -115,6 +117,7 @@ class Proof {
 
   const Model& model_;
   const ThreadLives& lives_;
+  const TimeWindow judged_;
   const KernelHoles holes_;
   const UserLosses user_losses_;
   std::vector<ProcessProof> processes_;

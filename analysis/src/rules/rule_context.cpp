@@ -34,7 +34,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       names(facts),
       callbacks(callbacks_in_order(facts)),
       lives(facts),
-      proof(facts, lives),
+      proof(facts, lives, asked.window.value_or(TimeWindow{})),
       isolated(facts),
       losses(facts, callbacks, proof, isolated),
       hidden(facts),

@@ -96,6 +96,24 @@ TEST(PartOfTheRun, PassesNothingThatTheRestMayViolate) {
   }
 }
 
+// As the evidence advises. Of the first instance, what lies before the window is not known.
+TEST(PartOfTheRun, IsJudgedInAWindowOfItsOwn) {
+  const auto early = instance(10, 79) + instance(20, 79) + "\n25 kernel_ends";
+  const auto late = "\n15 kernel_begins" + instance(20, 79) + instance(30, 79);
+  const auto in_window = [](const std::string& events, const TimeWindow& window) {
+    return analyze_ros2(kTwoTimers + events, -1, kFifo20, window);
+  };
+  const auto& [from, to] = TimeWindow{};
+  for (const auto* rule : {"S1", "S3", "S4"}) {
+    const auto ended = early + unswitched_instance(30);
+    EXPECT_THAT(judged_partly(ended).evidence(rule), HasSubstr("--window ..25 judges")) << rule;
+    EXPECT_EQ(in_window(ended, {.from = from, .to = {25}}).verdict(rule), Verdict::pass) << rule;
+    const auto begun = unswitched_instance(10) + late;
+    EXPECT_THAT(judged_partly(begun).evidence(rule), HasSubstr("--window 15.. judges")) << rule;
+    EXPECT_EQ(in_window(begun, {.from = {15}, .to = to}).verdict(rule), Verdict::pass) << rule;
+  }
+}
+
 TEST(PartOfTheRun, FailsWhatItShowsButForTheLastConfiguration) {
   const auto early = instance(10, 79) + instance(20, 120, 3) + "\n25 kernel_ends";
   EXPECT_EQ(judged_partly(early).verdict("S1"), Verdict::fail);
