@@ -4,7 +4,6 @@
 #include <bit>
 #include <cassert>
 #include <limits>
-#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -51,28 +50,6 @@ std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
   std::int64_t value = 0;
   histogram.at_ranks({&rank, 1}, {&value, 1});
   return value;
-}
-
-// Nearest rank ceil(p * count) with p = numerator/denominator, of 1 to count.
-std::uint64_t rank_of(std::uint64_t count, std::uint64_t numerator, std::uint64_t denominator) {
-  assert(count > 0 && numerator <= denominator);
-  const auto product = static_cast<Int128>(count) * numerator;
-  return std::max<std::uint64_t>(
-      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
-}
-
-// What a histogram of a few values, ascending, says of that rank.
-std::int64_t value_at(std::span<const std::uint32_t> few, std::uint64_t rank) {
-  return static_cast<std::int64_t>(value_of(bucket_of(few[rank - 1])));
-}
-
-// Without quantiles.
-Summary summary_of(std::uint64_t count, std::int64_t min, std::int64_t max, Int128 sum) {
-  return {.count = count,
-          .min = min,
-          .max = max,
-          .sum = clamped(sum),
-          .mean = static_cast<double>(sum) / static_cast<double>(count)};
 }
 
 }  // namespace
@@ -212,7 +189,10 @@ void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,
 }
 
 std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t denominator) const {
-  return rank_of(count_, numerator, denominator);
+  assert(count_ > 0 && numerator <= denominator);
+  const auto product = static_cast<Int128>(count_) * numerator;
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
 }
 
 std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
@@ -255,17 +235,15 @@ void Statistics::Values::take(std::int64_t value) {
 
 Statistics::Settled& Statistics::Values::settle() {
   if (!settled) settled.emplace();
-  settled->take(std::span<const std::uint32_t>(waiting.data(), waiting_count));
+  settled->take(waiting_values());
   waiting_count = 0;
   return *settled;
 }
 
-std::span<const std::uint32_t> Statistics::Values::few(Waiting& sorted) const {
-  if (settled) return {};
-  std::ranges::copy_n(waiting.begin(), waiting_count, sorted.begin());
-  const std::span all(sorted.data(), waiting_count);
-  std::ranges::sort(all);
-  return all;
+const Statistics::Settled& Statistics::Values::all(Settled& scratch) {
+  if (settled) return settle();
+  scratch.take(waiting_values());
+  return scratch;
 }
 
 void Statistics::merge(const Statistics& other) {
@@ -284,51 +262,40 @@ void Statistics::merge(const Statistics& other) {
 
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
-  Values::Waiting sorted;
-  if (const auto few = values_->few(sorted); !few.empty())
-    return std::clamp<std::int64_t>(value_at(few, rank), few.front(), few.back());
-  const auto& all = values_->settle();
+  Settled scratch;
+  const auto& all = values_->all(scratch);
   return std::clamp(value_at(all.histogram, rank), all.min, all.max);
 }
 
 ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
   if (!values_) return {};
-  const auto [least, greatest] = values_like(at_rank(rank));
-  Values::Waiting sorted;
-  if (const auto few = values_->few(sorted); !few.empty()) {
-    return {.least = std::max<std::int64_t>(least, few.front()),
-            .greatest = std::min<std::int64_t>(greatest, few.back())};
-  }
-  const auto& all = values_->settle();
+  Settled scratch;
+  const auto& all = values_->all(scratch);
+  const auto [least, greatest] = values_like(value_at(all.histogram, rank));
   return {.least = std::max(least, all.min), .greatest = std::min(greatest, all.max)};
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
-  const auto count = this->count();
-  const std::array ranks{rank_of(count, 50, 100), rank_of(count, 90, 100), rank_of(count, 99, 100),
-                         rank_of(count, 999, 1000)};
+  Settled scratch;
+  const auto& all = values_->all(scratch);
+  const auto& histogram = all.histogram;
+  const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100), histogram.rank(99, 100),
+                         histogram.rank(999, 1000)};
   std::array<std::int64_t, ranks.size()> quantiles{};
-  Summary summary;
-  Values::Waiting sorted;
-  if (const auto few = values_->few(sorted); !few.empty() && !with_buckets) {
-    summary = summary_of(count, few.front(), few.back(),
-                         std::accumulate(few.begin(), few.end(), Int128{0}));
-    std::ranges::transform(ranks, quantiles.begin(),
-                           [&few](std::uint64_t rank) { return value_at(few, rank); });
-  } else {
-    const auto& all = values_->settle();
-    summary = summary_of(count, all.min, all.max, all.sum);
-    all.histogram.at_ranks(ranks, quantiles);
-    if (with_buckets) summary.buckets = all.histogram.buckets();
-  }
+  histogram.at_ranks(ranks, quantiles);
   for (auto& quantile : quantiles)
-    quantile = std::clamp(quantile, summary.min, summary.max);
-  summary.p50 = quantiles[0];
-  summary.p90 = quantiles[1];
-  summary.p99 = quantiles[2];
-  summary.p99_9 = quantiles[3];
-  return summary;
+    quantile = std::clamp(quantile, all.min, all.max);
+  return Summary{.count = histogram.count(),
+                 .min = all.min,
+                 .max = all.max,
+                 .sum = clamped(all.sum),
+                 .mean = static_cast<double>(all.sum) / static_cast<double>(histogram.count()),
+                 .p50 = quantiles[0],
+                 .p90 = quantiles[1],
+                 .p99 = quantiles[2],
+                 .p99_9 = quantiles[3],
+                 .buckets = with_buckets ? histogram.buckets() : std::vector<HistogramBucket>()};
 }
 
 }  // namespace cie::analysis

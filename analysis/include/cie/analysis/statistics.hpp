@@ -205,17 +205,17 @@ class Statistics {
   // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are. All of it
   // is as large as a cache line, and few values need no more.
   struct Values {
-    static constexpr std::size_t kMost = 13;
-    using Waiting = std::array<std::uint32_t, kMost>;
-
     void take(std::int64_t value);
     // Takes what waits. Changes nothing that can be seen.
     Settled& settle();
-    // All values, ascending, if all of them wait.
-    std::span<const std::uint32_t> few(Waiting& sorted) const;
+    // The same, but while all of them wait, they do so on, and `scratch` takes them.
+    const Settled& all(Settled& scratch);
+    std::span<const std::uint32_t> waiting_values() const {
+      return std::span(waiting).first(waiting_count);
+    }
 
     std::uint32_t waiting_count = 0;
-    Waiting waiting{};
+    std::array<std::uint32_t, 13> waiting{};
     Rare<Settled> settled{};
   };
   mutable Rare<Values> values_;  // those that wait may be settled whenever they are asked for
