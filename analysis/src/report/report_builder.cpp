@@ -105,6 +105,14 @@ std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
   return std::nullopt;
 }
 
+TimeWindow life_of(const ProcessFacts& process) {
+  TimeWindow life;
+  if (process.run_begin && process.first_moment == RunMoment::start)
+    life.from = process.run_begin->time;
+  if (process.run_end) life.to = process.run_end->at.time;
+  return life;
+}
+
 ThreadSchedReport report_of(const ThreadFacts& thread, const ReadBack& read_back) {
   return {.moment = read_back.moment,
           .policy = read_back.policy,
@@ -347,6 +355,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .boot_id = process.boot_id,
                         .pid_ns = process.pid_ns,
                         .has_ended = process.run_end.has_value(),
+                        .lived = life_of(process),
                         .pid = process.pid,
                         .name = process.name,
                         .executor = std::nullopt,

@@ -268,8 +268,8 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       if (chain->incomplete != 0) {
         judgement.overrule(without_event(chain->first_incomplete.value_or(EventRef{}),
                                          "the publish of the message taken here is not known; " +
-                                             std::to_string(chain->incomplete) +
-                                             " instances of the chain are incomplete"));
+                                             counted(chain->incomplete, "incomplete instance") +
+                                             " of the chain"));
       }
     }
     conclude(std::move(judgement), verdicts);

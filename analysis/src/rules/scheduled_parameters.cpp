@@ -316,6 +316,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
     return;
   }
   judgement.check();
+  if (context.proof.kernel_loss(index)) judgement.doubt(context.losses.on(index));
   judgement.remark(evidence(
       "sampled", begin,
       "by the spec's CPUs: nobody read back what the kernel allows" +

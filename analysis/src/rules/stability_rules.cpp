@@ -152,9 +152,11 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
       judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
     } else if (thread.switch_cpus_checked == 0) {
+      judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
     } else if (proof.kernel_loss(index)) {
+      judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }
   });
@@ -317,8 +319,9 @@ const Rule kAllowedCpusOnly{
     "are judged by the spec's affinity: by their switches and by the CPUs of their starts and ends.\n"
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
-    "Inconclusive when there is no read-back of the mask, read-backs were lost, or the kernel recorded "
-    "a part only of a thread that nobody reads back.\n"
+    "Inconclusive when there is no read-back of the mask, read-backs were lost, starts or ends on the "
+    "thread were lost and its switches do not show all its CPUs, or the kernel recorded a part only of "
+    "a thread that nobody reads back.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
     "spec's affinity and read it back.",
     judge_allowed_cpus,

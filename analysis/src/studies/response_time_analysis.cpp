@@ -78,13 +78,38 @@ std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTas
   return worst;
 }
 
-std::int64_t reserved_ppb(std::span<const DeadlineServer> servers) {
-  std::int64_t sum = 0;
-  for (const auto& server : servers) {
-    const auto scaled = static_cast<Int128>(server.runtime) * kWholeProcessorPpb;
-    sum += static_cast<std::int64_t>((scaled + server.period - 1) / server.period);
+namespace {
+
+// Numbers from a forged recording may be of any size.
+std::int64_t saturated(Int128 ppb) {
+  return static_cast<std::int64_t>(
+      std::clamp<Int128>(ppb, 0, std::numeric_limits<std::int64_t>::max()));
+}
+
+Int128 share_ppb(std::int64_t execution, std::int64_t period) {
+  return (static_cast<Int128>(execution) * kWholeProcessorPpb + period - 1) / period;
+}
+
+}  // namespace
+
+std::int64_t demanded_ppb(std::span<const FixedPriorityTask> tasks) {
+  Int128 sum = 0;
+  for (const auto& task : tasks) {
+    if (task.period) sum += share_ppb(task.execution, *task.period);
   }
-  return sum;
+  return saturated(sum);
+}
+
+bool demand_exceeds_processor(std::span<const FixedPriorityTask> tasks) {
+  const auto rounding = static_cast<std::int64_t>(tasks.size());
+  return demanded_ppb(tasks) - rounding > kWholeProcessorPpb;
+}
+
+std::int64_t reserved_ppb(std::span<const DeadlineServer> servers) {
+  Int128 sum = 0;
+  for (const auto& server : servers)
+    sum += share_ppb(server.runtime, server.period);
+  return saturated(sum);
 }
 
 namespace {

@@ -1,6 +1,7 @@
 #include <cie/analysis/response_time_analysis.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -134,10 +135,27 @@ TEST(WorstResponseTime, IsWhatASimulationOfTheCriticalInstantFinds) {
 
 using Servers = std::vector<DeadlineServer>;
 
+TEST(Demand, IsTheSumOfSharesRoundedUp) {
+  EXPECT_EQ(demanded_ppb(Tasks{task(1, 3, 1), task(1, 4, 1)}), 333'333'334 + 250'000'000);
+  FixedPriorityTask once;
+  once.execution = 9;
+  EXPECT_EQ(demanded_ppb({&once, 1}), 0) << "in the long run";
+}
+
+// A third three times over is all of it, not more, however it is rounded.
+TEST(Demand, ExceedsAProcessorForCertain) {
+  Tasks tasks(3, task(1, 3, 1));
+  EXPECT_FALSE(demand_exceeds_processor(tasks));
+  tasks.push_back(task(1, 1000, 1));
+  EXPECT_TRUE(demand_exceeds_processor(tasks));
+}
+
 TEST(DeadlineServers, ReserveTheSumOfTheirShares) {
   EXPECT_EQ(reserved_ppb(Servers{{1, 4, 4}, {1, 2, 2}}), 750'000'000);
   EXPECT_EQ(reserved_ppb(Servers{{1, 3, 3}}), 333'333'334) << "rounded up";
   EXPECT_EQ(reserved_ppb({}), 0);
+  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+  EXPECT_EQ(reserved_ppb(Servers{{kMost, 1, 1}, {kMost, 1, 1}}), kMost) << "forged";
 }
 
 TEST(DeadlineServers, OnOneProcessorMeetDeadlinesUpToFullUse) {

@@ -2,6 +2,7 @@
 #include <cie/analysis/schedulability.hpp>
 
 #include "support/two_hosts.hpp"
+#include "task_system.hpp"
 
 #include <cstdint>
 #include <map>
@@ -19,65 +20,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-Summary extremes(std::int64_t min, std::int64_t max) {
-  Summary summary;
-  summary.count = 2;
-  summary.min = min;
-  summary.max = max;
-  return summary;
-}
-
-// A report of callbacks on threads of their own, all on CPU 0 unless a test says otherwise.
-class System {
- public:
-  struct Parameters {
-    std::int64_t execution = 0;
-    std::int64_t inter_arrival = 0;
-    std::int64_t response = 0;
-    Policy policy = Policy::fifo;
-    std::uint32_t priority = 0;
-    std::vector<std::uint32_t> cpus{0};
-  };
-
-  CallbackReport& add(const std::string& id, const Parameters& p) {
-    auto& thread = report.threads.emplace_back();
-    thread.index = ThreadIndex{static_cast<std::uint32_t>(report.threads.size() - 1)};
-    thread.tid = 100 + static_cast<std::int64_t>(report.threads.size());
-    thread.callbacks = {id};
-    thread.sched = ThreadSchedReport{.moment = SchedMoment::applied,
-                                     .policy = static_cast<std::int32_t>(p.policy),
-                                     .policy_name = std::string(policy_name(p.policy)),
-                                     .priority = p.priority,
-                                     .cpus = p.cpus};
-    auto& callback = report.callbacks.emplace_back();
-    callback.logical_id = id;
-    callback.index = CallbackIndex{static_cast<std::uint32_t>(report.callbacks.size() - 1)};
-    callback.threads = {{.thread = thread.index, .tid = thread.tid, .name = id, .instances = 2}};
-    callback.execution_time = extremes(0, p.execution);
-    callback.inter_arrival = extremes(p.inter_arrival, p.inter_arrival);
-    callback.response_time = extremes(0, p.response);
-    return callback;
-  }
-  ThreadSchedReport& sched(std::size_t index) { return *report.threads[index].sched; }
-
-  SchedulabilityReport analyzed(const std::string& spec_text = {}) const {
-    if (spec_text.empty()) return schedulability_of(report, nullptr);
-    const auto spec = SchedulingSpec::parse(spec_text, "spec.yaml");
-    return schedulability_of(report, &spec);
-  }
-
-  Report report;
-};
-
-// Burns & Wellings' example, C = 3, 3, 5 and T = 7, 12, 20: responses 3, 6 and 20.
-System textbook() {
-  System system;
-  system.add("high", {.execution = 3, .inter_arrival = 7, .response = 3, .priority = 30});
-  system.add("mid", {.execution = 3, .inter_arrival = 12, .response = 6, .priority = 20});
-  system.add("low", {.execution = 5, .inter_arrival = 20, .response = 14, .priority = 10});
-  return system;
-}
-
 TEST(Schedulability, BoundsCallbacksByWhatWasMeasured) {
   const auto result = textbook().analyzed();
   ASSERT_EQ(result.callbacks.size(), 3U);
@@ -87,9 +29,9 @@ TEST(Schedulability, BoundsCallbacksByWhatWasMeasured) {
   EXPECT_EQ(result.callbacks[2].observed_ns, 14);
   EXPECT_EQ(result.callbacks[2].method, BoundMethod::fixed_priority);
   EXPECT_FALSE(result.has_finding());
-  // 3/7 + 3/12 + 5/20, each rounded down to parts per billion.
+  // 3/7 + 3/12 + 5/20, each rounded up to parts per billion.
   ASSERT_EQ(result.cpus.size(), 1U);
-  EXPECT_EQ(result.cpus[0].real_time_ppb, 428'571'428 + 250'000'000 + 250'000'000);
+  EXPECT_EQ(result.cpus[0].real_time_ppb, 428'571'429 + 250'000'000 + 250'000'000);
 }
 
 TEST(Schedulability, PrefersWhatIsDeclared) {
@@ -211,6 +153,118 @@ TEST(Schedulability, SaysWhatIsMissing) {
   EXPECT_FALSE(result.has_finding()) << "what cannot be said is no finding";
 }
 
+// 5 + 3 and 3 of the others, as if they had threads of their own.
+TEST(Schedulability, CountsARivalWhicheverThreadsItRanOn) {
+  auto system = textbook();
+  const auto run_on = [&system](std::size_t callback, std::size_t thread) {
+    const auto& on = system.report.threads[thread];
+    system.report.callbacks[callback].threads.push_back(
+        {.thread = on.index, .tid = on.tid, .name = {}, .instances = 1});
+    system.report.threads[thread].callbacks.push_back(system.report.callbacks[callback].logical_id);
+  };
+  run_on(0, 1);
+  run_on(1, 0);
+  auto result = system.analyzed();
+  EXPECT_EQ(result.callbacks[0].reason, "it ran on several threads");
+  EXPECT_EQ(result.callbacks[2].bound_ns, 20) << "each instance runs once";
+  EXPECT_EQ(result.cpus[0].real_time_ppb, 428'571'429 + 250'000'000 + 250'000'000);
+  // As urgent as the most urgent of them.
+  system.sched(1).priority = 5;
+  EXPECT_EQ(system.analyzed().callbacks[2].bound_ns, 20);
+  system.sched(0).priority = 5;
+  EXPECT_EQ(system.analyzed().callbacks[2].bound_ns, 5);
+}
+
+TEST(Schedulability, CountsARivalAsUrgentAsItEverWas) {
+  auto system = textbook();
+  system.report.threads[0].applied = system.sched(0);
+  system.sched(0).policy = static_cast<std::int32_t>(Policy::other);
+  const auto result = system.analyzed();
+  EXPECT_EQ(result.callbacks[2].bound_ns, 20);
+  EXPECT_EQ(result.callbacks[0].reason, "the parameters of its thread changed");
+}
+
+TEST(Schedulability, HasNoBoundBesideWhatIsUnknown) {
+  const auto reason_of = [](const auto& change) {
+    auto system = textbook();
+    change(system);
+    const auto result =
+        system.analyzed("callback_groups:\n  - {id: low, response_deadline: 100}\n");
+    EXPECT_EQ(result.callbacks[2].bound_ns, std::nullopt);
+    EXPECT_EQ(result.callbacks[2].meets_deadline(), std::nullopt) << "that is no miss";
+    EXPECT_EQ(result.cpus[0].real_time_ppb, std::nullopt);
+    return result.callbacks[2].reason;
+  };
+  EXPECT_THAT(reason_of([](TaskSystem& system) { system.report.threads[0].sched.reset(); }),
+              HasSubstr("the parameters of thread 101 are not known: high"));
+  EXPECT_THAT(reason_of([](TaskSystem& system) {
+                system.report.callbacks[0].inter_arrival.reset();
+                system.report.callbacks[0].instances = 2;
+              }),
+              HasSubstr("how often high, which may preempt it, is released"));
+  EXPECT_THAT(reason_of([](TaskSystem& system) {
+                system.report.callbacks[0].inter_arrival = extremes(0, 7);
+              }),
+              HasSubstr("releases of high, which may preempt it, coincide"));
+}
+
+// Of the one job that there was.
+TEST(Schedulability, CountsARivalOnceThatWasReleasedOnce) {
+  auto system = textbook();
+  system.report.callbacks[0].inter_arrival.reset();
+  system.report.callbacks[0].instances = 1;
+  EXPECT_EQ(system.analyzed().callbacks[2].bound_ns, 5 + 3 + 3);
+  system.report.callbacks[0].runs_not_seen = 1;
+  EXPECT_EQ(system.analyzed().callbacks[2].bound_ns, std::nullopt);
+}
+
+TEST(Schedulability, CountsWhatTheSpecDeclaresAndNeverRan) {
+  auto system = textbook();
+  auto& never = system.report.callbacks[0];
+  never.threads.clear();
+  never.execution_time.reset();
+  never.inter_arrival.reset();
+  const auto bound = [&system](const std::string& affinity, int priority) {
+    return system
+        .analyzed("callback_groups:\n  - {id: high, wcet: 3, min_inter_arrival: 7, affinity: " +
+                  affinity + ", policy: SCHED_FIFO, priority: " + std::to_string(priority) + "}\n")
+        .callbacks[2]
+        .bound_ns;
+  };
+  EXPECT_EQ(bound("[0]", 30), 20);
+  EXPECT_EQ(bound("[0]", 9), 5 + 3);
+  EXPECT_EQ(bound("[1]", 30), 5 + 3);
+  EXPECT_EQ(system.analyzed().callbacks[2].bound_ns, 5 + 3) << "nothing is known of it";
+}
+
+// The application ran twice, one run after the other.
+TEST(Schedulability, CountsNothingThatEndedBefore) {
+  auto system = textbook();
+  system.add_process({0}, {99});
+  system.add_process({100}, {199});
+  system.report.callbacks[0].process = system.report.threads[0].process = ProcessIndex{1};
+  auto result = system.analyzed();
+  EXPECT_EQ(result.callbacks[2].bound_ns, 5 + 3);
+  EXPECT_EQ(result.cpus.at(0).real_time_ppb, 250'000'000 + 250'000'000);
+  system.report.processes[1].lived.from = {99};
+  result = system.analyzed();
+  EXPECT_EQ(result.callbacks[2].bound_ns, 20);
+  EXPECT_EQ(result.cpus.at(0).real_time_ppb, 928'571'429);
+}
+
+// 90 % of the CPU, and a million jobs before it is idle.
+TEST(Schedulability, DecidesNothingThatTakesTooLongToCompute) {
+  TaskSystem system;
+  system.add("long",
+             {.execution = 10'000'000'000, .inter_arrival = 20'000'000'000, .priority = 20});
+  system.add("short", {.execution = 4'000, .inter_arrival = 10'000, .priority = 10});
+  const auto result =
+      system.analyzed("callback_groups:\n  - {id: short, response_deadline: 12000000000}\n");
+  EXPECT_EQ(result.callbacks[1].bound_ns, std::nullopt);
+  EXPECT_THAT(result.callbacks[1].reason, HasSubstr("too long to compute"));
+  EXPECT_EQ(result.callbacks[1].meets_deadline(), std::nullopt);
+}
+
 TEST(Schedulability, HasNoBoundOnAnOverloadedCpu) {
   auto system = textbook();
   system.report.callbacks[0].execution_time = extremes(0, 6);
@@ -261,32 +315,7 @@ TEST(Schedulability, ExplainsByDeclarationsThatWereNotKept) {
   EXPECT_TRUE(result.callbacks[2].is_flagged) << "an overrun of 4 does not explain 13";
 }
 
-TEST(Schedulability, JudgesDeadlineThreadsByAdmissionAndEdf) {
-  System system;
-  system.add("a", {.execution = 2,
-                   .inter_arrival = 10,
-                   .response = 5,
-                   .policy = Policy::deadline,
-                   .cpus = {0, 1}});
-  system.sched(0).runtime_ns = 3;
-  system.sched(0).deadline_ns = 8;
-  system.sched(0).period_ns = 10;
-  system.add("below", {.execution = 4, .inter_arrival = 100, .response = 9, .priority = 50});
-  auto result = system.analyzed();
-  ASSERT_EQ(result.deadline.size(), 1U);
-  EXPECT_EQ(result.deadline[0].reserved_ppb, 300'000'000);
-  EXPECT_EQ(result.deadline[0].admissible_ppb, 1'900'000'000) << "of two CPUs";
-  EXPECT_TRUE(result.deadline[0].is_guaranteed);
-  EXPECT_EQ(result.callbacks[0].bound_ns, 8);
-  EXPECT_EQ(result.callbacks[0].method, BoundMethod::deadline_server);
-  // Jitter 5 of the server: 4 -> 4 + ceil(9/10)·3 = 7 -> 4 + ceil(12/10)·3 = 10 -> 4 + 2·3 = 10
-  EXPECT_EQ(result.callbacks[1].bound_ns, 10);
-  system.report.callbacks[0].execution_time = extremes(0, 4);
-  result = system.analyzed();
-  EXPECT_EQ(result.callbacks[0].bound_ns, std::nullopt);
-  EXPECT_THAT(result.callbacks[0].reason, HasSubstr("below what its releases demand"));
-}
-
+// Its deadline may be postponed whenever it wakes up.
 TEST(Schedulability, NamesRealTimeThreadsThatAreInNoBound) {
   auto system = textbook();
   ThreadReport worker;
@@ -322,30 +351,6 @@ TEST(Schedulability, OfTwoHostsIsThatOfEachAlone) {
     EXPECT_EQ(demand.real_time_ppb, 200'000'000) << "of " << demand.host;  // 10 / 100 + 20 / 200
   }
   EXPECT_NE(result.cpus[0].host, result.cpus[1].host);
-}
-
-TEST(Schedulability, AdmitsTheDeadlinesOfEachHostByItsOwnCpus) {
-  System system;
-  system.add("a", {.policy = Policy::deadline});
-  system.add("b", {.policy = Policy::deadline});
-  system.report.trace.hosts = {"desk", "robot"};
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    auto& process = system.report.processes.emplace_back();
-    process.index = ProcessIndex{i};
-    process.host_index = HostIndex{i};
-    process.host = system.report.trace.hosts[i];
-    system.report.threads[i].process = system.report.callbacks[i].process = process.index;
-    system.sched(i).runtime_ns = 60;
-    system.sched(i).deadline_ns = system.sched(i).period_ns = 100;
-  }
-  const auto result = system.analyzed();
-  ASSERT_EQ(result.deadline.size(), 2U);  // together they would demand 120 % of one CPU
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(result.deadline[i].host, system.report.trace.hosts[i]);
-    EXPECT_EQ(result.deadline[i].servers, 1U);
-    EXPECT_EQ(result.deadline[i].reserved_ppb, 600'000'000);
-    EXPECT_TRUE(result.deadline[i].is_guaranteed);
-  }
 }
 
 }  // namespace

@@ -446,5 +446,22 @@ TEST(LostEvent, BeyondAHundredThousandIsStillALoss) {
   EXPECT_EQ(Verified(trace)["M3"], Verdict::inconclusive);
 }
 
+// L2: the end on CPU 2 is what shows it there; its switches, where they were recorded, show it too.
+TEST(LostEvents, HideWhichCpusAThreadUsed) {
+  const auto judged = [](const std::string& switches, bool is_lost) {
+    auto trace =
+        trace_of("callback fusion\n-90 applied fusion policy=fifo priority=80 cpus=0\n" + switches +
+                 "10 start fusion\n12 end fusion cpu=2\n" + "20 start fusion\n22 end fusion");
+    if (is_lost) {
+      trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 0; });
+    }
+    return Verified(trace).of("S4", "thread 101");
+  };
+  EXPECT_EQ(judged("", false), Verdict::fail);
+  EXPECT_EQ(judged("", true), Verdict::inconclusive);
+  EXPECT_EQ(judged("9 switch 0 idle fusion next_prio=19\n", true), Verdict::pass);
+  EXPECT_EQ(judged("9 switch 2 idle fusion next_prio=19\n", true), Verdict::fail);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -73,6 +73,35 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
 }
 
+TEST(SchedulabilityText, SaysWhichCpusAreAdmittedApart) {
+  auto report = sample();
+  report.deadline.push_back(report.deadline[0]);
+  report.deadline[0].cpus = {0, 1};
+  report.deadline[1].cpus = {4};
+  report.deadline[1].servers = 1;
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("SCHED_DEADLINE on CPUs 0-1: 2 threads reserve 98.00 % of 1 CPU;"));
+  EXPECT_THAT(text, HasSubstr("SCHED_DEADLINE on CPU 4: 1 thread reserves 98.00 % of 1 CPU;"));
+}
+
+TEST(SchedulabilityText, RoundsADemandUp) {
+  auto report = sample();
+  report.cpus[0].real_time_ppb = 1'000'000'001;
+  EXPECT_THAT(text_of(report), HasSubstr("demand up to 100.01 %\n"));
+}
+
+TEST(SchedulabilityText, SaysOfHowManyRunsAnExecutionTimeIs) {
+  auto report = sample();
+  auto& callback = report.callbacks[0];
+  callback.runs = callback.runs_measured = 8;
+  EXPECT_THAT(text_of(report), Not(HasSubstr("Measured in part")));
+  callback.runs_measured = 1;
+  EXPECT_THAT(text_of(report), HasSubstr("Measured in part, for holes in the kernel's record\n"
+                                         "  /plan@Timer(1): C of 1 of 8 runs\n"));
+  callback.execution->source = ParameterSource::declared;
+  EXPECT_THAT(text_of(report), Not(HasSubstr("Measured in part")));
+}
+
 TEST(SchedulabilityText, SaysThatNoDeadlineIsBounded) {
   auto report = sample();
   report.callbacks = {report.callbacks[1], report.callbacks[1]};

@@ -26,6 +26,8 @@ Json json_of(const CallbackSchedulability& callback, const analysis::ProcessRepo
           {"cpus", callback.cpus},
           {"execution", json_of(callback.execution)},
           {"waiting_ns", optional_json(callback.waiting_ns)},
+          {"runs", callback.runs},
+          {"runs_measured", callback.runs_measured},
           {"period", json_of(callback.period)},
           {"deadline", json_of(callback.deadline)},
           {"method", analysis::label(callback.method)},
@@ -44,7 +46,8 @@ Json json_of(const analysis::CpuDemand& demand) {
 }
 
 Json json_of(const analysis::DeadlineAdmission& admission) {
-  return {{"threads", admission.servers},
+  return {{"cpus", admission.cpus},
+          {"threads", admission.servers},
           {"processors", admission.processors},
           {"reserved_ppb", optional_json(admission.reserved_ppb)},
           {"admissible_ppb", admission.admissible_ppb},
@@ -73,7 +76,7 @@ void write_schedulability_json(std::ostream& out, const analysis::Schedulability
     callbacks.push_back(json_of(callback, process));
     if (of.trace.hosts.size() > 1) callbacks.back()["host"] = process.host;
   }
-  // One object, or one for each host.
+  // One object, or a list of them.
   Json deadline = array_of(report.deadline);
   if (report.deadline.empty()) deadline = nullptr;
   if (report.deadline.size() == 1 && report.deadline.front().host.empty()) deadline = deadline[0];

@@ -107,27 +107,40 @@ std::string table(const SchedulabilityReport& report, const Titles& titles,
   return table.is_empty() ? "no callback was measured\n" : table.render(style);
 }
 
+// Rounded up: what is demanded, and a whole number of percents otherwise.
 std::string percent(std::int64_t ppb) {
-  return fmt::format("{}.{:02} %", ppb / 10'000'000, ppb % 10'000'000 / 100'000);
+  constexpr std::int64_t kHundredth = 100'000;
+  const auto hundredths = ppb / kHundredth + (ppb % kHundredth != 0 ? 1 : 0);
+  return fmt::format("{}.{:02} %", hundredths / 100, hundredths % 100);
+}
+
+// Which CPUs, where others are judged apart from them.
+std::string on_cpus(const analysis::DeadlineAdmission& admission,
+                    const SchedulabilityReport& report) {
+  if (report.deadline.size() < 2) return {};
+  return fmt::format(" on CPU{} {}", admission.cpus.size() == 1 ? "" : "s",
+                     format_cpus(admission.cpus));
 }
 
 std::string processors(const SchedulabilityReport& report, const TextStyle& style) {
   constexpr std::size_t kIndent = 2;
   std::string text;
   for (const auto& demand : report.cpus) {
-    const auto line = demand.real_time_ppb
-                          ? fmt::format("CPU {}{}: real-time callbacks demand up to {}", demand.cpu,
-                                        on_host(demand.host), percent(*demand.real_time_ppb))
-                          : fmt::format(
-                                "CPU {}{}: what real-time callbacks demand is unknown, because the "
-                                "execution time or the inter-arrival time of one is",
-                                demand.cpu, on_host(demand.host));
+    const auto line =
+        demand.real_time_ppb
+            ? fmt::format("CPU {}{}: real-time callbacks demand up to {}", demand.cpu,
+                          on_host(demand.host), percent(*demand.real_time_ppb))
+            : fmt::format(
+                  "CPU {}{}: what real-time callbacks demand is unknown, because what "
+                  "one of them demands is",
+                  demand.cpu, on_host(demand.host));
     text += filled(line, style.columns, kIndent);
   }
   for (const auto& admission : report.deadline) {
     const auto line = fmt::format(
-        "SCHED_DEADLINE{}: {} reserve {} of {}; the kernel admits {} by default; the EDF test {}",
-        on_host(admission.host), counted(admission.servers, "thread"),
+        "SCHED_DEADLINE{}{}: {} reserve{} {} of {}; the kernel admits {} by default; the EDF test {}",
+        on_cpus(admission, report), on_host(admission.host), counted(admission.servers, "thread"),
+        admission.servers == 1 ? "s" : "",
         admission.reserved_ppb ? percent(*admission.reserved_ppb) : "an unknown share",
         counted(admission.processors, "CPU"), percent(admission.admissible_ppb),
         admission.is_guaranteed ? "shows that all deadlines are met"
@@ -213,6 +226,21 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
   return text;
 }
 
+// Of a callback: "C of 1 of 8 runs".
+std::string measured_in_part(const SchedulabilityReport& report, const Titles& titles,
+                             const TextStyle& style) {
+  std::string text;
+  for (const auto& callback : report.callbacks) {
+    const bool is_in_part = callback.runs_measured < callback.runs && callback.execution &&
+                            callback.execution->source == analysis::ParameterSource::measured;
+    if (!is_in_part) continue;
+    text += filled(fmt::format("  {}: C of {} of {}", titles.of(callback), callback.runs_measured,
+                               counted(callback.runs, "run")),
+                   style.columns, 4);
+  }
+  return titled("Measured in part, for holes in the kernel's record", text, style);
+}
+
 std::string painted(const std::string& text, Look look, const TextStyle& style) {
   std::string result;
   for (const auto& line : wrap(text, style.columns))
@@ -277,7 +305,7 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
                  style)
       << undecided(report, style) << damages(of, style) << above_the_bound(report, titles, style)
       << without_bound(report, titles, style) << '\n'
-      << table(report, titles, style) << '\n'
+      << table(report, titles, style) << measured_in_part(report, titles, style) << '\n'
       << processors(report, style) << notes(report, style);
 }
 

@@ -134,6 +134,7 @@ struct ProcessReport {
   std::string boot_id{};     // these two of run_begin, empty and 0 without; not part of the JSON
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
   bool has_ended = false;    // its run_end was seen; not part of the JSON
+  TimeWindow lived{};        // from its run_begin to its run_end, where they were seen; neither
   std::int64_t pid = 0;
   std::string name;
   std::optional<std::string> executor;

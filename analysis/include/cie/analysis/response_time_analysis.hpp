@@ -24,17 +24,25 @@ struct FixedPriorityTask {
 std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTask> tasks,
                                                 std::size_t index);
 
+// One whole processor, in parts per billion.
+inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
+
+// Parts per billion of one processor that the tasks demand in the long run (C / T; of a single job
+// nothing), rounded up one by one. Requires periods above 0.
+std::int64_t demanded_ppb(std::span<const FixedPriorityTask> tasks);
+// They demand more than all of one for certain: then the least urgent of them has no bound.
+bool demand_exceeds_processor(std::span<const FixedPriorityTask> tasks);
+
 // A constant-bandwidth server: SCHED_DEADLINE's runtime, deadline, period.
 struct DeadlineServer {
   std::int64_t runtime = 0;
   std::int64_t deadline = 0;
   std::int64_t period = 0;
+  friend bool operator==(const DeadlineServer&, const DeadlineServer&) = default;
 };
 
-// One whole processor, in parts per billion.
-inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
-
-// Parts per billion of one processor that the servers reserve, rounded up one by one.
+// Parts per billion of one processor that the servers reserve, rounded up one by one. Requires
+// periods above 0.
 std::int64_t reserved_ppb(std::span<const DeadlineServer> servers);
 
 // Whether the servers meet every deadline under EDF on so many processors: on one by the processor

@@ -43,6 +43,8 @@ struct CallbackSchedulability {
   std::int64_t priority = 0;               // of SCHED_FIFO and SCHED_RR
   std::vector<std::uint32_t> cpus;         // that it may use
   std::optional<TaskParameter> execution;  // longest (C), time of waiting within it included
+  std::uint64_t runs = 0;                  // complete instances,
+  std::uint64_t runs_measured = 0;         // and of how many of them the execution time is known
   // Of C: the longest waiting seen within an instance. Empty: not measured, and none is in C.
   std::optional<std::int64_t> waiting_ns{};
   std::optional<TaskParameter> period;    // shortest inter-arrival time (T)
@@ -80,10 +82,11 @@ struct CpuDemand {
   std::optional<std::int64_t> real_time_ppb;
 };
 
-// The SCHED_DEADLINE threads of a host together.
+// The SCHED_DEADLINE threads of a host that share CPUs, directly or by others.
 struct DeadlineAdmission {
   std::string host{};
-  std::size_t servers = 0;
+  std::vector<std::uint32_t> cpus{};  // ascending
+  std::size_t servers = 0;            // at the same time at most
   std::uint32_t processors = 0;
   std::optional<std::int64_t> reserved_ppb;  // of one processor; empty: a thread has no period
   std::int64_t admissible_ppb = 0;  // what the kernel admits by default: 95 % of each processor
@@ -93,7 +96,7 @@ struct DeadlineAdmission {
 struct SchedulabilityReport {
   std::vector<CallbackSchedulability> callbacks;  // in the order of the report
   std::vector<CpuDemand> cpus;                    // those that a callback's thread is pinned to
-  std::vector<DeadlineAdmission> deadline;        // of each host with a SCHED_DEADLINE thread
+  std::vector<DeadlineAdmission> deadline;        // by host and CPUs
   // Real-time threads of the recording that run no callback: their demand is in no bound.
   std::vector<std::string> outside;
 

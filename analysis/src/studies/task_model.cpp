@@ -1,0 +1,221 @@
+#include "task_model.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::int32_t kAboveAll = 100;  // SCHED_DEADLINE preempts every other policy
+
+std::optional<TaskParameter> declared(const std::optional<std::int64_t>& value) {
+  if (!value) return std::nullopt;
+  return TaskParameter{.ns = *value, .source = ParameterSource::declared};
+}
+
+// Execution and waiting within the callback together ("suspension-oblivious": time in which it
+// waits counts as execution, which is safe for it and for those below it; Chen et al., "Many
+// Suspensions, Many Problems", Real-Time Systems 55, 2019).
+// What is declared is execution time alone, as rule R4 judges it.
+std::optional<TaskParameter> execution_of(const CallbackReport& callback, const SpecEntry* entry) {
+  const auto with_waiting = [&callback](std::int64_t execution) {
+    const auto waiting = callback.blocked ? callback.blocked->max : 0;
+    constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+    return execution > kMost - waiting ? kMost : execution + waiting;
+  };
+  if (entry != nullptr && entry->wcet_ns) {
+    return TaskParameter{.ns = with_waiting(*entry->wcet_ns), .source = ParameterSource::declared};
+  }
+  if (!callback.execution_time) return std::nullopt;
+  return TaskParameter{.ns = with_waiting(callback.execution_time->max)};
+}
+
+std::optional<TaskParameter> period_of(const CallbackReport& callback, const SpecEntry* entry) {
+  if (entry != nullptr && entry->min_inter_arrival_ns) return declared(entry->min_inter_arrival_ns);
+  if (callback.period_ns) return declared(static_cast<std::int64_t>(*callback.period_ns));
+  if (!callback.inter_arrival) return std::nullopt;
+  return TaskParameter{.ns = callback.inter_arrival->min};
+}
+
+std::optional<TaskParameter> deadline_of(const CallbackReport& callback, const SpecEntry* entry) {
+  if (entry != nullptr && entry->response_deadline_ns) return declared(entry->response_deadline_ns);
+  if (!callback.deadline_ns) return std::nullopt;
+  return declared(static_cast<std::int64_t>(*callback.deadline_ns));
+}
+
+bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
+  return cpus.empty() || std::ranges::find(cpus, cpu) != cpus.end();  // none told: any
+}
+
+// The highest fixed priority that a thread is known to have had where it may have used the CPU; 0:
+// none.
+std::int32_t priority_on(const ThreadReport& thread, std::uint32_t cpu) {
+  std::int32_t highest = 0;
+  for (const auto* known : {&thread.sched, &thread.applied}) {
+    if (!*known || !is_fixed_priority(**known) || !may_use((*known)->cpus, cpu)) continue;
+    highest = std::max(highest, static_cast<std::int32_t>((*known)->priority));
+  }
+  return highest;
+}
+
+// The same of a callback that never ran, and that the spec describes.
+std::int32_t declared_priority_on(const SpecEntry* entry, std::uint32_t cpu) {
+  if (entry == nullptr || !entry->wcet_ns || !entry->min_inter_arrival_ns) return 0;
+  const auto& asked = entry->parameters;
+  const bool is_fixed = asked.policy == Policy::fifo || asked.policy == Policy::round_robin;
+  if (!is_fixed || (asked.cpus && !may_use(*asked.cpus, cpu))) return 0;
+  return static_cast<std::int32_t>(asked.priority);
+}
+
+std::string named(const ThreadReport& thread) { return "thread " + std::to_string(thread.tid); }
+
+}  // namespace
+
+bool is_fixed_priority(const ThreadSchedReport& sched) noexcept {
+  return sched.policy == static_cast<std::int32_t>(Policy::fifo) ||
+         sched.policy == static_cast<std::int32_t>(Policy::round_robin);
+}
+
+bool is_deadline(const ThreadSchedReport& sched) noexcept {
+  return sched.policy == static_cast<std::int32_t>(Policy::deadline);
+}
+
+DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
+  return {.runtime = static_cast<std::int64_t>(sched.runtime_ns),
+          .deadline = static_cast<std::int64_t>(sched.deadline_ns),
+          .period = static_cast<std::int64_t>(sched.period_ns)};
+}
+
+bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept {
+  return a.from <= b.to && b.from <= a.to;
+}
+
+const ThreadReport* Task::thread() const noexcept {
+  return threads.size() == 1 ? threads.front() : nullptr;
+}
+
+const ThreadSchedReport* Task::sched() const noexcept {
+  const auto* sole = thread();
+  return sole != nullptr && sole->sched ? &*sole->sched : nullptr;
+}
+
+bool Task::is_pinned() const noexcept {
+  const auto* known = sched();
+  return known != nullptr && is_fixed_priority(*known) && known->cpus.size() == 1;
+}
+
+TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
+    : report_(report), rows_(report) {
+  tasks_.reserve(report.callbacks.size());
+  for (const auto& callback : report.callbacks) {
+    Task task{.callback = &callback, .process = &rows_.process_of(callback)};
+    if (spec != nullptr)
+      task.entry = spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
+    for (const auto& on : callback.threads)
+      task.threads.push_back(rows_.find(on.thread));
+    auto& result = task.result;
+    result.index = callback.index;
+    result.process = callback.process;
+    result.logical_id = callback.logical_id;
+    result.execution = execution_of(callback, task.entry);
+    result.period = period_of(callback, task.entry);
+    result.deadline = deadline_of(callback, task.entry);
+    result.runs = callback.instances;
+    if (callback.execution_time) result.runs_measured = callback.execution_time->count;
+    if (result.execution && callback.blocked) result.waiting_ns = callback.blocked->max;
+    if (callback.response_time) result.observed_ns = callback.response_time->max;
+    for (const auto* response : {&callback.response_time, &callback.response_time_lower}) {
+      auto& least = result.observed_at_least_ns;
+      if (*response) least = std::max(least.value_or((*response)->max), (*response)->max);
+    }
+    if (callback.threads.size() == 1) result.tid = callback.threads.front().tid;
+    if (const auto* sched = task.sched()) {
+      result.policy = sched->policy_name;
+      result.priority = sched->priority;
+      result.cpus = sched->cpus;
+    }
+    tasks_.push_back(std::move(task));
+  }
+}
+
+Interference TaskModel::interference(const Processor& processor, std::int32_t least_priority,
+                                     const TimeWindow& during, const Task* except) const {
+  Interference found;
+  const auto is_beside = [&](const ProcessReport& process) {
+    return process.host_index == processor.host && overlap(process.lived, during);
+  };
+  for (const auto& task : tasks_) {
+    if (&task == except || !is_beside(*task.process)) continue;
+    add_callback(task, processor, least_priority, found);
+    if (!found.unknown.empty()) return found;
+  }
+  for (const auto& thread : report_.threads) {
+    if (thread.callbacks.empty() || !is_beside(rows_.process_of(thread))) continue;
+    add_server(thread, processor, found);
+    if (!found.unknown.empty()) return found;
+  }
+  return found;
+}
+
+void TaskModel::add_callback(const Task& task, const Processor& processor,
+                             std::int32_t least_priority, Interference& found) const {
+  const auto& callback = *task.callback;
+  // An instance runs once, on whichever of its threads.
+  auto priority = callback.never_ran() ? declared_priority_on(task.entry, processor.cpu) : 0;
+  for (std::size_t i = 0; i < task.threads.size(); ++i) {
+    const auto* thread = task.threads[i];
+    if (thread == nullptr || !thread->sched) {
+      found.unknown = "the parameters of thread " + std::to_string(callback.threads[i].tid) +
+                      " are not known: " + callback.logical_id +
+                      ", which ran on it, may preempt it";
+      return;
+    }
+    priority = std::max(priority, priority_on(*thread, processor.cpu));
+  }
+  if (priority < std::max(least_priority, 1)) return;
+  const auto& execution = task.result.execution;
+  const auto& period = task.result.period;
+  if (!execution) {
+    found.unknown =
+        "the execution time of " + callback.logical_id + ", which may preempt it, is not known";
+  } else if (!period &&
+             (callback.instances + callback.partly_seen() + callback.runs_not_seen) > 1) {
+    found.unknown = "how often " + callback.logical_id +
+                    ", which may preempt it, is released is not known; declare min_inter_arrival "
+                    "in the spec";
+  } else if (period && period->ns <= 0) {
+    found.unknown = "releases of " + callback.logical_id +
+                    ", which may preempt it, coincide: it may do so "
+                    "any number of times; declare min_inter_arrival in the spec";
+  } else {
+    found.rivals.push_back({.execution = execution->ns,
+                            .period = period ? std::optional(period->ns) : std::nullopt,
+                            .priority = priority});
+  }
+}
+
+void TaskModel::add_server(const ThreadReport& thread, const Processor& processor,
+                           Interference& found) const {
+  for (const auto* known : {&thread.sched, &thread.applied}) {
+    if (!*known || !is_deadline(**known) || !may_use((*known)->cpus, processor.cpu)) continue;
+    constexpr std::uint64_t kReclaim = 0x02;  // SCHED_FLAG_RECLAIM of uapi/linux/sched.h
+    const auto server = server_of(**known);
+    if (((*known)->flags & kReclaim) != 0) {
+      found.unknown = named(thread) +
+                      " may run for longer than its runtime: it reclaims what other "
+                      "SCHED_DEADLINE threads leave (SCHED_FLAG_RECLAIM)";
+    } else if (server.period <= 0 || server.runtime < 0 || server.deadline < server.runtime) {
+      found.unknown = "the SCHED_DEADLINE parameters of " + named(thread) + " are no sound ones";
+    } else {
+      // Two budgets may follow each other directly: the end of one period and the begin of the
+      // next.
+      found.rivals.push_back({.execution = server.runtime,
+                              .period = server.period,
+                              .priority = kAboveAll,
+                              .jitter = server.deadline - server.runtime});
+    }
+    return;
+  }
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,79 @@
+// The callbacks of a report as tasks of scheduling theory, and what may run in their place.
+#pragma once
+
+#include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/response_time_analysis.hpp>
+#include <cie/analysis/schedulability.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+// SCHED_FIFO and SCHED_RR.
+bool is_fixed_priority(const ThreadSchedReport& sched) noexcept;
+bool is_deadline(const ThreadSchedReport& sched) noexcept;
+DeadlineServer server_of(const ThreadSchedReport& sched) noexcept;
+// Both lived for a moment, as far as is known.
+bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept;
+
+// A CPU; those of several hosts share only their numbers.
+struct Processor {
+  HostIndex host{};
+  std::uint32_t cpu = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
+  friend auto operator<=>(const Processor&, const Processor&) = default;
+};
+
+// One callback with the threads that it ran on.
+struct Task {
+  const CallbackReport* callback = nullptr;
+  const ProcessReport* process = nullptr;
+  const SpecEntry* entry = nullptr;            // of the spec; null: it has none
+  std::vector<const ThreadReport*> threads{};  // null: of one the report has no row
+  CallbackSchedulability result{};
+
+  // Null: it ran on none or on several.
+  const ThreadReport* thread() const noexcept;
+  // Of that thread; null also where they are not known.
+  const ThreadSchedReport* sched() const noexcept;
+  // It has a fixed priority and one CPU.
+  bool is_pinned() const noexcept;
+  Processor processor() const { return {process->host_index, sched()->cpus.front()}; }
+};
+
+// What may run in place of a task.
+struct Interference {
+  std::vector<FixedPriorityTask> rivals{};
+  std::string unknown{};  // why that is not all; empty: it is
+};
+
+// Borrows report and spec.
+class TaskModel {
+ public:
+  TaskModel(const Report& report, const SchedulingSpec* spec);
+
+  std::vector<Task>& tasks() noexcept { return tasks_; }
+  const std::vector<Task>& tasks() const noexcept { return tasks_; }
+  const ReportRows& rows() const noexcept { return rows_; }
+
+  // What other callbacks than `except` and the SCHED_DEADLINE threads of callbacks demand of a CPU
+  // that they may use, at that priority or a higher one, in processes that lived then: all of what
+  // they demand, wherever it ran.
+  Interference interference(const Processor& processor, std::int32_t least_priority,
+                            const TimeWindow& during, const Task* except) const;
+
+ private:
+  void add_callback(const Task& task, const Processor& processor, std::int32_t least_priority,
+                    Interference& found) const;
+  void add_server(const ThreadReport& thread, const Processor& processor,
+                  Interference& found) const;
+
+  const Report& report_;
+  ReportRows rows_;
+  std::vector<Task> tasks_;
+};
+
+}  // namespace cie::analysis
