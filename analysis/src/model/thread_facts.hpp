@@ -7,6 +7,7 @@
 
 #include "recording_facts.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -189,6 +190,14 @@ struct ScheduledAs {
   // Where the thread was switched in, by CPU.
   std::vector<UsedCpu> cpus{};
 };
+
+// It had begun by then: it was seen, or says when it was started, in ticks of the kernel's clock.
+inline Timestamp latest_begin(const ProcessFacts& process) noexcept {
+  constexpr std::int64_t kTick = 10'000'000;  // USER_HZ is 100
+  const auto seen = process.first_seen.value_or(EventRef{}).time;
+  if (!process.start_ns) return seen;
+  return std::min(seen, Timestamp{*process.start_ns} + Duration{kTick});
+}
 
 // The kernel's events name threads by their tids in its first pid namespace. In another one, as of a
 // container, they are others, and nothing relates the two.

@@ -5,6 +5,7 @@
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "model/recorded_parts.hpp"
 #include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
@@ -146,9 +147,11 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
     is_any = true;
     judgement.overrule(context.proof.incompleteness(index));
   }
-  if (!is_any) {
-    judgement.overrule(without_event(moment(model.begin.value_or(Timestamp{})),
-                                     "the trace holds no process of ours"));
+  const auto begin = moment(model.begin.value_or(Timestamp{}));
+  if (!is_any) judgement.overrule(without_event(begin, "the trace holds no process of ours"));
+  if (std::ranges::any_of(recording_reports(model), begins_late)) {
+    judgement.overrule(without_event(
+        begin, "chunks before are gone, and processes that ended in them may be with them"));
   }
 }
 
@@ -175,7 +178,7 @@ bool are_lives_of_one(const Model& model, const CallbackFacts& a, const Callback
   const auto& second = model.processes[at(b.process)];
   if (first.host != second.host) return false;
   const auto is_over_before = [](const ProcessFacts& one, const ProcessFacts& other) {
-    return one.last_seen && other.first_seen && one.last_seen->time < other.first_seen->time;
+    return one.last_seen && other.first_seen && one.last_seen->time < latest_begin(other);
   };
   return is_over_before(first, second) || is_over_before(second, first);
 }

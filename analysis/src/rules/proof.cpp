@@ -91,11 +91,12 @@ const std::optional<Evidence>& found_loss(const std::map<Index, std::optional<Ev
 
 }  // namespace
 
-Proof::Proof(const Model& model, const ThreadLives& lives, const TimeWindow& judged)
+Proof::Proof(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
+             const TimeWindow& judged)
     : model_(model),
       lives_(lives),
       judged_(judged),
-      holes_(model),
+      holes_(holes),
       user_losses_(model),
       processes_(model.processes.size()) {
   for (const auto& callback : model.callbacks) {

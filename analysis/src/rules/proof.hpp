@@ -20,7 +20,8 @@ namespace cie::analysis {
 class Proof {
  public:
   // `judged`: the part of the recording that was asked for.
-  Proof(const Model& model, const ThreadLives& lives, const TimeWindow& judged);
+  Proof(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
+        const TimeWindow& judged);
 
   // A process without `run_end`: it crashed, or the recording stopped first.
   bool is_interrupted(ProcessIndex process) const;
@@ -118,7 +119,7 @@ class Proof {
   const Model& model_;
   const ThreadLives& lives_;
   const TimeWindow judged_;
-  const KernelHoles holes_;
+  const KernelHoles& holes_;
   const UserLosses user_losses_;
   std::vector<ProcessProof> processes_;
   // Of those that lost something.

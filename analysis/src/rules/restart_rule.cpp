@@ -23,8 +23,9 @@ struct Lifetime {
 Lifetime lifetime_of(const Model& model, CallbackIndex index) {
   const auto& callback = model.callbacks[at(index)];
   const auto& process = model.processes[at(callback.process)];
-  const auto begin =
-      callback.registered ? callback.registered->time : callback.starts.first_at.time;
+  auto begin = callback.registered ? callback.registered->time : callback.starts.first_at.time;
+  // It may have been registered long before it was announced.
+  if (process.first_moment == RunMoment::announce) begin = std::min(begin, latest_begin(process));
   auto end = begin;
   if (callback.fini) {
     end = std::max(end, callback.fini->at.time);

@@ -27,6 +27,7 @@ struct RuleContext {
   const AnalysisOptions& options;
   const Subjects names;
   const std::vector<CallbackIndex> callbacks;  // in the order that verdicts are named by
+  const KernelHoles holes;
   const ThreadLives lives;
   const Proof proof;
   const IsolatedThreads isolated;

@@ -166,7 +166,7 @@ bool has_totals(const Model& model, const Subject& subject) {
 // its place. A subject is judged as ever: its numbers and totals tell what it lost.
 void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
                         std::vector<SubjectVerdict>& subjects) {
-  if (rule.needs.is_about_trace || (context.options.spec == nullptr && rule.needs.spec)) return;
+  if (context.options.spec == nullptr && rule.needs.spec) return;
   const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
                               "not all that was recorded is here: " + missing);
   if (rule.needs.whole_recording || rule.needs.totals) {

@@ -5,7 +5,14 @@
 namespace cie::analysis {
 namespace {
 
-ThreadLife life_of(const ThreadFacts& thread) {
+// Of a thread that said it ends: behind a hole of the kernel's record its tid may be another's.
+bool is_exit_its_own(const ThreadFacts& thread, HostIndex host, const KernelHoles& holes) {
+  if (!thread.fini) return true;
+  const auto last = std::max(thread.fini->time, thread.last_seen.value_or(EventRef{}).time);
+  return !holes.since(host, last, thread.kernel_exit->time);
+}
+
+ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles& holes) {
   std::optional<Timestamp> begin;
   std::optional<Timestamp> end;
   const auto extend = [&begin, &end](Timestamp time) {
@@ -13,10 +20,11 @@ ThreadLife life_of(const ThreadFacts& thread) {
     end = end ? std::max(*end, time) : time;
   };
   if (thread.start_ns) extend({*thread.start_ns});
-  for (const auto* sign : {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini,
-                           &thread.kernel_exit}) {
+  for (const auto* sign :
+       {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini}) {
     if (*sign) extend((*sign)->time);
   }
+  if (thread.kernel_exit && is_exit_its_own(thread, host, holes)) extend(thread.kernel_exit->time);
   std::optional<Timestamp> last_activity;
   for (const auto* pair : thread.ran) {
     const auto last = pair->last_activity.time;
@@ -31,12 +39,13 @@ ThreadLife life_of(const ThreadFacts& thread) {
 
 }  // namespace
 
-ThreadLives::ThreadLives(const Model& model) : model_(model) {
+ThreadLives::ThreadLives(const Model& model, const KernelHoles& holes) : model_(model) {
   lives_.reserve(model.threads.size());
   births_.reserve(model.threads.size());
   for (const auto& thread : model.threads) {
     const auto index = ThreadIndex{static_cast<std::uint32_t>(lives_.size())};
-    births_.push_back(birth(index, lives_.emplace_back(life_of(thread)).begin));
+    const auto host = model.processes[at(thread.process)].host;
+    births_.push_back(birth(index, lives_.emplace_back(life_of(thread, host, holes)).begin));
   }
   std::ranges::sort(births_);
 }

@@ -1,6 +1,7 @@
 // From when to when threads lived, as far as was seen.
 #pragma once
 
+#include "kernel_holes.hpp"
 #include "model/facts.hpp"
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct ThreadLife {
 // The life of every thread, gathered once: a thread may have run thousands of callbacks.
 class ThreadLives {
  public:
-  explicit ThreadLives(const Model& model);
+  ThreadLives(const Model& model, const KernelHoles& holes);
   const ThreadLife& of(ThreadIndex thread) const { return lives_[at(thread)]; }
   // Another thread with the tid of this one began after `begin` and no later than `end`.
   bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;

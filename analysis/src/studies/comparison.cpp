@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -13,7 +14,8 @@ namespace cie::analysis {
 namespace {
 
 double with(std::int64_t value, double tolerance) {
-  return static_cast<double>(value) * (1 + tolerance);
+  const auto exact = static_cast<double>(value);
+  return exact + std::abs(exact) * tolerance;
 }
 
 // How long the record after is, in terms of the one before; 1 where that is not known.

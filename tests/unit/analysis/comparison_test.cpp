@@ -95,6 +95,19 @@ TEST(Compare, IsCertainOnlyOfWhatLiesApart) {
   EXPECT_EQ(after(80, 90), Change::better);       // 99 is below 100
 }
 
+// As with clocks that disagree: the tolerance is of what lies between it and 0.
+TEST(Compare, ToleratesAsMuchOfNegativeValues) {
+  const QuantileInterval before{.lower = -110, .estimate = -105, .upper = -100};
+  EXPECT_EQ(compare(before, before, 0.1), Change::within);
+  const auto after = [&](std::int64_t lower, std::int64_t upper) {
+    return compare(before, QuantileInterval{.lower = lower, .estimate = lower, .upper = upper},
+                   0.1);
+  };
+  EXPECT_EQ(after(-89, -85), Change::worse);     // above -100 + 10
+  EXPECT_EQ(after(-130, -122), Change::within);  // -122 + 12.2 is above -110
+  EXPECT_EQ(after(-130, -124), Change::better);  // -124 + 12.4 is below
+}
+
 TEST(Compare, WithoutBoundsNothingIsCertain) {
   const QuantileInterval known{.lower = 1, .estimate = 2, .upper = 3};
   const QuantileInterval unknown{.lower = std::nullopt, .estimate = 1'000, .upper = std::nullopt};

@@ -370,6 +370,28 @@ TEST(OneThreadPerCallback, IsInconclusiveWhereTheFormerThreadsEndWasLost) {
   EXPECT_EQ(Verified(trace)["M3"], Verdict::inconclusive);
 }
 
+// t1 ends, t2 goes on without being registered, and then somebody else with t1's tid exits: where
+// the kernel's record has a hole before, that t1 had exited in it cannot be seen.
+TEST(MappingPersistent, TakesNoExitBehindAHoleForThatOfAThreadThatEnded) {
+  const std::string replaced =
+      "callback fusion pooled\n"
+      "thread t1 callback of=fusion tid=101\n"
+      "thread t2 callback of=fusion tid=102\n"
+      "kernel\n"
+      "1 begin t1\n10 start fusion on=t1\n12 end fusion on=t1\n14 finish t1\n"
+      "16 begin t2\n20 start fusion on=t2\n22 end fusion on=t2\n";
+  const auto judged = [&replaced](const std::string& kernel) {
+    return Verified(replaced + kernel);
+  };
+  for (const auto* hole : {"", "15 discard kernel until=18 count=1\n30 exit t1"}) {
+    EXPECT_EQ(judged(hole)["M3"], Verdict::pass) << hole;
+    EXPECT_EQ(judged(hole)["M4"], Verdict::fail) << hole;
+  }
+  const auto lived = judged("30 exit t1");  // it was still there
+  EXPECT_EQ(lived["M3"], Verdict::fail);
+  EXPECT_EQ(lived["M4"], Verdict::pass);
+}
+
 // Each of 80 threads ends before the next begins, but for the last two.
 TEST(OneThreadPerCallback, ComparesHoweverManyThreads) {
   const auto judged = [](bool is_last_together) {

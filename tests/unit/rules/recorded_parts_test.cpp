@@ -147,6 +147,14 @@ callback_groups:
   EXPECT_EQ(alone.of("M1", "callback tick"), Verdict::fail) << "it was never there";
 }
 
+// L7: what its numbers and totals would have told is missing with a process.
+TEST(RecordedParts, NoRuleOfTheTraceItselfPassesInPlaceOfWhatIsMissing) {
+  const Judged judged(without(kSecond), manifest_of({kFirst, kSecond}));
+  for (const auto* rule : {"T3", "T4", "T6"})
+    EXPECT_EQ(judged[rule], Verdict::inconclusive) << rule;
+  EXPECT_THAT(judged.evidence("T3", "trace"), HasSubstr("not all that was recorded is here"));
+}
+
 TEST(RecordedParts, EventsOfTheKernelThatAreMissingAreNamed) {
   auto manifest = manifest_of({kFirst, kSecond});
   manifest.has_kernel_events = true;
@@ -241,6 +249,16 @@ TEST(RecordedParts, NothingIsCompleteWhoseFirstChunkIsGone) {
   EXPECT_EQ(late.result.report.recordings[0].path, "run1");
   EXPECT_EQ(late.result.report.recordings[0].first_chunk, 2U);
   EXPECT_EQ(late.result.report.recordings[0].begin.monotonic_ns, 2000);
+}
+
+// A process that ended in a chunk before registered it there.
+TEST(RecordedParts, WhatMayBeInEarlierChunksWasNotProvenAbsent) {
+  const auto spec = SchedulingSpec::parse("callback_groups:\n  - id: gone\n", "spec.yaml");
+  const auto trace = trace_of(kTwoProcesses);
+  EXPECT_EQ(Judged(trace, chunks({1, 2}), &spec).of("M1", "callback gone"), Verdict::fail);
+  const Judged late(trace, chunks({2}), &spec);
+  EXPECT_EQ(late.of("M1", "callback gone"), Verdict::inconclusive);
+  EXPECT_THAT(late.evidence("M1", "callback gone"), HasSubstr("chunks before are gone"));
 }
 
 TEST(RecordedParts, AChunkBetweenOthersWasRecorded) {

@@ -118,5 +118,43 @@ TEST(MappingSurvivesRestart, ComparesOnlyLifetimesThatFollowEachOther) {
             Verdict::not_applicable);
 }
 
+// Two processes of which the second announces itself when the first has ended, because the
+// recording began meanwhile. It is older, or began by then, as far as the kernel's ticks tell.
+struct Announced {
+  explicit Announced(std::int64_t start) : trace(trace_of(kText)) {
+    for (auto& event : trace.events) {
+      auto* begin = std::get_if<RunBegin>(&event.body);
+      if (begin != nullptr && event.head.pid == 200) begin->process_start_ns = start;
+    }
+  }
+
+  static constexpr const char* kText = R"(
+    process first pid=100 until=100
+    callback a id=/n@Timer timer period=10
+    process second pid=200 from=50000000 attached
+    callback b id=/n@Timer timer period=10
+    1 initial a
+    2 applied a policy=fifo priority=30
+    10 start a
+    12 end a
+    50000101 initial b
+    50000102 applied b policy=fifo priority=31)";
+  static constexpr std::int64_t kOlder = -60'000'000;
+  static constexpr std::int64_t kLater = 45'000'000;
+  TextTrace trace;
+};
+
+TEST(MappingSurvivesRestart, IsNotOfProcessesThatLivedAtTheSameTime) {
+  EXPECT_EQ(Verified(Announced(Announced::kOlder).trace)["M5"], Verdict::not_applicable);
+  EXPECT_EQ(Verified(Announced(Announced::kLater).trace).of("M5", kLater), Verdict::fail);
+}
+
+TEST(SpecifiedCallbackSeen, AsksProcessesThatLivedAtTheSameTimeEach) {
+  constexpr const char* kSpec = "callback_groups:\n  - id: /n@Timer\n";
+  EXPECT_EQ(Verified(Announced(Announced::kOlder).trace, kSpec).of("M1", kLater), Verdict::fail);
+  EXPECT_NE(Verified(Announced(Announced::kLater).trace, kSpec)["M1"], Verdict::fail)
+      << "a restart, of which one has run";
+}
+
 }  // namespace
 }  // namespace cie::test
