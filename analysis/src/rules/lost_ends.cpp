@@ -8,7 +8,8 @@
 
 namespace cie::analysis {
 
-LostEnds::LostEnds(const Model& model) : model_(model), announced_(model.processes.size()) {
+LostEnds::LostEnds(const Model& model, const ThreadLives& lives)
+    : model_(model), lives_(lives), announced_(model.processes.size()) {
   for (const auto& thread : model.threads) {
     if (thread.announced) ++announced_[at(thread.process)];
   }
@@ -38,6 +39,36 @@ std::optional<Evidence> LostEnds::of(ThreadIndex index) const {
   return evidence("run_end", run_end->at,
                   "the end of thread " + std::to_string(thread.tid) +
                       " was not seen: callbacks may have started after it");
+}
+
+std::optional<Evidence> LostEnds::between(ThreadIndex index, Timestamp last, Timestamp next) const {
+  const auto& thread = model_.threads[at(index)];
+  const auto named = "thread " + std::to_string(thread.tid);
+  if (!thread.fini && lives_.is_tid_given_anew(index, last, next)) {
+    return without_event(moment(next, thread.tid),
+                         "another " + named + " was created before: this may have run on it");
+  }
+  const auto& run_end = model_.processes[at(thread.process)].run_end;
+  if (!run_end || (thread.fini && announced_[at(thread.process)] >= run_end->threads))
+    return std::nullopt;
+  return evidence("run_end", run_end->at,
+                  (thread.fini ? "announcements of threads are missing"
+                               : "the end of " + named + " was not seen") +
+                      std::string(": another one may have had its tid"));
+}
+
+std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
+  std::optional<Evidence> why;
+  std::optional<Timestamp> last;
+  for (const auto* pair : model_.threads[at(index)].ran) {
+    const auto next = pair->first_start.time;
+    if (last) {
+      why = next > *last ? between(index, *last, next) : std::nullopt;
+      if (!why) return std::nullopt;
+    }
+    last = std::max(last.value_or(pair->last_activity.time), pair->last_activity.time);
+  }
+  return why;
 }
 
 }  // namespace cie::analysis

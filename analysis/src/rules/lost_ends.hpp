@@ -4,6 +4,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include "model/facts.hpp"
+#include "thread_lives.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -13,14 +14,21 @@ namespace cie::analysis {
 
 class LostEnds {
  public:
-  explicit LostEnds(const Model& model);
+  LostEnds(const Model& model, const ThreadLives& lives);
   // In a process that ended in order every thread tells its end, unless it was replaced: why what ran
   // on this one may have run after it had ended, or on another one with its tid. Of a thread that was
   // not announced the same, where an announcement is missing.
   std::optional<Evidence> of(ThreadIndex thread) const;
+  // Why the callbacks of a thread may be those of several with its tid, one after the other: the next
+  // callback came when the last one was done for good, and in between the end of one thread and the
+  // announcement of another may be missing. Empty: they are of one.
+  std::optional<Evidence> between_callbacks(ThreadIndex thread) const;
+  // The same between two of its callbacks' instances.
+  std::optional<Evidence> between(ThreadIndex thread, Timestamp last, Timestamp next) const;
 
  private:
   const Model& model_;
+  const ThreadLives& lives_;
   std::vector<std::uint64_t> announced_;    // threads, by process
   std::vector<Timestamp> last_activities_;  // by callback, on whatever thread
 };

@@ -79,6 +79,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
                 callback.logical_id + " was never registered: it may be another one's address"));
           }
         }
+        if (several > 1) judgement.overrule(context.lost_ends.between_callbacks(index));
         judgement.doubt(losses.on(index));
         judgement.doubt(context.hidden.on(index));
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
@@ -260,6 +261,12 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
     judgement.doubt(without_event(move.first_on_to,
                                   "started on " + thread_name(to) + " after its thread_fini"));
     judgement.doubt(proof.incompleteness(to.process));
+    return;
+  }
+  const bool is_from_ended = from.fini && move.last_on_from.time <= from.fini->time;
+  if (from.tid == to.tid && !is_from_ended && lives.of(move.to).begin <= move.last_on_from.time) {
+    judgement.doubt(
+        context.lost_ends.between(move.from, lives.of(move.from).begin, move.last_on_from.time));
     return;
   }
   switch (succession(context, move.from, move.to)) {

@@ -129,6 +129,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
         const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
         if (is_isolated(thread)) {
           judge_foreign_callbacks(context.model, thread, judgement);
+          if (thread.ran.size() > 1) judgement.overrule(context.lost_ends.between_callbacks(index));
           judgement.doubt(context.losses.on(index));
           if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
         }

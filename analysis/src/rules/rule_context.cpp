@@ -39,7 +39,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       isolated(facts),
       losses(facts, callbacks, proof, isolated),
       hidden(facts),
-      lost_ends(facts),
+      lost_ends(facts, lives),
       unknown_threads(find_unknown(facts, proof)) {}
 
 }  // namespace cie::analysis

@@ -115,6 +115,41 @@ TEST(AForeignWorkBudget, IsNotJudgedWhereNobodyKnowsWhoseThreadItIs) {
   EXPECT_EQ(Verified(lossy, kOfWorker)["M6"], Verdict::inconclusive);
 }
 
+// The threads of two callbacks have the same number, one after the other, and a run of the second one
+// stands before what is left of its announcement, or nothing is left of that.
+TEST(AThread, MayBeTwoOfTheSameNumberWhereTheEndOfOneIsLost) {
+  const std::string trace = R"(
+    callback plan timer period=100
+    callback next timer period=100
+    thread later callback of=next tid=101
+    -9900 begin plan
+    100 start plan release=100
+    110 end plan
+    150 finish plan
+    160 begin later
+    161 initial later n=0
+    162 applied later n=1
+    200 start next release=200 on=later
+    210 end next on=later
+    300 start next release=300 on=later
+    310 end next on=later)";
+  for (const auto* rule : {"M2", "M6"}) {
+    const auto judged = [&](const TextTrace& events) {
+      return Verified(events).of(rule, "thread 101");
+    };
+    EXPECT_EQ(judged(trace_of(trace)), Verdict::pass) << rule;
+    auto lossy = trace_of(trace);
+    erase_at<ThreadFini>(lossy, 150);
+    erase_at<ThreadInit>(lossy, 160);
+    EXPECT_EQ(judged(lossy), Verdict::inconclusive) << rule;
+    auto by_turns =
+        trace_of(trace + "\n250 start plan release=250 on=later\n260 end plan on=later");
+    erase_at<ThreadFini>(by_turns, 150);
+    erase_at<ThreadInit>(by_turns, 160);
+    EXPECT_EQ(judged(by_turns), Verdict::fail) << rule << ": whoever began, one ran both";
+  }
+}
+
 // Its callback went on on another thread of the same number, of which nothing else is left.
 TEST(AThread, ThatTookAnothersNumberMayHaveBeenLost) {
   const std::string trace = R"(
