@@ -172,12 +172,14 @@ std::string observed(const CallbackEntry& entry) {
   return text + "\n";
 }
 
-// True if a spec can name it; otherwise a comment says that it cannot.
+// True if a spec can name it; otherwise a comment says that it cannot. "?" stands for the id of a
+// callback whose registration was not recorded.
 bool begin_entry(std::ostream& out, std::string_view key, const std::string& id) {
   const std::string shown = printable(id);
   const bool is_callback = key == "id";
   if (id.empty() || shown != id ||
-      (is_callback && (id.find('*') != std::string::npos || id.ends_with("@Waitable")))) {
+      (is_callback &&
+       (id.starts_with('?') || id.find('*') != std::string::npos || id.ends_with("@Waitable")))) {
     out << fmt::format("  # a spec cannot name \"{}\"\n", shown);
     return false;
   }

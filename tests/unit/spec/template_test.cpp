@@ -238,6 +238,15 @@ TEST_F(Template, NamesWorkersInTheirSections) {
   EXPECT_EQ(spec().threads().size(), 2U);
 }
 
+// Its registration was not recorded, nor its id.
+TEST_F(Template, NamesNoCallbackWithoutAnId) {
+  thread(1, sched(Policy::other));
+  callback("/a@Timer(1)", 1);
+  callback("?7", 1);
+  EXPECT_EQ(spec().callbacks().size(), 1U);
+  EXPECT_THAT(text(), HasSubstr("a spec cannot name \"?7\""));
+}
+
 TEST_F(Template, SurvivesHostileNames) {
   thread(1, sched(Policy::other));
   callback("/a@Timer(1)\n  - id: evil", 1);
