@@ -1,7 +1,7 @@
 // `--window`: a part of a recording is judged as if the rest were sound, and by what the rest
 // knows.
 #include "support/move_to_host.hpp"
-#include "support/verdicts.hpp"
+#include "windows.hpp"
 
 #include <algorithm>
 #include <string>
@@ -16,21 +16,6 @@ namespace {
 
 using namespace analysis;
 using ::testing::HasSubstr;
-
-AnalysisOptions window(std::int64_t from, std::int64_t to) {
-  AnalysisOptions options;
-  options.window = TimeWindow{.from = {from}, .to = {to}};
-  return options;
-}
-
-Verified in_window(std::string_view trace, std::int64_t from, std::int64_t to,
-                   std::string_view spec = {}) {
-  return Verified(trace_of(trace), spec, window(from, to));
-}
-
-const CallbackReport& callback(const Verified& verified, std::string_view id) {
-  return *std::ranges::find(verified.result.report.callbacks, id, &CallbackReport::logical_id);
-}
 
 // A timer publishes to a subscription; five periods of 20, with everything that can be recorded.
 constexpr const char* kSound = R"(
@@ -220,242 +205,6 @@ TEST(Window, WhatAProcessLeftOpenBeforeTheWindowIsNotCutByIt) {
   EXPECT_EQ(callback(in_window(kTrace, 40, 70), "b").cut, 1U);
 }
 
-TEST(Window, LossOutsideIsNoneInsideIs) {
-  auto trace = trace_of(R"(
-    callback a subscription
-    10 start a release=10
-    12 end a
-    20 start a release=20
-    22 end a
-    30 start a release=30
-    32 end a
-    40 start a release=40
-    42 end a
-    50 start a release=50
-    52 end a
-    60 start a release=60
-    62 end a
-    70 start a release=70
-    72 end a)");
-  const auto lose = [&trace](std::uint64_t seq) {
-    trace.erase<CallbackStart>([seq](const auto& e, const EventHead&) { return e.seq == seq; });
-    trace.erase<CallbackEnd>([seq](const auto& e, const EventHead&) { return e.seq == seq; });
-  };
-  const auto overall = [&trace](std::int64_t from, std::int64_t to) {
-    return Verified(trace, {}, window(from, to)).result.verdicts.verdict;
-  };
-  EXPECT_EQ(overall(15, 65), Verdict::pass);
-  lose(1);  // of 20
-  EXPECT_EQ(overall(35, 65), Verdict::pass) << "2 was seen at 30";
-  EXPECT_EQ(overall(25, 65), Verdict::inconclusive) << "1 may have run between 25 and 30";
-  EXPECT_EQ(overall(15, 65), Verdict::inconclusive);
-  lose(5);  // of 60
-  EXPECT_EQ(overall(35, 45), Verdict::pass) << "4 was seen at 50";
-  EXPECT_EQ(overall(35, 55), Verdict::inconclusive) << "5 may have run between 50 and 55";
-}
-
-TEST(Window, DiscardedEventsElsewhereDoNotMatter) {
-  constexpr const char* kTrace = R"(
-    callback a
-    10 start a
-    12 end a
-    20 discard user until=25 count=7
-    30 start a
-    32 end a)";
-  auto options = window(28, 40);
-  options.require_lossless = true;
-  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::pass);
-  options.window->from = {25};
-  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::fail);
-  options.window = TimeWindow{.from = {0}, .to = {19}};
-  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::pass);
-}
-
-TEST(Window, StateFromBeforeHoldsInIt) {
-  constexpr const char* kTrace = R"(
-    callback plan timer period=20
-    -50 initial plan
-    -40 applied plan policy=fifo priority=80
-    11 start plan release=10
-    12 end plan
-    31 start plan release=30
-    32 end plan
-    33 audit plan policy=fifo priority=80
-    51 start plan release=50
-    52 end plan
-    53 audit plan policy=fifo priority=10
-    71 start plan release=70
-    72 end plan)";
-  constexpr const char* kSpec =
-      "callback_groups:\n  - {id: plan, policy: SCHED_FIFO, priority: 80}\n";
-  const auto early = in_window(kTrace, 25, 40, kSpec);
-  EXPECT_EQ(early.of("S1", "callback plan"), Verdict::pass) << "applied long before";
-  EXPECT_EQ(early["S3"], Verdict::pass)
-      << "the change comes later: " << early.evidence("S3", "thread 1");
-  EXPECT_EQ(early["S2"], Verdict::not_applicable) << "the first instance lies before";
-  EXPECT_EQ(in_window(kTrace, 45, 60, kSpec)["S3"], Verdict::fail);
-  EXPECT_EQ(in_window(kTrace, 5, 30, kSpec)["S3"], Verdict::pass) << "an audit after it agrees";
-  EXPECT_EQ(in_window(kTrace, 35, 45, kSpec)["S3"], Verdict::inconclusive)
-      << "one after it does not, but that is no violation in it";
-  EXPECT_EQ(in_window(kTrace, 60, 80, kSpec)["S3"], Verdict::inconclusive)
-      << "the thread was changed before, but nothing in the window shows what it runs as";
-}
-
-// Where state from before holds, what may have hidden some of it counts, too.
-TEST(Window, StateThatWasLostBeforeIsUnknownInIt) {
-  constexpr const char* kSpec =
-      "callback_groups:\n  - {id: plan, policy: SCHED_FIFO, priority: 80}\n";
-  const auto judged = [](const std::string& first, const std::string& second) {
-    return in_window(R"(
-    process app crash
-    callback plan timer period=20
-    -50 initial plan
-    -40 applied plan )" + first +
-                         R"(
-    11 start plan release=10
-    12 end plan
-    )" + second + R"(
-    31 start plan release=30
-    32 end plan
-    51 start plan release=50
-    52 end plan)",
-                     40, 60, kSpec)
-        .of("S1", "callback plan");
-  };
-  constexpr auto kFifo = "policy=fifo priority=80";
-  constexpr auto kHole = "20 discard user until=25 count=1";
-  EXPECT_EQ(judged(kFifo, ""), Verdict::pass);
-  EXPECT_EQ(judged("nice=0", ""), Verdict::fail);
-  EXPECT_EQ(judged(kFifo, kHole), Verdict::inconclusive) << "another one may have been applied";
-  EXPECT_EQ(judged("nice=0", kHole), Verdict::inconclusive);
-  EXPECT_EQ(judged(kFifo, std::string(kHole) + "\n26 applied plan " + kFifo), Verdict::pass);
-}
-
-TEST(Window, APriorityWhoseBoostMayBeLostBeforeItIsNoWitness) {
-  const auto judged = [](const char* hole) {
-    return in_window(std::string(R"(
-    callback plan timer period=20
-    -50 initial plan
-    -40 applied plan policy=fifo priority=80
-    2 switch 0 idle plan next_prio=19
-    3 switch 0 plan idle state=1 prio=19
-    )") + hole + R"(
-    31 start plan release=30
-    32 end plan
-    50 switch 0 idle plan next_prio=9
-    51 start plan release=50
-    52 end plan)",
-                     40, 60)["S3"];
-  };
-  EXPECT_EQ(judged(""), Verdict::fail);
-  EXPECT_NE(judged("20 discard kernel until=25 count=1"), Verdict::fail);
-}
-
-TEST(Window, AnInstanceThatNeverEndedBeforeItIsNoneOfItsConcern) {
-  constexpr const char* kTrace = R"(
-    thread t1 pool
-    thread t2 pool
-    callback plan pooled
-    10 start plan on=t1 seq=0
-    20 start plan on=t2 seq=1
-    22 end plan on=t2 seq=1
-    50 start plan on=t2 seq=2
-    52 end plan on=t2 seq=2)";
-  EXPECT_EQ(Verified(kTrace)["E1"], Verdict::fail);
-  EXPECT_EQ(in_window(kTrace, 5, 60)["E1"], Verdict::fail);
-  EXPECT_EQ(in_window(kTrace, 40, 60)["E1"], Verdict::pass);
-  EXPECT_EQ(in_window(kTrace, 40, 60)["T4"], Verdict::pass);
-}
-
-TEST(Window, ASecondEndOutsideItIsNoneOfItsConcern) {
-  constexpr const char* kTwice = R"(
-    callback plan timer period=20
-    10 start plan release=10
-    12 end plan
-    13 end plan seq=0
-    30 start plan release=30
-    32 end plan
-    50 start plan release=50
-    52 end plan
-    71 end plan seq=1)";
-  EXPECT_EQ(in_window(kTwice, 0, 20)["E1"], Verdict::fail);
-  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::pass);
-  EXPECT_EQ(in_window(kTwice, 20, 60)["E1"], Verdict::pass);
-  EXPECT_EQ(in_window(kTwice, 20, 80)["E1"], Verdict::fail);
-  EXPECT_EQ(in_window(kTwice, 40, 60)["E1"], Verdict::pass);
-}
-
-// Nor does it stand for the end of one that never ended.
-TEST(Window, ASecondEndOutsideItHidesNoInstanceThatNeverEnded) {
-  const auto trace = [](const std::string& twice) {
-    return "callback plan timer period=20\n10 start plan release=10\n12 end plan\n" + twice +
-           " end plan seq=0\n30 start plan release=30\n";
-  };
-  for (const auto* time : {"13", "71"}) {
-    const auto verified = in_window(trace(time) + "80 fini plan", 20, 40);
-    EXPECT_EQ(verified["E1"], Verdict::fail) << time;
-    EXPECT_THAT(verified.evidence("E1", "callback plan"),
-                HasSubstr("30 callback_start seq 1 starts and never ends"))
-        << time;
-  }
-  // One that began before the window and that the other one's second end did not end.
-  constexpr const char* kOpen = R"(
-    callback plan timer period=20
-    thread other pool
-    10 start plan release=10
-    12 start plan release=12 on=other
-    14 end plan seq=0
-    15 end plan seq=0
-    18 end plan seq=1 on=other
-    30 start plan release=30
-    32 end plan)";
-  EXPECT_EQ(callback(in_window(kOpen, 16, 40), "plan").instances, 1U);
-  EXPECT_EQ(in_window(kOpen, 16, 40)["E1"], Verdict::pass);
-}
-
-// Even if the recording lacks its start, wherever the second end is told.
-TEST(Window, ASecondEndOutsideItOfALostStartIsNoneOfItsConcern) {
-  constexpr const char* kTwice = R"(
-    callback plan timer period=20
-    callback other timer period=20
-    10 start plan release=10
-    12 end plan
-    13 end plan seq=0
-    30 start plan release=30
-    32 end plan
-    34 start other release=34
-    36 end other
-    50 start plan release=50
-    52 end plan)";
-  const auto judged = [](std::string_view text, std::int64_t from, std::int64_t to) {
-    auto trace = trace_of(text);
-    trace.erase<CallbackStart>(
-        [](const auto&, const EventHead& head) { return head.time.ns == 10; });
-    return Verified(trace, {}, window(from, to));
-  };
-  EXPECT_EQ(judged(kTwice, 20, 40)["E1"], Verdict::inconclusive) << "seq 0 may have run in it";
-  EXPECT_EQ(judged(kTwice, 35, 60)["E1"], Verdict::pass);
-  // What ends first or again in the window began before it.
-  auto elsewhere = std::string(kTwice);
-  elsewhere.insert(elsewhere.find("seq=0") + 5, " on=other");
-  for (const auto* rule : {"M2", "M3"}) {
-    EXPECT_EQ(in_window(elsewhere, 11, 60)[rule], Verdict::pass) << rule;
-    EXPECT_EQ(judged(elsewhere, 11, 60)[rule], Verdict::inconclusive) << rule;
-  }
-}
-
-// Nor is one in it that ended before.
-TEST(Window, ASecondEndInItCountsThoughItsInstanceEndedBefore) {
-  constexpr const char* kTwice = R"(
-    callback plan timer period=20
-    10 start plan release=10
-    12 end plan
-    21 end plan seq=0
-    30 start plan release=30
-    32 end plan)";
-  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::fail);
-}
-
 TEST(Window, ThreadsOfLaterAreCountedThoughTheyHaveOneTid) {
   constexpr const char* kTrace = R"(
     callback plan timer period=20
@@ -597,7 +346,6 @@ TEST(Window, AllOfTheRecordingIsWhatThereIsWithout) {
   EXPECT_EQ(whole.result.report.trace.events, wide.result.report.trace.events);
 }
 
-// Without the releases nobody knows when the three samples were overwritten.
 TEST(WindowOfAQueue, KnowsNoTotalsThatOnlyTheEndTells) {
   auto trace = trace_of(R"(
     callback fusion subscription topic=/a
@@ -620,7 +368,6 @@ TEST(WindowOfAQueue, KnowsNoTotalsThatOnlyTheEndTells) {
   EXPECT_EQ(q1(20, 33), Verdict::inconclusive);
 }
 
-// Containers count their processes from 1, each of them.
 TEST(WindowOfTwoHosts, TellsTheirThreadsApart) {
   const std::string app =
       "callback fusion\n1 initial fusion\n2 applied fusion\n10 start fusion\n12 end fusion\n";

@@ -1,0 +1,118 @@
+// `--window`: instances that ended outside it, twice, or never.
+#include "windows.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::HasSubstr;
+
+TEST(Window, AnInstanceThatNeverEndedBeforeItIsNoneOfItsConcern) {
+  constexpr const char* kTrace = R"(
+    thread t1 pool
+    thread t2 pool
+    callback plan pooled
+    10 start plan on=t1 seq=0
+    20 start plan on=t2 seq=1
+    22 end plan on=t2 seq=1
+    50 start plan on=t2 seq=2
+    52 end plan on=t2 seq=2)";
+  EXPECT_EQ(Verified(kTrace)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTrace, 5, 60)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTrace, 40, 60)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTrace, 40, 60)["T4"], Verdict::pass);
+}
+
+TEST(Window, ASecondEndOutsideItIsNoneOfItsConcern) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    10 start plan release=10
+    12 end plan
+    13 end plan seq=0
+    30 start plan release=30
+    32 end plan
+    50 start plan release=50
+    52 end plan
+    71 end plan seq=1)";
+  EXPECT_EQ(in_window(kTwice, 0, 20)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTwice, 20, 60)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTwice, 20, 80)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTwice, 40, 60)["E1"], Verdict::pass);
+}
+
+TEST(Window, ASecondEndOutsideItHidesNoInstanceThatNeverEnded) {
+  const auto trace = [](const std::string& twice) {
+    return "callback plan timer period=20\n10 start plan release=10\n12 end plan\n" + twice +
+           " end plan seq=0\n30 start plan release=30\n";
+  };
+  for (const auto* time : {"13", "71"}) {
+    const auto verified = in_window(trace(time) + "80 fini plan", 20, 40);
+    EXPECT_EQ(verified["E1"], Verdict::fail) << time;
+    EXPECT_THAT(verified.evidence("E1", "callback plan"),
+                HasSubstr("30 callback_start seq 1 starts and never ends"))
+        << time;
+  }
+  // One that began before the window and that the other one's second end did not end.
+  constexpr const char* kOpen = R"(
+    callback plan timer period=20
+    thread other pool
+    10 start plan release=10
+    12 start plan release=12 on=other
+    14 end plan seq=0
+    15 end plan seq=0
+    18 end plan seq=1 on=other
+    30 start plan release=30
+    32 end plan)";
+  EXPECT_EQ(callback(in_window(kOpen, 16, 40), "plan").instances, 1U);
+  EXPECT_EQ(in_window(kOpen, 16, 40)["E1"], Verdict::pass);
+}
+
+TEST(Window, ASecondEndOutsideItOfALostStartIsNoneOfItsConcern) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    callback other timer period=20
+    10 start plan release=10
+    12 end plan
+    13 end plan seq=0
+    30 start plan release=30
+    32 end plan
+    34 start other release=34
+    36 end other
+    50 start plan release=50
+    52 end plan)";
+  const auto judged = [](std::string_view text, std::int64_t from, std::int64_t to) {
+    auto trace = trace_of(text);
+    trace.erase<CallbackStart>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 10; });
+    return Verified(trace, {}, window(from, to));
+  };
+  EXPECT_EQ(judged(kTwice, 20, 40)["E1"], Verdict::inconclusive) << "seq 0 may have run in it";
+  EXPECT_EQ(judged(kTwice, 35, 60)["E1"], Verdict::pass);
+  // What ends first or again in the window began before it.
+  auto elsewhere = std::string(kTwice);
+  elsewhere.insert(elsewhere.find("seq=0") + 5, " on=other");
+  for (const auto* rule : {"M2", "M3"}) {
+    EXPECT_EQ(in_window(elsewhere, 11, 60)[rule], Verdict::pass) << rule;
+    EXPECT_EQ(judged(elsewhere, 11, 60)[rule], Verdict::inconclusive) << rule;
+  }
+}
+
+TEST(Window, ASecondEndInItCountsThoughItsInstanceEndedBefore) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    10 start plan release=10
+    12 end plan
+    21 end plan seq=0
+    30 start plan release=30
+    32 end plan)";
+  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::fail);
+}
+
+}  // namespace
+}  // namespace cie::test

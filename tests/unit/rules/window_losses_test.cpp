@@ -1,0 +1,144 @@
+// `--window`: what was lost inside it and outside, and what state from before it holds.
+#include "windows.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+TEST(Window, LossOutsideIsNoneInsideIs) {
+  auto trace = trace_of(R"(
+    callback a subscription
+    10 start a release=10
+    12 end a
+    20 start a release=20
+    22 end a
+    30 start a release=30
+    32 end a
+    40 start a release=40
+    42 end a
+    50 start a release=50
+    52 end a
+    60 start a release=60
+    62 end a
+    70 start a release=70
+    72 end a)");
+  const auto lose = [&trace](std::uint64_t seq) {
+    trace.erase<CallbackStart>([seq](const auto& e, const EventHead&) { return e.seq == seq; });
+    trace.erase<CallbackEnd>([seq](const auto& e, const EventHead&) { return e.seq == seq; });
+  };
+  const auto overall = [&trace](std::int64_t from, std::int64_t to) {
+    return Verified(trace, {}, window(from, to)).result.verdicts.verdict;
+  };
+  EXPECT_EQ(overall(15, 65), Verdict::pass);
+  lose(1);  // of 20
+  EXPECT_EQ(overall(35, 65), Verdict::pass) << "2 was seen at 30";
+  EXPECT_EQ(overall(25, 65), Verdict::inconclusive) << "1 may have run between 25 and 30";
+  EXPECT_EQ(overall(15, 65), Verdict::inconclusive);
+  lose(5);  // of 60
+  EXPECT_EQ(overall(35, 45), Verdict::pass) << "4 was seen at 50";
+  EXPECT_EQ(overall(35, 55), Verdict::inconclusive) << "5 may have run between 50 and 55";
+}
+
+TEST(Window, DiscardedEventsElsewhereDoNotMatter) {
+  constexpr const char* kTrace = R"(
+    callback a
+    10 start a
+    12 end a
+    20 discard user until=25 count=7
+    30 start a
+    32 end a)";
+  auto options = window(28, 40);
+  options.require_lossless = true;
+  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::pass);
+  options.window->from = {25};
+  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::fail);
+  options.window = TimeWindow{.from = {0}, .to = {19}};
+  EXPECT_EQ(Verified(trace_of(kTrace), {}, options)["T2"], Verdict::pass);
+}
+
+TEST(Window, StateFromBeforeHoldsInIt) {
+  constexpr const char* kTrace = R"(
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan policy=fifo priority=80
+    11 start plan release=10
+    12 end plan
+    31 start plan release=30
+    32 end plan
+    33 audit plan policy=fifo priority=80
+    51 start plan release=50
+    52 end plan
+    53 audit plan policy=fifo priority=10
+    71 start plan release=70
+    72 end plan)";
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: plan, policy: SCHED_FIFO, priority: 80}\n";
+  const auto early = in_window(kTrace, 25, 40, kSpec);
+  EXPECT_EQ(early.of("S1", "callback plan"), Verdict::pass) << "applied long before";
+  EXPECT_EQ(early["S3"], Verdict::pass)
+      << "the change comes later: " << early.evidence("S3", "thread 1");
+  EXPECT_EQ(early["S2"], Verdict::not_applicable) << "the first instance lies before";
+  EXPECT_EQ(in_window(kTrace, 45, 60, kSpec)["S3"], Verdict::fail);
+  EXPECT_EQ(in_window(kTrace, 5, 30, kSpec)["S3"], Verdict::pass) << "an audit after it agrees";
+  EXPECT_EQ(in_window(kTrace, 35, 45, kSpec)["S3"], Verdict::inconclusive)
+      << "one after it does not, but that is no violation in it";
+  EXPECT_EQ(in_window(kTrace, 60, 80, kSpec)["S3"], Verdict::inconclusive)
+      << "the thread was changed before, but nothing in the window shows what it runs as";
+}
+
+TEST(Window, StateThatWasLostBeforeIsUnknownInIt) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: plan, policy: SCHED_FIFO, priority: 80}\n";
+  const auto judged = [](const std::string& first, const std::string& second) {
+    return in_window(R"(
+    process app crash
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan )" + first +
+                         R"(
+    11 start plan release=10
+    12 end plan
+    )" + second + R"(
+    31 start plan release=30
+    32 end plan
+    51 start plan release=50
+    52 end plan)",
+                     40, 60, kSpec)
+        .of("S1", "callback plan");
+  };
+  constexpr auto kFifo = "policy=fifo priority=80";
+  constexpr auto kHole = "20 discard user until=25 count=1";
+  EXPECT_EQ(judged(kFifo, ""), Verdict::pass);
+  EXPECT_EQ(judged("nice=0", ""), Verdict::fail);
+  EXPECT_EQ(judged(kFifo, kHole), Verdict::inconclusive) << "another one may have been applied";
+  EXPECT_EQ(judged("nice=0", kHole), Verdict::inconclusive);
+  EXPECT_EQ(judged(kFifo, std::string(kHole) + "\n26 applied plan " + kFifo), Verdict::pass);
+}
+
+TEST(Window, APriorityWhoseBoostMayBeLostBeforeItIsNoWitness) {
+  const auto judged = [](const char* hole) {
+    return in_window(std::string(R"(
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan policy=fifo priority=80
+    2 switch 0 idle plan next_prio=19
+    3 switch 0 plan idle state=1 prio=19
+    )") + hole + R"(
+    31 start plan release=30
+    32 end plan
+    50 switch 0 idle plan next_prio=9
+    51 start plan release=50
+    52 end plan)",
+                     40, 60)["S3"];
+  };
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_NE(judged("20 discard kernel until=25 count=1"), Verdict::fail);
+}
+
+}  // namespace
+}  // namespace cie::test
