@@ -460,7 +460,9 @@ const Rule kUniqueLogicalId{
     "Inconclusive when whether the earlier callback of the id still lived is unknown, for a "
     "callback that was never seen to be registered, and where the process counts callbacks of "
     "which no event was seen.\n"
-    "Remedy: give callbacks explicit names, or periods that differ.",
+    "Remedy: give callbacks explicit names, or periods that differ.\n"
+    "Remedy with rclcpp: its callbacks have no names: give timers periods that differ, and what shares "
+    "a node and a topic or service nodes of its own.",
     judge_unique_id};
 
 }  // namespace cie::analysis
