@@ -172,15 +172,14 @@ void fail_missing(const RuleContext& context, const std::string& note,
 
 // One of them may have followed the other, as after a restart: not those of two machines, or of
 // processes that lived at the same time.
-bool are_lives_of_one(const Model& model, const CallbackFacts& a, const CallbackFacts& b) {
+bool are_lives_of_one(const RuleContext& context, const CallbackFacts& a, const CallbackFacts& b) {
   if (a.process == b.process) return true;
-  const auto& first = model.processes[at(a.process)];
-  const auto& second = model.processes[at(b.process)];
-  if (first.host != second.host) return false;
-  const auto is_over_before = [](const ProcessFacts& one, const ProcessFacts& other) {
-    return one.last_seen && other.first_seen && one.last_seen->time < latest_begin(other);
+  const auto& processes = context.model.processes;
+  if (processes[at(a.process)].host != processes[at(b.process)].host) return false;
+  const auto is_over_before = [&](ProcessIndex one, ProcessIndex other) {
+    return context.lives.last_sign(one) < latest_begin(processes[at(other)]);
   };
-  return is_over_before(first, second) || is_over_before(second, first);
+  return is_over_before(a.process, b.process) || is_over_before(b.process, a.process);
 }
 
 // Parameters that the spec has for a callback without a thread of its own: S1 judges none.
@@ -235,7 +234,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     const auto is_excused_by = [&](CallbackIndex other) {
       const auto& life = model.callbacks[at(other)];
       return known_instances(model, life) > 0 && life.logical_id == callback.logical_id &&
-             are_lives_of_one(model, callback, life);
+             are_lives_of_one(context, callback, life);
     };
     // Of one callback's lifetimes one that ran is enough: the others need not have.
     const bool has_run = known_instances(model, callback) > 0;

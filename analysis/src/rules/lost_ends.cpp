@@ -61,6 +61,8 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
   std::optional<Evidence> why;
   std::optional<Timestamp> last;
   for (const auto* pair : model_.threads[at(index)].ran) {
+    // One that was never registered may be another one's address, of ROS 2.
+    if (!model_.callbacks[at(pair->callback)].registered) continue;
     const auto next = pair->first_start.time;
     if (last) {
       why = next > *last ? between(index, *last, next) : std::nullopt;

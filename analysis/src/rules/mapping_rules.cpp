@@ -113,9 +113,10 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
   const auto& thread = thread_of(context.model, earlier);
   const bool is_same_tid = thread.tid == thread_of(context.model, later).tid;
   // One that begins in the very nanosecond that the other ended in follows it.
-  const bool is_alive = has_exited(thread) ? next_begin < last_sign : next_begin <= last_sign;
+  const bool has_ended = context.lives.of(earlier).has_ended;
+  const bool is_alive = has_ended ? next_begin < last_sign : next_begin <= last_sign;
   if (is_alive) return is_same_tid ? Succession::successive : Succession::together;
-  if (has_exited(thread) || is_same_tid) return Succession::successive;
+  if (has_ended || is_same_tid) return Succession::successive;
   if (lived_on(context, earlier, next_begin) != nullptr) return Succession::together;
   // A tid is given anew only after its thread's exit.
   return context.lives.is_tid_given_anew(earlier, last_sign, next_begin) ? Succession::successive
@@ -147,9 +148,6 @@ class ThreadsOfCallback {
   const ThreadLife& life(std::size_t place) const {
     return context_.lives.of(pairs_[place]->thread);
   }
-  bool is_exit_seen(std::size_t place) const {
-    return has_exited(thread_of(context_.model, pairs_[place]->thread));
-  }
 
   // By begin, each with those before it that lasted longest: of all, and of those whose exit was not
   // seen. If any of them lived together with it, one of these did.
@@ -167,7 +165,7 @@ class ThreadsOfCallback {
       if (longest) judge(*longest, place);
       if (unended && unended != longest) judge(*unended, place);
       if (lasts_longer(place, longest)) longest = place;
-      if (!is_exit_seen(place) && lasts_longer(place, unended)) unended = place;
+      if (!life(place).has_ended && lasts_longer(place, unended)) unended = place;
     }
   }
 

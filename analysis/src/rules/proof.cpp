@@ -220,7 +220,8 @@ bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> 
 
 std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
   const auto& life = lives_.of(thread);
-  return holes_.between(host_of(thread), life.begin, life.end);
+  return holes_.between(host_of(thread), std::max(life.begin, judged_.from),
+                        std::min(life.end, judged_.to));
 }
 
 std::optional<Evidence> Proof::kernel_outside(ThreadIndex thread, Timestamp begin) const {

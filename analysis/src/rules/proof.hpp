@@ -54,8 +54,8 @@ class Proof {
   // Or between the two.
   std::optional<Evidence> user_loss(ProcessIndex process, Timestamp begin, Timestamp end) const;
 
-  // Kernel events were lost, or never recorded of some CPU, while the thread lived, or between two
-  // points of time. What is no evidence loses nothing.
+  // Kernel events were lost, or never recorded of some CPU, while the thread lived and is judged, or
+  // between two points of time. What is no evidence loses nothing.
   std::optional<Evidence> kernel_loss(ThreadIndex thread) const;
   std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const {
     return holes_.between(host, begin, end);

@@ -20,7 +20,8 @@ struct Lifetime {
   Timestamp end;
 };
 
-Lifetime lifetime_of(const Model& model, CallbackIndex index) {
+Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
+  const auto& model = context.model;
   const auto& callback = model.callbacks[at(index)];
   const auto& process = model.processes[at(callback.process)];
   auto begin = callback.registered ? callback.registered->time : callback.starts.first_at.time;
@@ -29,8 +30,8 @@ Lifetime lifetime_of(const Model& model, CallbackIndex index) {
   auto end = begin;
   if (callback.fini) {
     end = std::max(end, callback.fini->at.time);
-  } else if (process.last_seen) {
-    end = std::max(end, process.last_seen->time);
+  } else {
+    end = std::max(end, context.lives.last_sign(callback.process));
   }
   return {.index = index, .begin = begin, .end = end};
 }
@@ -130,10 +131,11 @@ std::vector<CallbackIndex> predecessors(const std::vector<Ended>& by_end, const 
   return found;
 }
 
-std::optional<Timestamp> last_end(const Model& model, const std::vector<CallbackIndex>& callbacks) {
+std::optional<Timestamp> last_end(const RuleContext& context,
+                                  const std::vector<CallbackIndex>& callbacks) {
   std::optional<Timestamp> last;
   for (const auto index : callbacks) {
-    const auto end = lifetime_of(model, index).end;
+    const auto end = lifetime_of(context, index).end;
     last = std::max(last.value_or(end), end);
   }
   return last;
@@ -220,7 +222,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   std::vector<Lifetime> unknown;
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
-    const auto life = lifetime_of(model, index);
+    const auto life = lifetime_of(context, index);
     if (is_identified(callback)) {
       by_id[{model.processes[at(callback.process)].host, callback.logical_id}].push_back(life);
     } else {
@@ -261,7 +263,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
         conclude(std::move(judgement), verdicts);
       }
       const auto before = predecessors(by_end, lives[i]);
-      const auto ended = last_end(model, before);
+      const auto ended = last_end(context, before);
       const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
       if (between != nullptr) {
         Judgement judgement(names.callback(lives[i].index));

@@ -155,7 +155,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
-    } else if (proof.kernel_loss(index)) {
+    } else if (proof.kernel_loss(index) || proof.kernel_outside(index, begin.time)) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }

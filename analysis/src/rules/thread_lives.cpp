@@ -5,10 +5,14 @@
 namespace cie::analysis {
 namespace {
 
-// Of a thread that said it ends: behind a hole of the kernel's record its tid may be another's.
+// What the kernel tells of a tid behind a hole of its record may be of another thread.
 bool is_exit_its_own(const ThreadFacts& thread, HostIndex host, const KernelHoles& holes) {
-  if (!thread.fini) return true;
-  const auto last = std::max(thread.fini->time, thread.last_seen.value_or(EventRef{}).time);
+  if (!thread.kernel_exit) return false;
+  auto last = thread.announced ? thread.announced->time : Timestamp{thread.start_ns.value_or(0)};
+  for (const auto* sign : {&thread.first_seen, &thread.last_seen, &thread.fini})
+    if (*sign) last = std::max(last, (*sign)->time);
+  for (const auto* pair : thread.ran)
+    last = std::max(last, pair->last_activity.time);
   return !holes.since(host, last, thread.kernel_exit->time);
 }
 
@@ -24,7 +28,8 @@ ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles&
        {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini}) {
     if (*sign) extend((*sign)->time);
   }
-  if (thread.kernel_exit && is_exit_its_own(thread, host, holes)) extend(thread.kernel_exit->time);
+  const bool has_exited = is_exit_its_own(thread, host, holes);
+  if (has_exited) extend(thread.kernel_exit->time);
   std::optional<Timestamp> last_activity;
   for (const auto* pair : thread.ran) {
     const auto last = pair->last_activity.time;
@@ -34,7 +39,8 @@ ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles&
   }
   return {.begin = begin.value_or(Timestamp{}),
           .end = end.value_or(Timestamp{}),
-          .last_activity = last_activity};
+          .last_activity = last_activity,
+          .has_ended = thread.fini || has_exited};
 }
 
 }  // namespace
@@ -48,11 +54,18 @@ ThreadLives::ThreadLives(const Model& model, const KernelHoles& holes) : model_(
     births_.push_back(birth(index, lives_.emplace_back(life_of(thread, host, holes)).begin));
   }
   std::ranges::sort(births_);
+  for (const auto& process : model.processes)
+    last_signs_.push_back(process.last_seen.value_or(EventRef{}).time);
+  for (const auto& thread : model.threads) {
+    auto& last = last_signs_[at(thread.process)];
+    if (thread.switched_in) last = std::max(last, thread.switched_in->time);
+  }
 }
 
 ThreadLives::Birth ThreadLives::birth(ThreadIndex index, Timestamp time) const {
   const auto& thread = model_.threads[at(index)];
-  return {model_.processes[at(thread.process)].host, thread.tid, time};
+  const auto& process = model_.processes[at(thread.process)];
+  return {process.host, process.pid_ns, thread.tid, time};
 }
 
 bool ThreadLives::is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const {

@@ -15,6 +15,7 @@ struct ThreadLife {
   Timestamp begin;  // first sign of life, or its creation
   Timestamp end;    // last sign of life; that of its announcement alone is a point
   std::optional<Timestamp> last_activity;  // of callbacks on it
+  bool has_ended = false;  // told by itself or by the kernel: it began nothing later
 };
 
 // The life of every thread, gathered once: a thread may have run thousands of callbacks.
@@ -24,17 +25,20 @@ class ThreadLives {
   const ThreadLife& of(ThreadIndex thread) const { return lives_[at(thread)]; }
   // Another thread with the tid of this one began after `begin` and no later than `end`.
   bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;
+  // Nothing shows that it lived on: its last event, or when a thread of it was switched in last.
+  Timestamp last_sign(ProcessIndex process) const { return last_signs_[at(process)]; }
   // The instance was still running when its record was cut off: no callback's event followed on its
   // thread.
   bool is_cut_by_end(const OpenInstance& open) const;
 
  private:
-  using Birth = std::tuple<HostIndex, std::int64_t, Timestamp>;
+  using Birth = std::tuple<HostIndex, std::uint64_t, std::int64_t, Timestamp>;  // pid_ns, tid
   Birth birth(ThreadIndex thread, Timestamp time) const;
 
   const Model& model_;
   std::vector<ThreadLife> lives_;
   std::vector<Birth> births_;  // ascending
+  std::vector<Timestamp> last_signs_;
 };
 
 }  // namespace cie::analysis

@@ -58,10 +58,6 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
 
 }  // namespace
 
-bool has_exited(const ThreadFacts& thread) noexcept {
-  return thread.fini.has_value() || thread.kernel_exit.has_value();
-}
-
 std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair) {
   if (!thread.fini || pair.last_activity.time <= thread.fini->time) return std::nullopt;
   return evidence("callback_end", pair.last_activity,

@@ -15,8 +15,6 @@ namespace cie::analysis {
 
 struct RuleContext;
 
-// Its end was recorded.
-bool has_exited(const ThreadFacts& thread) noexcept;
 // An instance that ended after its thread's `thread_fini`: where its start was not seen, that may have
 // been later, too.
 std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair);

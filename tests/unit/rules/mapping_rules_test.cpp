@@ -352,6 +352,26 @@ TEST(OneThreadPerCallback, FailsWhereTheKernelSawTheFormerThreadAliveLater) {
       << "before t2 began";
 }
 
+// t1's end was not seen; behind a hole, and in a container, its tid is somebody else's.
+TEST(OneThreadPerCallback, TakesNoExitOfSomebodyElseForThatOfTheFormerThread) {
+  const std::string killed = kKilled;
+  EXPECT_EQ(Verified(killed + "\n34 exit t1")["M3"], Verdict::fail) << "it was there until then";
+  EXPECT_EQ(Verified(killed + "\n15 discard kernel until=17 count=1\n34 exit t1")["M3"],
+            Verdict::inconclusive);
+  auto contained = trace_of(killed +
+                            "\nprocess inside pid=200 from=15\ncallback tick timer\n"
+                            "40 start tick\n42 end tick");
+  for (auto& event : contained.events) {
+    if (event.head.pid != 200) continue;
+    if (event.head.tid == 103) event.head.tid = 101;
+    if (auto* begin = std::get_if<RunBegin>(&event.body)) begin->pid_ns = 0xf0000005;
+    if (auto* init = std::get_if<ThreadInit>(&event.body)) init->tid = 101;
+    if (auto* read = std::get_if<ThreadSched>(&event.body)) read->tid = 101;
+    if (auto* fini = std::get_if<ThreadFini>(&event.body)) fini->tid = 101;
+  }
+  EXPECT_EQ(Verified(contained)["M3"], Verdict::inconclusive);
+}
+
 TEST(OneThreadPerCallback, IsInconclusiveWhereTheTidMayBeAnotherThreadsByThen) {
   const auto later = std::string(kKilled) + "\n25 switch 1 idle t1\n26 switch 1 t1 idle state=1\n";
   for (const auto* meanwhile :

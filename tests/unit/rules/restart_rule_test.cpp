@@ -149,6 +149,22 @@ TEST(MappingSurvivesRestart, IsNotOfProcessesThatLivedAtTheSameTime) {
   EXPECT_EQ(Verified(Announced(Announced::kLater).trace).of("M5", kLater), Verdict::fail);
 }
 
+// The first one idles: the kernel alone sees it, after the second one has begun.
+TEST(MappingSurvivesRestart, IsNotOfAProcessThatTheKernelSawAliveLater) {
+  const auto judged = [](const std::string& lines) {
+    return Verified(
+        "process first pid=100 until=500 crash\ncallback a id=/n@Timer timer period=10\n"
+        "process second pid=200 from=200\ncallback b id=/n@Timer timer period=10\n"
+        "kernel\n1 initial a\n2 applied a policy=fifo priority=30\n"
+        "10 start a\n12 end a\n301 initial b\n302 applied b policy=fifo priority=31\n"
+        "310 start b\n312 end b\n" +
+        lines);
+  };
+  EXPECT_EQ(judged("").of("M5", kLater), Verdict::fail);
+  EXPECT_EQ(judged("400 switch 0 idle a next_prio=69\n401 switch 0 a idle state=1")["M5"],
+            Verdict::not_applicable);
+}
+
 TEST(SpecifiedCallbackSeen, AsksProcessesThatLivedAtTheSameTimeEach) {
   constexpr const char* kSpec = "callback_groups:\n  - id: /n@Timer\n";
   EXPECT_EQ(Verified(Announced(Announced::kOlder).trace, kSpec).of("M1", kLater), Verdict::fail);
