@@ -183,6 +183,10 @@ struct Analyzer::Pipeline {
                      recording.apply(head, e);
                      lose(head, e.begin.value_or(head.time), e.end.value_or(head.time));
                    },
+                   [&](const SessionGap& e) {
+                     recording.apply(head, e);
+                     instances->lose();
+                   },
                    [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
         event.body);
   }

@@ -20,6 +20,7 @@ class AnalyzerInput {
 
   StreamIndex next_stream() noexcept { return StreamIndex{streams_++}; }
   std::uint32_t next_channel() noexcept { return channels_++; }
+  std::uint32_t next_trace() noexcept { return traces_++; }
 
   void push(const EventHead& head, const EventBody& body) {
     auto& event = begin(head);
@@ -54,6 +55,7 @@ class AnalyzerInput {
   Analyzer& analyzer_;
   std::uint32_t streams_ = 0;
   std::uint32_t channels_ = 0;
+  std::uint32_t traces_ = 0;
   EventTranslator translator_;
   EventBatch batch_{1};
 };

@@ -81,6 +81,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     of_trace = std::make_unique<Trace>();
     bt_trace_get_ref(trace);
     of_trace->trace.reset(trace);
+    of_trace->number = input_.next_trace();
     of_trace->domain = environment(trace, "domain") == "kernel" ? Domain::kernel : Domain::user;
     of_trace->host = environment(trace, "hostname");  // LTTng's; perf says "host"
     of_trace->is_snapshot = environment(trace, "trace_name").starts_with(kSnapshotSession);
@@ -115,6 +116,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   input_.push(
       head,
       StreamBegin{.channel = channel->second,
+                  .trace = of_trace->number,
                   .domain = of_trace->domain,
                   .host = of_trace->host,
                   .clock_uuid = clock_uuid,

@@ -37,6 +37,7 @@ class MessageDecoder {
     VocabularyState state;
     Domain domain = Domain::user;
     std::string host;
+    std::uint32_t number = 0;
     bool is_snapshot = false;
     TraceRef trace;  // keeps the addresses below from being reused
   };

@@ -271,6 +271,7 @@ class TraceReader::Streams {
     // With the header of a packet that ends where a piece does.
     const auto piece = std::max(share, kSmallestPiece) + PacketScanner::kHeaderPiece;
     std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
+    std::map<std::string, std::uint32_t> traces;
     std::vector<Stream> streams;
     MergeOffsets offsets;
     for (auto& [key, files] : files_) {
@@ -284,6 +285,7 @@ class TraceReader::Streams {
       });
       StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams.size())},
                               .channel = static_cast<std::uint32_t>(channels.size()),
+                              .trace = static_cast<std::uint32_t>(traces.size()),
                               .merge_offset_ns = 0,
                               .piece = piece,
                               .progress = progress_,
@@ -292,6 +294,7 @@ class TraceReader::Streams {
       identity.channel =
           channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
               .first->second;
+      identity.trace = traces.try_emplace(key.trace, identity.trace).first->second;
       if (const auto& first = files.front().first) {
         identity.merge_offset_ns =
             offsets.of(first->stream->clock, files.front().trace->plan().host);

@@ -13,37 +13,26 @@ namespace {
 // Packets come at least every second where something is traced, and may be under way as long.
 constexpr Duration kSilence{3'000'000'000};
 
-struct Span {
+// What sessions cover, by machine: the begin of what follows the last gap, and the end of all.
+struct Last {
   Timestamp begin;
   Timestamp end;
 };
-using Spans = std::map<HostIndex, std::vector<Span>>;
+using LastOfHosts = std::map<HostIndex, Last>;
 
-// What the packets of user-space channels cover, by machine: disjoint, in order.
-Spans covered(const Model& model) {
-  std::map<std::pair<HostIndex, std::uint32_t>, Span> channels;
+LastOfHosts last_covered(const Model& model) {
+  LastOfHosts all;
   for (const auto& stream : model.streams) {
     if (stream.domain != Domain::user || !stream.begin) continue;
-    const Span span{*stream.begin, stream.end.value_or(*stream.begin)};
-    const auto [known, is_new] = channels.try_emplace({stream.host, stream.channel}, span);
+    const Last last{.begin = *stream.begin, .end = stream.end.value_or(*stream.begin)};
+    const auto [known, is_new] = all.try_emplace(stream.host, last);
     if (is_new) continue;
-    known->second.begin = std::min(known->second.begin, span.begin);
-    known->second.end = std::max(known->second.end, span.end);
+    known->second.begin = std::min(known->second.begin, last.begin);
+    known->second.end = std::max(known->second.end, last.end);
   }
-  Spans all;
-  for (const auto& [key, span] : channels)
-    all[key.first].push_back(span);
-  for (auto& [host, spans] : all) {
-    std::ranges::sort(spans, {}, &Span::begin);
-    std::vector<Span> disjoint;
-    for (const auto& span : spans) {
-      if (disjoint.empty() || span.begin > disjoint.back().end) {
-        disjoint.push_back(span);
-      } else {
-        disjoint.back().end = std::max(disjoint.back().end, span.end);
-      }
-    }
-    spans = std::move(disjoint);
+  for (const auto& gap : model.session_gaps) {
+    const auto known = all.find(gap.host);
+    if (known != all.end()) known->second.begin = std::max(known->second.begin, gap.to);
   }
   return all;
 }
@@ -56,12 +45,12 @@ bool is_any_process(const Model& model, HostIndex host, auto matches) {
 }
 
 // The end of what all other machines recorded, on this one's clock.
-std::optional<Timestamp> end_of_others(const Model& model, const Spans& all, HostIndex host) {
+std::optional<Timestamp> end_of_others(const Model& model, const LastOfHosts& all, HostIndex host) {
   std::optional<Timestamp> end;
-  for (const auto& [other, spans] : all) {
+  for (const auto& [other, last] : all) {
     if (other == host) continue;
     const auto shift = clock_shift(model.hosts[at(other)], model.hosts[at(host)]);
-    const auto here = spans.back().end + shift;
+    const auto here = last.end + shift;
     end = end ? std::max(*end, here) : here;
   }
   return end;
@@ -75,29 +64,31 @@ std::string in_seconds(Duration duration) {
 
 }  // namespace
 
-std::vector<HostGap> host_gaps(const Model& model) {
-  const auto all = covered(model);
+std::vector<HostGap> gaps_within_lives(const Model& model) {
   std::vector<HostGap> gaps;
-  for (const auto& [host, spans] : all) {
-    for (std::size_t i = 0; i + 1 < spans.size(); ++i) {
-      const auto from = spans[i].end;
-      const auto to = spans[i + 1].begin;
-      if (is_any_process(model, host, [&](const ProcessFacts& process) {
-            return process.first_seen->time <= from && process.last_seen->time >= to;
-          })) {
-        gaps.push_back({.host = host, .from = from, .to = to});
-      }
-    }
-    const auto began = spans.back().begin;
-    const auto last = spans.back().end;
-    const auto end = end_of_others(model, all, host);
-    if (!end || *end - last < kSilence) continue;
-    if (is_any_process(model, host, [&](const ProcessFacts& process) {
-          return !process.run_end && process.last_seen->time >= began;
+  for (const auto& gap : model.session_gaps) {
+    if (is_any_process(model, gap.host, [&](const ProcessFacts& process) {
+          return process.first_seen->time <= gap.from && process.last_seen->time >= gap.to;
         })) {
-      gaps.push_back({.host = host, .from = last, .to = *end});
+      gaps.push_back(gap);
     }
   }
+  return gaps;
+}
+
+std::vector<HostGap> host_gaps(const Model& model) {
+  const auto all = last_covered(model);
+  auto gaps = gaps_within_lives(model);
+  for (const auto& [host, last] : all) {
+    const auto end = end_of_others(model, all, host);
+    if (!end || *end - last.end < kSilence) continue;
+    if (is_any_process(model, host, [&](const ProcessFacts& process) {
+          return !process.run_end && process.last_seen->time >= last.begin;
+        })) {
+      gaps.push_back({.host = host, .from = last.end, .to = *end});
+    }
+  }
+  std::ranges::stable_sort(gaps, {}, &HostGap::host);
   return gaps;
 }
 

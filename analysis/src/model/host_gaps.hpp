@@ -9,15 +9,11 @@
 
 namespace cie::analysis {
 
-// On the machine's own clock.
-struct HostGap {
-  HostIndex host{};
-  Timestamp from;
-  Timestamp to;
-};
+// Between two sessions that recorded the same process: what it did then is lost. In order of time.
+std::vector<HostGap> gaps_within_lives(const Model& model);
 
-// Between two sessions that recorded the same process, and from the last packet of a machine that
-// did not say good-bye to the end of what other machines recorded. By machine, in order of time.
+// These, and from the last packet of a machine that did not say good-bye to the end of what other
+// machines recorded. By machine, in order of time.
 std::vector<HostGap> host_gaps(const Model& model);
 
 // "nothing is known of robot from 3.250 s to 4.125 s after the begin of the recording: ..."

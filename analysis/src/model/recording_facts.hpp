@@ -65,7 +65,8 @@ enum class LossKind : std::uint8_t {
   discarded_packets,
   damaged_packet,
   foreign_metadata,  // what was read with other metadata than its own
-  switch_mismatch    // a sched_switch whose prev_tid is not the CPU's last next_tid
+  switch_mismatch,   // a sched_switch whose prev_tid is not the CPU's last next_tid
+  host_gap           // between two sessions, while a process went on
 };
 struct Loss {
   LossKind kind = LossKind::discarded_events;
@@ -78,6 +79,13 @@ struct Loss {
   std::string note{};       // stream, reason
   bool is_evidence = true;  // as its stream
   std::uint64_t times = 1;  // it stands for so many, which the list had no room for
+};
+
+// On the machine's own clock.
+struct HostGap {
+  HostIndex host{};
+  Timestamp from;
+  Timestamp to;
 };
 
 struct HostFacts {

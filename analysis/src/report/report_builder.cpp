@@ -60,6 +60,12 @@ std::map<ProcessIndex, Verdict> verdicts_on_runs(const VerdictReport& verdicts) 
   return runs;
 }
 
+// The tracer lost it: it is not what nobody recorded, or what was read badly.
+bool is_of_tracer(LossKind kind) {
+  return kind != LossKind::switch_mismatch && kind != LossKind::foreign_metadata &&
+         kind != LossKind::host_gap;
+}
+
 TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   TraceSummary trace;
   trace.paths = model.paths;
@@ -74,7 +80,7 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
     trace.hosts.push_back(host.name);
   std::sort(trace.hosts.begin(), trace.hosts.end());
   for (const auto& loss : model.losses) {
-    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::foreign_metadata) continue;
+    if (!is_of_tracer(loss.kind)) continue;
     const bool is_of_packets =
         loss.kind == LossKind::discarded_packets || loss.kind == LossKind::damaged_packet;
     if (is_of_packets || !loss.count) {

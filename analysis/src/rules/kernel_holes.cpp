@@ -25,6 +25,8 @@ std::string_view name_of(LossKind kind) {
       return "foreign_metadata";
     case LossKind::switch_mismatch:
       return "switch_mismatch";
+    case LossKind::host_gap:
+      return "host_gap";
   }
   return "";
 }

@@ -129,7 +129,9 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   const auto is_of_users = [](const Loss& loss) { return loss.domain == Domain::user; };
   for (const auto* loss : losses_of(model, [](const Loss&) { return true; })) {
     const auto item = [loss] { return evidence_of(*loss); };
-    if (context.options.require_lossless) judgement.fail(item);
+    const bool is_certain = loss->kind != LossKind::host_gap;  // nothing need have happened in it
+    if (context.options.require_lossless && is_certain) judgement.fail(item);
+    if (context.options.require_lossless && !is_certain) judgement.doubt(item);
     judgement.remark(item);
     if (is_of_users(*loss) && context.proof.is_anything_lost()) judgement.doubt(item);
   }
@@ -234,10 +236,9 @@ const Rule kNoLoss{
     "--require-lossless, which also counts what the manifest says was discarded.\n"
     "Why it matters: Tracers discard events when a buffer is full, mostly when the system is "
     "busiest: what is missing is seldom the harmless part.\n"
-    "Inconclusive when events or packets of applications were discarded and some subject of a rule "
-    "lost its proof with them; or when nothing was seen of a process, a chunk or the kernel's "
-    "events "
-    "that the recording's manifest names.\n"
+    "Inconclusive when events or packets of applications were discarded, or nobody recorded them "
+    "between two sessions, and some subject of a rule lost its proof with them; or when nothing "
+    "was seen of a process, a chunk or the kernel's events that the recording's manifest names.\n"
     "Remedy: larger or more sub-buffers (cie record --subbuf-size, --num-subbuf), or fewer "
     "enabled events.",
     judge_no_loss,

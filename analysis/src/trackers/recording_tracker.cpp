@@ -1,6 +1,7 @@
 #include "recording_tracker.hpp"
 
 #include "model/host_clocks.hpp"
+#include "model/host_gaps.hpp"
 
 #include <algorithm>
 #include <set>
@@ -195,6 +196,26 @@ void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) 
       .is_evidence = coverage_.is_evidence(head.stream)});
 }
 
+// Whether a process went on is known at the end alone. Who asks for losses between two events of one
+// thread knows that it did.
+void RecordingTracker::apply(const EventHead& head, const SessionGap& event) {
+  note_user_loss(head, event.begin, event.end);
+  if (model_.session_gaps.size() >= kMaxLosses) return;
+  model_.session_gaps.push_back(
+      {.host = registry_.host_of(head), .from = event.begin, .to = event.end});
+}
+
+void RecordingTracker::add_host_gaps() {
+  std::erase_if(model_.losses, [](const Loss& loss) { return loss.kind == LossKind::host_gap; });
+  for (const auto& gap : gaps_within_lives(model_)) {
+    add_loss(Loss{.kind = LossKind::host_gap,
+                  .host = gap.host,
+                  .begin = gap.from,
+                  .end = gap.to - Duration{1},  // the next session's first event was recorded
+                  .note = "between two sessions"});
+  }
+}
+
 void RecordingTracker::apply(const EventHead& head, const TimeRegression& event) {
   auto& facts = model_.time_regressions;
   ++facts.count;
@@ -285,6 +306,7 @@ class CommonWindow {
 
 void RecordingTracker::finish() {
   coverage_.finish();
+  add_host_gaps();
   for (std::size_t i = 0; i < model_.streams.size(); ++i) {
     const StreamIndex index{static_cast<std::uint32_t>(i)};
     model_.streams[i].events = states_[index].events;

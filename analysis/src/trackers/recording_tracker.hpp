@@ -45,6 +45,7 @@ class RecordingTracker {
   void apply(const EventHead& head, const PacketEnd& event);
   void apply(const EventHead& head, const Discarded& event);
   void apply(const EventHead& head, const DamagedPacket& event);
+  void apply(const EventHead& head, const SessionGap& event);
   void apply(const EventHead& head, const TimeRegression& event);
   void add_loss(Loss loss);
   void count_events(StreamIndex stream, std::uint64_t count) noexcept {
@@ -93,6 +94,7 @@ class RecordingTracker {
   // Each of its streams has no event, or is left out.
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
+  void add_host_gaps();
   void set_window_of_idle_streams(const HostFacts& reference);
   void note_user_loss(const EventHead& head, Timestamp begin, Timestamp end);
   // It was over when the window that was asked for began.

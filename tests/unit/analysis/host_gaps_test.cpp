@@ -1,4 +1,4 @@
-// When nothing is known of a machine, from what the packets of all machines cover.
+// When nothing is known of a machine, from what sessions and the packets of all machines cover.
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -43,6 +43,9 @@ struct Facts {
                              .begin = at(host, from),
                              .end = at(host, to)});
   }
+  void add_session_gap(HostIndex host, std::int64_t from, std::int64_t to) {
+    model.session_gaps.push_back({.host = host, .from = at(host, from), .to = at(host, to)});
+  }
   void add_process(HostIndex host, std::int64_t from, std::int64_t to, bool has_ended) {
     auto& process = model.processes.emplace_back();
     process.host = host;
@@ -63,19 +66,14 @@ struct Facts {
 
 TEST(HostGaps, AreWhatLiesBetweenTwoSessionsOfOneProcess) {
   Facts facts;
-  facts.add_stream(kRobot, 0, 1, 10);
-  facts.add_stream(kRobot, 0, 2, 11);  // another CPU's
-  facts.add_stream(kRobot, 1, 14, 20);
+  facts.add_session_gap(kRobot, 11, 14);
   facts.add_process(kRobot, 3, 20, true);
   EXPECT_THAT(facts.gaps(), ElementsAre("nothing is known of robot from 11.000 s to 14.000 s"));
-  facts.add_stream(kRobot, 2, 5, 15);  // a third session knew
-  EXPECT_THAT(facts.gaps(), IsEmpty());
 }
 
 TEST(HostGaps, AreNoneBetweenRecordingsOfProcessesOfTheirOwn) {
   Facts facts;
-  facts.add_stream(kRobot, 0, 1, 10);
-  facts.add_stream(kRobot, 1, 14, 20);
+  facts.add_session_gap(kRobot, 10, 14);
   facts.add_process(kRobot, 3, 9, true);
   facts.add_process(kRobot, 15, 19, true);
   EXPECT_THAT(facts.gaps(), IsEmpty());
@@ -95,6 +93,19 @@ TEST(HostGaps, LastToTheEndOfWhatOtherMachinesRecorded) {
   EXPECT_THAT(facts.gaps(), ElementsAre(StartsWith("nothing is known of robot from 10.000 s")));
   facts.model.processes.front().run_end = RunTotals{};
   EXPECT_THAT(facts.gaps(), IsEmpty()) << "it said good-bye";
+}
+
+// Those of its processes that had ended before its last session said good-bye.
+TEST(HostGaps, AtTheEndAreOfProcessesOfTheLastSession) {
+  Facts facts;
+  facts.add_stream(kRobot, 0, 1, 5);
+  facts.add_stream(kRobot, 1, 8, 10);
+  facts.add_session_gap(kRobot, 5, 8);
+  facts.add_stream(kDeskHost, 2, 1, 30);
+  facts.add_process(kRobot, 1, 5, false);
+  EXPECT_THAT(facts.gaps(), IsEmpty());
+  facts.add_process(kRobot, 8, 10, false);
+  EXPECT_THAT(facts.gaps(), ElementsAre("nothing is known of robot from 10.000 s to 30.000 s"));
 }
 
 }  // namespace

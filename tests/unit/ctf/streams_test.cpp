@@ -1,7 +1,10 @@
 // Many files become one sequence of events.
 #include "ctf_trace.hpp"
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <ctf/native_reader.hpp>
@@ -63,6 +66,33 @@ TEST(Streams, SnapshotsThatOverlapRepeatNothing) {
   folder.write("2/s", bytes_of({packet(2), packet(3), packet(4)}));
   EXPECT_THAT(read(folder),
               ElementsAre("10 tick on 0", "20 tick on 0", "30 tick on 0", "40 tick on 0"));
+}
+
+// Two sessions, of which the first one had two chunks.
+TEST(Streams, AreOfTheTraceOfTheirSession) {
+  TraceFolder folder;
+  const auto write = [&folder](const std::string& name, std::uint64_t time, std::uint8_t uuid) {
+    folder.write(name + "/metadata", metadata(uuid));
+    for (const std::uint32_t cpu : {0U, 1U}) {
+      folder.write(name + "/channel_" + std::to_string(cpu),
+                   bytes_of(PacketText{.begin = time,
+                                       .end = time + 50,
+                                       .ticks = {{time + 1}},
+                                       .sequence = time / 100,
+                                       .cpu = cpu,
+                                       .uuid = uuid}));
+    }
+  };
+  write("a/0", 0, 1);
+  write("a/1", 100, 1);
+  write("b", 200, 2);
+  std::vector<std::uint32_t> traces;
+  const std::vector<std::filesystem::path> paths{folder.path()};
+  analysis::ctf::read_traces(paths, [&traces](const analysis::Event& event) {
+    if (const auto* begin = std::get_if<analysis::StreamBegin>(&event.body))
+      traces.push_back(begin->trace);
+  });
+  EXPECT_THAT(traces, ElementsAre(0, 0, 1, 1));
 }
 
 // LTTng gives the only packet of an idle CPU the begin of its last flush.

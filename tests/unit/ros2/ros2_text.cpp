@@ -190,17 +190,25 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     }
     head.stream = {};
   };
-  on_streams(0,
-             StreamBegin{.channel = 0,
-                         .domain = Domain::user,
-                         .host = "robot",
-                         .clock_uuid = "boot",
-                         .clock_offset_ns = kRealtimeOffset,
-                         .path = "stream"},
-             PacketBegin{});
   const auto tells = [&text](const char* what) {
     return text.find(what) != std::string_view::npos;
   };
+  const StreamBegin of_applications{.channel = 0,
+                                    .trace = 0,
+                                    .domain = Domain::user,
+                                    .host = "robot",
+                                    .clock_uuid = "boot",
+                                    .clock_offset_ns = kRealtimeOffset,
+                                    .path = "stream"};
+  on_streams(0, of_applications, PacketBegin{});
+  constexpr StreamIndex kNextSession{3'000};
+  if (tells(" session until=")) {
+    auto next = of_applications;
+    next.channel = next.trace = static_cast<std::uint32_t>(kNextSession);
+    head.stream = kNextSession;
+    consume(0, next);
+    head.stream = {};
+  }
   const auto cpus = kernel_cpus(text);
   const auto on_every_cpu = [&](std::int64_t time, const auto&... bodies) {
     for (std::size_t i = 0; i < cpus.size(); ++i) {
@@ -273,6 +281,13 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                    .packets = false});
       continue;
     }
+    // NOLINTNEXTLINE(cert-err34-c): as above
+    if (std::sscanf(line_text.c_str(), "%ld session until=%ld", &lost_from, &lost_until) == 2) {
+      on_streams(lost_from, PacketEnd{}, StreamEnd{});
+      streams = {kNextSession};
+      on_streams(lost_until, PacketBegin{});
+      continue;
+    }
     const Line line(line_text);
     if (line.time < last) throw std::invalid_argument("goes back in time: " + line_text);
     if (lost_at >= last && lost_at < line.time) {
@@ -289,7 +304,8 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.tid = line.tid;
     head.cpu = line.cpu;
     const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
-    head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
+    head.stream =
+        line.is_kernel ? StreamIndex{static_cast<std::uint32_t>(1 + on)} : streams.front();
     if (line.is_of_second_stream) head.stream = kSecondStream;
     if (!line.boot.empty()) {
       const auto machine = std::ranges::find(boots, line.boot) - boots.begin();

@@ -2,6 +2,7 @@
 // …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
 // With a boot it is of another machine, which is called "robot" like the first.
 // `TIME lost until=TIME`: a packet that begins there tells that events were lost until its end.
+// `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.
 // `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.
 // `TIME kernel_lost TIME`: it has a hole until then. `0 kernel_without_inheritance`: it declares no sched_pi_setprio.
 // Values with a digit first are numbers, of gids and CPUs lists of them (1.15.3); all others are texts.

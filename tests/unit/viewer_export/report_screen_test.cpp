@@ -311,6 +311,10 @@ TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {
                      .advice = {}}};
   EXPECT_THAT(counts(),
               HasSubstr("14 runs, 15 gaps in the kernel's switches, 7 events lost, 1 cut"));
+  report.trace.lost_events = 0;
+  report.defects = {
+      {.kind = DefectKind::host_gap, .severity = Severity::loss, .count = 1, .advice = {}}};
+  EXPECT_THAT(counts(), HasSubstr("14 runs, 1 gap not recorded, 1 cut"));
 }
 
 TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {

@@ -50,6 +50,7 @@ struct StreamBegin {
   static constexpr EventPhase kPhase = EventPhase::structure;
   static constexpr std::string_view kName{};
   std::uint32_t channel = 0;  // streams of one channel share a window; dense, given by the reader
+  std::uint32_t trace = 0;    // of one session, with all of its channels; likewise
   Domain domain = Domain::user;
   std::string_view host;
   std::string_view clock_uuid;       // the boot id; empty if the clock has none
@@ -96,6 +97,14 @@ struct DamagedPacket {
   std::optional<Timestamp> end{};
   // Nothing was skipped, but it was read with other metadata than its own.
   bool has_foreign_metadata = false;
+};
+// Nobody recorded the applications of a host between the end of one session and the begin of another,
+// whose first packet this follows. They need not have gone on meanwhile.
+struct SessionGap {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
+  Timestamp begin;
+  Timestamp end;
 };
 // Time ran backwards in a stream.
 struct TimeRegression {
@@ -440,12 +449,12 @@ struct OtherEvent {
 
 using EventBody =
     std::variant<StreamBegin, StreamEnd, PacketBegin, PacketEnd, Discarded, DamagedPacket,
-                 TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit, CallbackFini,
-                 PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
-                 ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
-                 Ros2Begin, Ros2Tracer, HiddenInit, HiddenRun, ResponseTaken, SchedSwitch,
-                 SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask,
-                 SchedPiSetprio, ProcessName, OtherEvent>;
+                 SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
+                 CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
+                 CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
+                 ClockSync, Ros2Begin, Ros2Tracer, HiddenInit, HiddenRun, ResponseTaken,
+                 SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
+                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -35,6 +35,7 @@ void StreamReader::emit_begin(EventWriter& writer) const {
   if (packet_) event.head.cpu = packet_->cpu;
   const auto& trace = files_.front().trace->plan();
   event.body = StreamBegin{.channel = identity_.channel,
+                           .trace = identity_.trace,
                            .domain = trace.domain,
                            .host = trace.host,
                            .clock_uuid = clock_.uuid,

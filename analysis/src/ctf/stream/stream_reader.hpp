@@ -34,6 +34,7 @@ struct StreamFile {
 struct StreamIdentity {
   StreamIndex index{};
   std::uint32_t channel = 0;
+  std::uint32_t trace = 0;
   std::int64_t merge_offset_ns = 0;  // added to its times to compare them with other streams'
   std::size_t piece = 0;             // bytes to have in memory at a time
   Progress* progress = nullptr;      // null: nobody looks

@@ -84,9 +84,9 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 
 }  // namespace
 
-void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
-  constexpr auto kTold = kinds<StreamBegin, RunBegin, ThreadInit, CallbackInit, PublisherInit,
-                               Discarded, DamagedPacket>();
+void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
+  constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
+                               CallbackInit, PublisherInit, Discarded, DamagedPacket>();
   if (!links_.has_any() && (batch.kinds_kept() & kTold) == 0) {
     if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
     for (const auto& event : events) {
@@ -96,7 +96,13 @@ void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
   }
   for (auto& event : events) {
     const auto& head = event.head;
-    std::visit(Overloaded{[&](const StreamBegin& e) { apply(head, e); },
+    std::visit(Overloaded{[&](const StreamBegin& e) {
+                            apply(head, e);
+                            session_gaps_.apply(head, e);
+                          },
+                          [&](const StreamEnd& e) { session_gaps_.apply(head, e); },
+                          [&](const PacketBegin&) { end_gap(event, batch); },
+                          [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
                           [&](const RunBegin&) { note_own(head); },
                           [&](const ThreadInit&) { note_own(head); },
                           [&](const CallbackInit& e) {
@@ -174,6 +180,17 @@ void EventTranslator::end_losses(Host& host, Timestamp now) {
   for (const auto end : host.losing_until)
     host.next_end = std::min(host.next_end, end);
   forget_what_runs(host);
+}
+
+// Nothing is open across it. Who goes on is known by what follows.
+void EventTranslator::end_gap(const Event& packet_begin, EventBatch& batch) {
+  const auto& head = packet_begin.head;
+  const auto gap = session_gaps_.apply(head, PacketBegin{});
+  if (!gap) return;
+  auto& host = *stream_of(head).host;
+  host.session_begin = gap->end;
+  forget_what_runs(host);
+  batch.derive(&packet_begin, head, *gap);
 }
 
 // To another CPU, and perhaps back: where it goes on, its end and another start may be lost.
@@ -260,6 +277,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     end_losses(host, head.time);
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
+  if (process.has_spoken && process.last.time < host.session_begin) [[unlikely]]
+    links_.lose();
   process.last.time = head.time;
   process.last.stream = head.stream;
   process.last.tid = emitting.tid;

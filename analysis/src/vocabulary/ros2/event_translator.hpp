@@ -13,6 +13,7 @@
 #include "ros2_event.hpp"
 #include "services.hpp"
 #include "vocabulary/event_batch.hpp"
+#include "vocabulary/session_gaps.hpp"
 #include "vocabulary/translator.hpp"
 
 #include <array>
@@ -50,6 +51,7 @@ class EventTranslator final : public Translator {
     // Until when each stream that is losing events does so; the first of these, or never.
     std::vector<Timestamp> losing_until{};
     Timestamp next_end = kNever;
+    Timestamp session_begin{};  // after a gap; what spoke before and speaks again went on meanwhile
     bool is_losing() const noexcept { return next_end != kNever; }
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
@@ -73,7 +75,7 @@ class EventTranslator final : public Translator {
     const EmittingThread* emitting = nullptr;
   };
 
-  void heed(std::span<Event> events, const EventBatch& batch);
+  void heed(std::span<Event> events, EventBatch& batch);
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
@@ -86,6 +88,8 @@ class EventTranslator final : public Translator {
   // unseen.
   void lose(const EventHead& head, Timestamp until);
   static void end_losses(Host& host, Timestamp now);
+  // The packet may end a gap between sessions.
+  void end_gap(const Event& packet_begin, EventBatch& batch);
   static void forget_what_runs(Host& host);
   // Events are being lost: in whichever stream the thread goes on.
   static void move(const EventHead& head, ros2::Thread& thread);
@@ -144,6 +148,7 @@ class EventTranslator final : public Translator {
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
   ros2::Services services_;
+  SessionGaps session_gaps_;
 };
 
 }  // namespace cie::analysis

@@ -1,0 +1,161 @@
+// Between two sessions nobody recorded: what ran into that time and what runs after it are no pair.
+#include "ros2_text.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using testing::HasSubstr;
+
+constexpr const char* kTaker = "/n@Subscription(/t)";
+constexpr const char* kDeadline =
+    "callback_groups:\n  - {id: \"/n@Subscription(/t)\", response_deadline: 1us}\n";
+
+std::string subscription(int pid) {
+  const auto of_process = " pid=" + std::to_string(pid) + ' ';
+  return "  0 rcl_init" + of_process + "context_handle=0x1\n  0 rcl_node_init" + of_process +
+         "node_handle=0x10 node_name=n namespace=/\n  2 rcl_subscription_init" + of_process +
+         "subscription_handle=0x21 node_handle=0x10 rmw_subscription_handle=0xa1 topic_name=/t "
+         "queue_depth=1\n  2 rclcpp_subscription_init" +
+         of_process +
+         "subscription_handle=0x21 subscription=0x41\n  2 rclcpp_subscription_callback_added" +
+         of_process + "subscription=0x41 callback=0x51\n";
+}
+
+std::string run(int start, int end, int pid = 1) {
+  const auto text = [pid](int time, const char* event) {
+    return "  " + std::to_string(time) + ' ' + event + " pid=" + std::to_string(pid) +
+           " callback=0x51\n";
+  };
+  return text(start, "callback_start") + text(end, "callback_end");
+}
+
+// The run that begins at 3000 ended unseen, and the one that ends at 9100 began unseen.
+std::string runs_around(const std::string& session) {
+  return subscription(1) + run(1000, 1100) + "  3000 callback_start callback=0x51\n" + session +
+         "  9100 callback_end callback=0x51\n" + run(12'000, 12'100);
+}
+
+bool has_gap(const Ros2Result& result) {
+  return std::ranges::any_of(result.analysis.report.defects, [](const TraceDefect& defect) {
+    return defect.kind == DefectKind::host_gap;
+  });
+}
+
+// Of the run that begins then; -1: it is open.
+std::int64_t end_of(const Ros2Result& result, std::int64_t start) {
+  const auto row = std::ranges::find(result.instances, start, &InstanceRow::start);
+  return row == result.instances.end() ? 0 : row->end;
+}
+
+TEST(Ros2SessionGaps, AnEndAfterOneIsOfNoStartBeforeIt) {
+  const auto result = analyze_ros2(runs_around("  3500 session until=9000\n"), -1, kDeadline);
+  EXPECT_EQ(end_of(result, 3000), -1);
+  const auto& callback = result.callback(kTaker);
+  ASSERT_TRUE(callback.duration);
+  EXPECT_EQ(callback.duration->count, 2U);
+  EXPECT_EQ(callback.duration->max, 100);
+  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive) << result.evidence("R3");
+  EXPECT_TRUE(has_gap(result));
+  EXPECT_FALSE(result.analysis.report.trace.complete);
+}
+
+TEST(Ros2SessionGaps, AreNoneWhereOneSessionFollowsTheOther) {
+  const auto result = analyze_ros2(runs_around("  3500 session until=3500\n"));
+  EXPECT_EQ(end_of(result, 3000), 9100);
+  EXPECT_FALSE(has_gap(result));
+}
+
+TEST(Ros2SessionGaps, MayHideThatACallbackRanOnAnotherThread) {
+  const auto runs = [](const std::string& session) {
+    return subscription(1) + run(1000, 1100) + session + run(12'000, 12'100);
+  };
+  EXPECT_EQ(analyze_ros2(runs("")).verdict("M3"), Verdict::pass);
+  const auto result = analyze_ros2(runs("  3500 session until=9000\n"));
+  EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("M3"), HasSubstr("between two sessions"));
+}
+
+// One process ended with its session, and another one began in the next.
+TEST(Ros2SessionGaps, HideNothingOfProcessesThatDidNotLiveThen) {
+  const auto result =
+      analyze_ros2(subscription(1) + run(1000, 1100) + "  3500 session until=9000\n" +
+                   "  9000 rcl_init pid=2 " + "context_handle=0x1\n" + run(12'000, 12'100, 2));
+  EXPECT_FALSE(has_gap(result));
+  EXPECT_NE(result.verdict("T2"), Verdict::inconclusive);
+}
+
+// A timer publishes every 100, and the subscription takes that 5 later. The runs at 300 and 400 were
+// not recorded.
+std::string chain(const std::string& session, bool has_all) {
+  auto text = pair_of_period(100);
+  for (const int time : {100, 200, 300, 400, 500, 600}) {
+    const bool is_hidden = time == 300 || time == 400;
+    if (time == 300) text += session;
+    if (is_hidden && !has_all) continue;
+    const auto at = [time](int later) { return "  " + std::to_string(time + later); };
+    const auto stamp = std::to_string(kRealtimeOffset + time + 2);
+    text += at(0) + " callback_start pid=1 tid=1 callback=0x30\n" + at(1) +
+            " rclcpp_publish pid=1 tid=1 publisher_handle=0x60 message=0x9\n" + at(1) +
+            " rcl_publish pid=1 tid=1 publisher_handle=0x60 message=0x9\n" + at(2) +
+            " rmw_publish pid=1 tid=1 message=0x9 timestamp=" + stamp + "\n" + at(3) +
+            " callback_end pid=1 tid=1 callback=0x30\n" + at(5) +
+            " rmw_take pid=2 tid=2 message=0x8 source_timestamp=" + stamp + " taken=1\n" + at(6) +
+            " callback_start pid=2 tid=2 callback=0x50\n" + at(7) +
+            " callback_end pid=2 tid=2 callback=0x50\n";
+  }
+  return text;
+}
+
+constexpr const char* kBounds = R"yaml(
+chains:
+  - name: c
+    callbacks: ["/a@Timer(100)", "/b@Subscription(/t)"]
+    reaction_time: 200
+    data_age: 200
+)yaml";
+
+TEST(Ros2SessionGaps, ReactionTimesAndDataAgesDoNotGoAcross) {
+  const auto largest = [](const Ros2Result& result) {
+    const auto& reaction = result.analysis.report.chains.at(0).reaction_time;
+    const auto& age = result.analysis.report.chains.at(0).data_age;
+    return std::pair(reaction ? reaction->max : 0, age ? age->max : 0);
+  };
+  const auto whole = analyze_ros2(chain("", true), -1, kBounds);
+  // A stimulus just after one start is read by the next one, whose answer comes 7 later.
+  EXPECT_EQ(largest(whole), std::pair(107L, 107L));
+  EXPECT_EQ(whole.verdict("Q2"), Verdict::pass) << whole.evidence("Q2");
+  const auto cut = analyze_ros2(chain("  250 session until=450\n", false), -1, kBounds);
+  EXPECT_EQ(largest(cut), std::pair(107L, 107L));
+  EXPECT_EQ(cut.verdict("Q2"), Verdict::inconclusive) << cut.evidence("Q2");
+  // Where it was recorded that nothing happened, it took that long.
+  const auto paused = analyze_ros2(chain("", false), -1, kBounds);
+  EXPECT_EQ(largest(paused), std::pair(307L, 307L));
+  EXPECT_EQ(paused.verdict("Q2"), Verdict::fail);
+}
+
+// Whoever wrote a message that fits no publication may have done so unseen, if it lived then.
+TEST(Ros2SessionGaps, MayHideThePublicationOfAMessage) {
+  const std::string take = R"(
+  700 rmw_take pid=2 tid=2 message=0x8 source_timestamp=1000300 taken=1
+  701 callback_start pid=2 tid=2 callback=0x50
+  702 callback_end pid=2 tid=2 callback=0x50
+)";
+  const auto is_of_recorded_writer = [&](const std::string& session) {
+    const auto result = analyze_ros2(chain(session, false) + take);
+    return std::ranges::any_of(result.instances, [](const InstanceRow& row) {
+      return row.start == 701 && row.is_from_known_publisher;
+    });
+  };
+  EXPECT_FALSE(is_of_recorded_writer(""));
+  EXPECT_TRUE(is_of_recorded_writer("  250 session until=450\n"));
+}
+
+}  // namespace
+}  // namespace cie::test
