@@ -121,10 +121,6 @@ struct Analyzer::Pipeline {
     return who;
   }
 
-  bool is_kernel_evidence(const EventHead& head) const {
-    return recording.is_kernel(head.stream) && recording.coverage().is_evidence(head.stream);
-  }
-
   // A thread emitted an event on a CPU, of which the kernel may have recorded nothing.
   [[gnu::always_inline]] void note_cpu(const EventHead& head, const Emitter& who) {
     // Without the kernel's events it is enough to have seen the CPU once.
@@ -138,11 +134,12 @@ struct Analyzer::Pipeline {
   }
 
   void lose(const EventHead& head, Timestamp begin, Timestamp end) {
-    if (is_kernel_evidence(head)) {
+    const auto& coverage = recording.coverage();
+    if (!recording.is_kernel(head.stream) || !coverage.is_evidence(head.stream)) {
+      instances->lose();
+    } else if (coverage.costs(head, end)) {
       timeline.add_hole(registry.host_of(head),
                         {.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)});
-    } else {
-      instances->lose();
     }
   }
 
@@ -171,7 +168,9 @@ struct Analyzer::Pipeline {
                    },
                    [&](const StreamEnd& e) { recording.apply(head, e); },
                    [&](const PacketBegin& e) {
-                     recording.apply(head, e);
+                     if (const auto cpu = recording.apply(head, e)) {
+                       timeline.begin_anew(registry.host_of(head), *cpu);
+                     }
                      note_possible_begin(head);
                    },
                    [&](const PacketEnd& e) { recording.apply(head, e); },
@@ -276,7 +275,7 @@ struct Analyzer::Pipeline {
   void on(const EventHead& head, const Emitter& who, const SchedSwitch& e) {
     model.hosts[at(who.host)].has_switches = true;
     if (!head.cpu) return;
-    recording.coverage().note_switch(head.stream, *head.cpu);
+    recording.coverage().note_switch(head.stream, *head.cpu, head.time);
     const bool is_told = !cut || !cut->is_before(head.time);
     const auto hole =
         timeline.on_switch(who.host, *head.cpu, head.time, e, is_told ? observer : nullptr);
@@ -447,8 +446,7 @@ void Analyzer::consume(const Event& event) {
     pipeline.structural(event);
     return;
   }
-  if (phase == EventPhase::system &&
-      !pipeline.recording.coverage().is_evidence(event.head.stream)) {
+  if (phase == EventPhase::system && !pipeline.recording.coverage().tells(event.head)) {
     pipeline.count_only(event);
     return;
   }

@@ -34,8 +34,10 @@ inline EventRef ref(const EventHead& head) noexcept {
 
 struct StreamFacts {
   std::uint32_t channel = 0;
+  std::uint32_t trace = 0;  // whose stream it is
   Domain domain = Domain::user;
   HostIndex host{};
+  std::optional<std::int32_t> cpu{};  // of a kernel stream
   std::string path{};
   std::string clock_uuid{};
   std::int64_t clock_offset_ns = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -68,7 +69,7 @@ KernelHoles::KernelHoles(const Model& model) : model_(model) {
   find_edges(all);
   for (const auto& loss : model.losses) {
     if (!loss.is_evidence || loss.domain != Domain::kernel) continue;
-    all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss, nullptr});
+    all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss});
   }
   merge(all);
 }
@@ -91,44 +92,97 @@ void KernelHoles::merge(Holes& holes) {
   }
 }
 
+namespace {
+
+bool is_record(const StreamFacts& stream) {
+  return stream.domain == Domain::kernel && stream.is_evidence && stream.begin &&
+         !stream.is_left_out;
+}
+
+// Which of its streams the time is the begin of, or the end. Null: of none.
+const StreamFacts* stream_of(const Model& model, HostIndex host,
+                             std::optional<Timestamp> StreamFacts::*edge, Timestamp time) {
+  const auto found = std::ranges::find_if(model.streams, [&](const StreamFacts& stream) {
+    return is_record(stream) && stream.events > 0 && stream.host == host && stream.*edge == time;
+  });
+  return found != model.streams.end() ? &*found : nullptr;
+}
+
+// Of one trace.
+struct Record {
+  bool has_switches = false;
+  std::set<std::int32_t> cpus;
+  std::optional<Timestamp> first_begin;
+  Timestamp last_begin = kNever;
+  Timestamp first_end = kEndless;
+  Timestamp last_end = kNever;
+
+  void add(const StreamFacts& stream) {
+    if (stream.cpu) cpus.insert(*stream.cpu);
+    if (stream.events == 0) return;
+    has_switches = stream.has_inheritance.has_value();
+    last_begin = std::max(last_begin, *stream.begin);
+    first_begin = std::min(first_begin.value_or(*stream.begin), *stream.begin);
+    const auto end = stream.has_ended ? stream.end.value_or(kEndless) : kEndless;
+    first_end = std::min(first_end, end);
+    last_end = std::max(last_end, end);
+  }
+  KernelPart part() const {
+    KernelPart part{.has_switches = has_switches, .cpus = cpus};
+    const auto end = last_end == kEndless ? kEndless : first_end;
+    if (last_begin <= end) part.covers = {.begin = last_begin, .end = end};
+    return part;
+  }
+};
+
+}  // namespace
+
 void KernelHoles::find_edges(Holes& holes) {
-  struct Edges {
-    const StreamFacts* first_begin = nullptr;
-    const StreamFacts* last_begin = nullptr;
-    const StreamFacts* first_end = nullptr;
-    const StreamFacts* last_end = nullptr;
-    bool are_ends_known = true;
-  };
-  std::map<HostIndex, Edges> hosts;
+  std::map<HostIndex, std::map<std::uint32_t, Record>> hosts;  // by trace
   for (const auto& stream : model_.streams) {
-    const bool is_record = stream.domain == Domain::kernel && stream.is_evidence && stream.begin &&
-                           stream.events > 0 && !stream.is_left_out;
-    if (!is_record) continue;
-    if (stream.has_inheritance == false) without_inheritance_.emplace(stream.host, &stream);
-    auto& edges = hosts[stream.host];
-    const auto keep = [&stream](const StreamFacts*& kept, bool is_beyond) {
-      if (kept == nullptr || is_beyond) kept = &stream;
-    };
-    keep(edges.first_begin, edges.first_begin && *stream.begin < *edges.first_begin->begin);
-    keep(edges.last_begin, edges.last_begin && *stream.begin > *edges.last_begin->begin);
-    edges.are_ends_known = edges.are_ends_known && stream.has_ended && stream.end;
-    if (!edges.are_ends_known) continue;
-    keep(edges.first_end, edges.first_end && *stream.end < *edges.first_end->end);
-    keep(edges.last_end, edges.last_end && *stream.end > *edges.last_end->end);
+    if (!is_record(stream)) continue;
+    if (stream.events > 0 && stream.has_inheritance == false)
+      without_inheritance_.emplace(stream.host, &stream);
+    hosts[stream.host][stream.trace].add(stream);
   }
+  for (const auto& [host, records] : hosts) {
+    std::vector<KernelPart> parts;
+    Stretch all{.begin = kEndless, .end = kNever};
+    auto last_begin = kNever;
+    for (const auto& [trace, record] : records) {
+      if (!record.first_begin) continue;
+      parts.push_back(record.part());
+      all = {.begin = std::min(all.begin, *record.first_begin),
+             .end = std::max(all.end, record.last_end)};
+      last_begin = std::max(last_begin, record.last_begin);
+    }
+    if (parts.empty()) continue;
+    const auto stretches = recorded(parts);
+    begins_[host] = stretches.empty() ? last_begin : stretches.front().begin;
+    if (all.end != kEndless) ends_[host] = all.end;
+    add_holes(host, all, stretches, holes[host]);
+  }
+}
+
+// What lies outside the stretches.
+void KernelHoles::add_holes(HostIndex host, Stretch all, const std::vector<Stretch>& stretches,
+                            std::vector<Interval>& holes) const {
   const Duration one{1};
-  for (const auto& [host, edges] : hosts) {
-    begins_[host] = *edges.last_begin->begin;
-    if (edges.are_ends_known) ends_[host] = *edges.last_end->end;
-    if (*edges.first_begin->begin < *edges.last_begin->begin) {
-      holes[host].push_back(
-          {*edges.first_begin->begin, *edges.last_begin->begin - one, nullptr, edges.last_begin});
-    }
-    if (edges.are_ends_known && *edges.first_end->end < *edges.last_end->end) {
-      holes[host].push_back(
-          {*edges.first_end->end + one, *edges.last_end->end, nullptr, edges.first_end});
-    }
+  const auto add = [&](Timestamp begin, Timestamp end) {
+    const auto next = end < all.end ? end + one : begins_.at(host);
+    const bool is_first = begin == all.begin;
+    const auto* ends = is_first ? nullptr : stream_of(model_, host, &StreamFacts::end, begin - one);
+    const auto* begins =
+        end < all.end || is_first ? stream_of(model_, host, &StreamFacts::begin, next) : nullptr;
+    holes.push_back({.begin = begin, .end = end, .loss = nullptr, .ends = ends, .begins = begins});
+  };
+  auto begin = all.begin;
+  for (const auto& stretch : stretches) {
+    if (begin < stretch.begin) add(begin, stretch.begin - one);
+    if (stretch.end == kEndless) return;
+    begin = stretch.end + one;
   }
+  if (begin <= all.end) add(begin, all.end);
 }
 
 std::optional<Evidence> KernelHoles::between(HostIndex host, Timestamp begin, Timestamp end) const {
@@ -153,12 +207,20 @@ std::optional<Evidence> KernelHoles::between(HostIndex host, Timestamp begin, Ti
 
 Evidence KernelHoles::evidence_of_hole(const Interval& hole) {
   if (hole.loss != nullptr) return analysis::evidence_of(*hole.loss);
-  const bool is_begin = hole.stream->begin > hole.begin;
-  return evidence(is_begin ? "stream_begin" : "stream_end",
-                  moment(is_begin ? *hole.stream->begin : *hole.stream->end),
-                  (is_begin ? "the kernel's record of one CPU begins here, after that of others: "
-                            : "the kernel's record of one CPU ends here, before that of others: ") +
-                      hole.stream->path);
+  if (hole.ends == nullptr) {
+    return evidence(
+        "stream_begin", moment(*hole.begins->begin),
+        "the kernel's record of one CPU begins here, after that of others: " + hole.begins->path);
+  }
+  if (hole.begins == nullptr) {
+    return evidence(
+        "stream_end", moment(*hole.ends->end),
+        "the kernel's record of one CPU ends here, before that of others: " + hole.ends->path);
+  }
+  return evidence("stream_end", moment(*hole.ends->end),
+                  "the kernel's record of one CPU or more ends here, until another recording's "
+                  "begins at " +
+                      std::to_string(hole.begins->begin->ns) + ": " + hole.ends->path);
 }
 
 std::optional<Evidence> KernelHoles::begun_later(HostIndex host, Timestamp begin) const {

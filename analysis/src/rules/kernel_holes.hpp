@@ -4,6 +4,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include "model/facts.hpp"
+#include "model/kernel_record.hpp"
 
 #include <map>
 #include <optional>
@@ -37,21 +38,26 @@ class KernelHoles {
   struct Interval {
     Timestamp begin;
     Timestamp end;
-    const Loss* loss;           // null: an edge of the record
-    const StreamFacts* stream;  // whose record begins after that of others, or ends before it
+    const Loss* loss;  // null: no stream's record is there of some CPU
+    // That of this one ended before; null: the record of other CPUs began with the hole.
+    const StreamFacts* ends = nullptr;
+    // That of this one begins behind it; null: none does.
+    const StreamFacts* begins = nullptr;
   };
   using Holes = std::map<HostIndex, std::vector<Interval>>;
 
-  // Where some kernel streams of a machine have begun or have not ended, and others not: what
-  // happened on the CPUs of those is unknown.
+  // Where some kernel streams of a machine have begun or have not ended, and others not, and between
+  // two recordings: what happened on the CPUs of those is unknown.
   void find_edges(Holes& holes);
+  void add_holes(HostIndex host, Stretch all, const std::vector<Stretch>& stretches,
+                 std::vector<Interval>& holes) const;
   void merge(Holes& holes);
   std::optional<Evidence> begun_later(HostIndex host, Timestamp begin) const;
   static Evidence evidence_of_hole(const Interval& hole);
 
   const Model& model_;
   Holes holes_;                            // disjoint, ascending
-  std::map<HostIndex, Timestamp> begins_;  // when the last of its streams has begun
+  std::map<HostIndex, Timestamp> begins_;  // when its record of all CPUs began
   std::map<HostIndex, Timestamp> ends_;    // when the last of them has ended, if all have
   std::map<HostIndex, const StreamFacts*> without_inheritance_;
 };

@@ -73,7 +73,7 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
                                      Timestamp end) const {
   const auto host = model_.processes[at(thread.process)].host;
   if (thread.ran_unrecorded || timeline_.overlaps_hole(host, begin, end)) return false;
-  if (!recording_.kernel_record(host).contains(begin, end)) return false;
+  if (!recording_.kernel_record(host, begin).contains(begin, end)) return false;
   const auto& coverage = recording_.coverage();
   if (coverage.covers_all(host)) return true;
   const auto is_confined = [&](const Rare<ReadBack>& read_back) {

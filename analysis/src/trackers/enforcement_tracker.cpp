@@ -230,7 +230,7 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
 bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIndex host,
                                                OfThread& state) const {
   if (!state.may_be_boosted_before) {
-    const auto begin = recording_.kernel_record(host).begin;
+    const auto begin = recording_.kernel_begin(host);
     const auto born = birth_of(thread);
     state.may_be_boosted_before = !begin || !born || *born < *begin;
   }

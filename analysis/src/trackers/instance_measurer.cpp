@@ -48,19 +48,21 @@ bool InstanceMeasurer::is_recorded(const LiveInstance& live) const {
   const auto begin = live.start.time;
   const auto end = live.end->time;
   const auto& coverage = recording_.coverage();
-  if (!recording_.kernel_window(live.host).contains(begin, end)) return false;
   if (!live.parts->has_left && live.start.cpu) {  // then no other CPU matters
-    return coverage.covers(live.host, *live.start.cpu) &&
+    const std::optional<std::int32_t> cpu = live.start.cpu;
+    return recording_.kernel_window(live.host, begin, cpu).contains(begin, end) &&
+           coverage.covers(live.host, *live.start.cpu) &&
            !timeline_.overlaps_hole(live.host, begin, end, live.start.cpu);
   }
-  return (live.is_confined || coverage.covers_all(live.host)) &&
+  return recording_.kernel_window(live.host, begin).contains(begin, end) &&
+         (live.is_confined || coverage.covers_all(live.host)) &&
          !timeline_.overlaps_hole(live.host, begin, end);
 }
 
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
 inline bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
   if (!live.wake.waking) return false;
-  const auto window = recording_.kernel_window(live.host);
+  const auto window = recording_.kernel_window(live.host, live.start.time);
   const auto woken = live.wake.since ? live.wake.since : OptionalTime(window.begin);
   return woken && recording_.coverage().covers_all(live.host) &&
          window.contains(*woken, live.start.time) &&

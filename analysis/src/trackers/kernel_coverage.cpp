@@ -22,6 +22,8 @@ void KernelCoverage::begin(const EventHead& head, const StreamBegin& event, Host
   stream.is_kernel = event.domain == Domain::kernel;
   stream.host = host;
   stream.channel = event.channel;
+  stream.trace = event.trace;
+  stream.may_repeat = event.has_inheritance.has_value();
   auto& of_host = hosts_[host];
   if (stream.is_kernel) {
     relate();
@@ -77,6 +79,7 @@ void KernelCoverage::relate() {
 void KernelCoverage::change(Host& host) {
   host.covered.reset();
   host.is_whole.reset();
+  ++changes_;
 }
 
 void KernelCoverage::set_open(Stream& stream, bool is_open) {
@@ -114,15 +117,57 @@ void KernelCoverage::note_switches(Stream& stream, std::int32_t number) {
   change(host);
 }
 
-void KernelCoverage::begin_packet(StreamIndex index, std::optional<std::int32_t> cpu) {
-  auto* stream = streams_.find(index);
-  if (stream == nullptr || !stream->is_kernel) return;
-  if (cpu && stream->cpu != cpu) note_cpu(*stream, *cpu);
-  set_open(*stream, true);
+bool KernelCoverage::are_beside(const Stream& one, const Stream& other) {
+  return one.may_repeat && other.may_repeat && one.is_open && other.is_open &&
+         one.host == other.host && one.cpu == other.cpu;
 }
 
-void KernelCoverage::end(StreamIndex index) {
-  if (auto* stream = streams_.find(index); stream != nullptr) set_open(*stream, false);
+template <typename Function>
+void KernelCoverage::each_kernel_stream(const Function& function) {
+  for (auto& stream : streams_) {
+    if (stream.is_kernel) function(stream);
+  }
+}
+
+std::optional<std::int32_t> KernelCoverage::begin_packet(const EventHead& head) {
+  auto* stream = streams_.find(head.stream);
+  if (stream == nullptr || !stream->is_kernel) return std::nullopt;
+  if (head.cpu && stream->cpu != head.cpu) note_cpu(*stream, *head.cpu);
+  const bool was_open = stream->is_open;
+  set_open(*stream, true);
+  if (was_open || !stream->is_open || !stream->cpu) return std::nullopt;
+  each_kernel_stream([stream](const Stream& other) {
+    if (other.trace == stream->trace || other.told_until == kEndless) return;
+    if (are_beside(*stream, other)) stream->told_until = kEndless;
+  });
+  const auto* cpu = cpu_of(hosts_[stream->host], *stream->cpu);
+  const bool is_anew = cpu != nullptr && cpu->open == 1 && cpu->ended &&
+                       cpu->ended_trace != stream->trace && head.time.ns - 1 > (*cpu->ended).ns;
+  return is_anew ? stream->cpu : std::nullopt;
+}
+
+void KernelCoverage::end(StreamIndex index, Timestamp time) {
+  auto* ended = streams_.find(index);
+  if (ended == nullptr || !ended->is_open) return;
+  if (ended->told_until != kEndless) hand_over(*ended);
+  set_open(*ended, false);
+  auto* cpu = ended->cpu ? cpu_of(hosts_[ended->host], *ended->cpu) : nullptr;
+  if (cpu == nullptr) return;
+  cpu->ended = time;
+  cpu->ended_trace = ended->trace;
+}
+
+void KernelCoverage::hand_over(const Stream& ended) {
+  std::optional<std::uint32_t> next;  // trace
+  each_kernel_stream([&](const Stream& other) {
+    if (!next && other.trace != ended.trace && are_beside(ended, other)) next = other.trace;
+  });
+  if (!next) return;
+  each_kernel_stream([&](Stream& other) {
+    if (are_beside(ended, other)) {
+      other.told_until = other.trace == *next ? ended.last_switch : kEndless;
+    }
+  });
 }
 
 void KernelCoverage::expect(HostIndex index, std::uint32_t online_cpus) {
@@ -130,6 +175,26 @@ void KernelCoverage::expect(HostIndex index, std::uint32_t online_cpus) {
   if (online_cpus <= host.online_cpus) return;
   host.online_cpus = online_cpus;
   change(host);
+}
+
+std::set<std::int32_t> KernelCoverage::cpus_of(HostIndex index,
+                                               std::span<const std::uint32_t> channels) const {
+  std::set<std::int32_t> all;
+  std::set<std::int32_t> with_switches;
+  const auto& host = *hosts_.find(index);
+  for (const auto number : channels) {
+    const auto found = host.channels.find(number);
+    if (found == host.channels.end()) continue;
+    const auto& [cpus, has_switches] = found->second;
+    all.insert(cpus.begin(), cpus.end());
+    if (has_switches) with_switches.insert(cpus.begin(), cpus.end());
+  }
+  return with_switches.empty() ? all : with_switches;
+}
+
+std::optional<std::int32_t> KernelCoverage::cpu_of(StreamIndex stream) const {
+  const auto* found = streams_.find(stream);
+  return found != nullptr && found->is_kernel ? found->cpu : std::nullopt;
 }
 
 bool KernelCoverage::see_first(HostIndex index, std::int32_t number) {

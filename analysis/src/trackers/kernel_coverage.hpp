@@ -1,11 +1,14 @@
 // Which kernel traces are evidence at all, and of which CPUs: a kernel stream is evidence if its
-// clock is that of the host's user-space streams, and it tells of one CPU.
+// clock is that of the host's user-space streams, and it tells of one CPU. Where two traces tell of the
+// same switches, as overlapping snapshots do, the one that began first is heard, until it ends.
 #pragma once
 
 #include <cie/analysis/event.hpp>
 
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/kernel_record.hpp"
+#include "model/optional_time.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -24,14 +27,15 @@ class KernelCoverage {
 
   // A stream began, of that CPU if its first packet tells already.
   void begin(const EventHead& head, const StreamBegin& event, HostIndex host);
-  void begin_packet(StreamIndex index, std::optional<std::int32_t> cpu);
-  void end(StreamIndex index);
+  // The CPU, if none of its streams was open since that of another trace ended, some time before.
+  std::optional<std::int32_t> begin_packet(const EventHead& head);
+  void end(StreamIndex index, Timestamp time);
   // A switch on the CPU: the stream tells of it, and its channel of switches.
-  void note_switch(StreamIndex index, std::int32_t cpu) {
+  void note_switch(StreamIndex index, std::int32_t cpu, Timestamp time) {
     auto* stream = streams_.find(index);
-    if (stream != nullptr && !(stream->has_switches && stream->cpu == cpu)) {
-      note_switches(*stream, cpu);
-    }
+    if (stream == nullptr) return;
+    stream->last_switch = time;
+    if (!(stream->has_switches && stream->cpu == cpu)) note_switches(*stream, cpu);
   }
   // The host has so many CPUs.
   void expect(HostIndex host, std::uint32_t online_cpus);
@@ -51,6 +55,16 @@ class KernelCoverage {
     const auto* stream = streams_.find(index);
     return stream == nullptr || !stream->is_kernel || stream->is_evidence;
   }
+  // Evidence, and the event is no other trace's over again.
+  bool tells(const EventHead& head) const noexcept {
+    const auto* stream = streams_.find(head.stream);
+    return stream == nullptr || !stream->is_kernel ||
+           (stream->is_evidence && head.time > stream->told_until);
+  }
+  // A loss of the stream that lasted until `end` counts: no other trace told what was lost.
+  bool costs(const EventHead& head, Timestamp end) const noexcept {
+    return is_evidence(head.stream) && (tells(head) || end > head.time);
+  }
   // Some kernel stream is evidence.
   bool is_any() const noexcept { return evidence_ != 0; }
   bool has_kernel(HostIndex host) const noexcept {
@@ -63,6 +77,11 @@ class KernelCoverage {
   bool covers(HostIndex host, std::span<const std::uint32_t> cpus) const;
   // Every CPU that the host is known to have.
   bool covers_all(HostIndex host) const;
+  // Of a trace whose channels these are; empty: not known yet.
+  std::set<std::int32_t> cpus_of(HostIndex host, std::span<const std::uint32_t> channels) const;
+  std::optional<std::int32_t> cpu_of(StreamIndex stream) const;
+  // How often one of these answers may have changed.
+  std::uint64_t changes() const noexcept { return changes_; }
 
   // Writes down what is missing on each host.
   void finish();
@@ -73,8 +92,13 @@ class KernelCoverage {
     bool is_evidence = false;
     bool is_open = false;  // between its first packet's begin and its end
     bool has_switches = false;
+    bool may_repeat = false;  // its trace declares sched_switch
     HostIndex host{};
     std::uint32_t channel = 0;
+    std::uint32_t trace = 0;
+    Timestamp last_switch = kNever;
+    // Another trace's stream tells, or told, of the same until then.
+    Timestamp told_until = kNever;
     std::optional<std::int32_t> cpu;
   };
   struct Channel {
@@ -84,6 +108,9 @@ class KernelCoverage {
   struct Cpu {
     bool is_seen = false;    // the host has it
     std::uint32_t open = 0;  // kernel streams of it
+    // The last of them that ended.
+    OptionalTime ended;
+    std::uint32_t ended_trace = 0;
   };
   struct Host {
     std::optional<std::string> user_clock;  // of its first user-space stream
@@ -104,7 +131,13 @@ class KernelCoverage {
   // CPUs of the channels that have switches, or, as long as none is known to, of all.
   static const std::set<std::int32_t>& covered(Host& host);
   static std::uint32_t missing(Host& host);
-  static void change(Host& host);
+  void change(Host& host);
+  // Both are open, and of one CPU.
+  static bool are_beside(const Stream& one, const Stream& other);
+  // The trace that is open beside it is heard from now on.
+  void hand_over(const Stream& ended);
+  template <typename Function>
+  void each_kernel_stream(const Function& function);
   bool is_related(const Stream& stream, const std::string& clock) const;
   void relate();
   void set_open(Stream& stream, bool is_open);
@@ -115,6 +148,7 @@ class KernelCoverage {
   ByIndex<StreamIndex, Stream> streams_;
   mutable ByIndex<HostIndex, Host> hosts_;
   std::size_t evidence_ = 0;  // kernel streams that are, of all hosts
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace cie::analysis

@@ -42,6 +42,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   }
   auto& facts = model_.streams[at(head.stream)];
   facts.channel = event.channel;
+  facts.trace = event.trace;
   facts.domain = event.domain;
   facts.host = host;
   facts.path = event.path;
@@ -64,19 +65,21 @@ void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) 
   if (facts == nullptr) return;
   states_[head.stream].ended = true;
   facts->has_ended = !is_live_;
-  coverage_.end(head.stream);
+  coverage_.end(head.stream, facts->end.value_or(head.time));
   update(channels_[facts->channel]);
 }
 
-void RecordingTracker::apply(const EventHead& head, const PacketBegin& /*event*/) {
+std::optional<std::int32_t> RecordingTracker::apply(const EventHead& head,
+                                                    const PacketBegin& /*event*/) {
   auto* facts = stream(head.stream);
-  if (facts == nullptr) return;
+  if (facts == nullptr) return std::nullopt;
   ++facts->packets;
-  coverage_.begin_packet(head.stream, head.cpu);
+  const auto begins_anew = coverage_.begin_packet(head);
   if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);
-  if (facts->begin) return;
+  if (facts->begin) return begins_anew;
   facts->begin = head.time;
   update(channels_[facts->channel]);
+  return begins_anew;
 }
 
 void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) {
@@ -108,6 +111,7 @@ Window RecordingTracker::covered(const Channel& channel) const {
 }
 
 void RecordingTracker::update(Channel& channel) {
+  ++changes_;
   auto& window = channel.window;
   window = covered(channel);
   if (!asked_) return;
@@ -176,7 +180,7 @@ void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
                 .count = event.count,
                 .cpu = head.cpu,
                 .note = facts != nullptr ? facts->path : std::string{},
-                .is_evidence = coverage_.is_evidence(head.stream)});
+                .is_evidence = coverage_.costs(head, event.end)});
 }
 
 void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
@@ -193,7 +197,7 @@ void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) 
       .count = std::nullopt,
       .cpu = head.cpu,
       .note = std::string(event.reason),
-      .is_evidence = coverage_.is_evidence(head.stream)});
+      .is_evidence = coverage_.costs(head, end)});
 }
 
 // Whether a process went on is known at the end alone. Who asks for losses between two events of one
@@ -235,27 +239,82 @@ bool RecordingTracker::is_idle(const Channel& channel) const {
   });
 }
 
-template <typename WindowOf>
-Window RecordingTracker::common_kernel_window(HostIndex host, const WindowOf& window_of) const {
-  Window all;
+// What the channels of one trace cover together.
+std::optional<Stretch> RecordingTracker::covered(
+    const std::vector<const Channel*>& channels) const {
+  std::optional<Stretch> all;
+  auto end = kEndless;
+  for (const auto* channel : channels) {
+    const auto window = covered(*channel);
+    if (!window.begin && !is_idle(*channel)) return std::nullopt;
+    if (window.begin)
+      all = Stretch{.begin = std::max(all.value_or(Stretch{*window.begin}).begin, *window.begin)};
+    end = std::min(end, window.end.value_or(kEndless));
+  }
+  if (all) all->end = end;
+  return all && all->begin <= end ? all : std::nullopt;
+}
+
+std::vector<KernelPart> RecordingTracker::kernel_parts(HostIndex host) const {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> traces;
   for (const auto& [number, channel] : channels_) {
     if (channel.domain != Domain::kernel || channel.host != host) continue;
-    if (!coverage_.is_evidence(StreamIndex{channel.streams.front()})) continue;
-    const auto& window = window_of(channel);
-    if (!window.begin && !is_idle(channel)) return Window{};
-    if (window.begin) all.begin = all.begin ? std::max(*all.begin, *window.begin) : *window.begin;
-    if (window.end) all.end = all.end ? std::min(*all.end, *window.end) : *window.end;
+    const auto first = channel.streams.front();
+    if (coverage_.is_evidence(StreamIndex{first}))
+      traces[model_.streams[first].trace].push_back(number);
   }
-  return all;
+  std::vector<KernelPart> parts;
+  for (const auto& [trace, numbers] : traces) {
+    std::vector<const Channel*> channels;
+    for (const auto number : numbers)
+      channels.push_back(&channels_.at(number));
+    const auto& first = model_.streams[channels.front()->streams.front()];
+    parts.push_back({.has_switches = first.has_inheritance.has_value(),
+                     .cpus = coverage_.cpus_of(host, numbers),
+                     .covers = covered(channels)});
+  }
+  return parts;
 }
 
-Window RecordingTracker::kernel_window(HostIndex host) const {
-  return common_kernel_window(
-      host, [](const Channel& channel) -> const Window& { return channel.window; });
+RecordingTracker::KernelRecord& RecordingTracker::record_of(HostIndex host) const {
+  auto& record = records_[host];
+  const auto changes = changes_ + coverage_.changes();
+  if (record.changes == changes) return record;
+  record = {.changes = changes, .parts = kernel_parts(host), .of_all_cpus = {}, .of_cpu = {}};
+  record.of_all_cpus = recorded(record.parts);
+  record.are_cpus_alike = std::ranges::all_of(record.parts, [&record](const KernelPart& part) {
+    return part.cpus == record.parts.front().cpus;
+  });
+  return record;
 }
 
-Window RecordingTracker::kernel_record(HostIndex host) const {
-  return common_kernel_window(host, [this](const Channel& channel) { return covered(channel); });
+Window RecordingTracker::kernel_record(HostIndex host, Timestamp time,
+                                       std::optional<std::int32_t> cpu) const {
+  auto& record = record_of(host);
+  const auto* stretches = &record.of_all_cpus;
+  if (cpu && !record.are_cpus_alike) {
+    const auto [of_cpu, is_new] = record.of_cpu.try_emplace(*cpu);
+    if (is_new) of_cpu->second = recorded(record.parts, cpu);
+    stretches = &of_cpu->second;
+  }
+  const auto next = std::ranges::upper_bound(*stretches, time, {}, &Stretch::begin);
+  if (next == stretches->begin()) return {};
+  const auto& stretch = *std::prev(next);
+  return {.begin = stretch.begin, .end = stretch.end};
+}
+
+Window RecordingTracker::kernel_window(HostIndex host, Timestamp time,
+                                       std::optional<std::int32_t> cpu) const {
+  auto window = kernel_record(host, time, cpu);
+  if (!asked_ || !window.begin) return window;
+  window.begin = std::max(*window.begin, asked_->from);
+  window.end = std::min(*window.end, asked_->to);
+  return window;
+}
+
+std::optional<Timestamp> RecordingTracker::kernel_begin(HostIndex host) const {
+  const auto& stretches = record_of(host).of_all_cpus;
+  return stretches.empty() ? std::nullopt : std::optional(stretches.front().begin);
 }
 
 // Kernel events of a boot in which none of its machine's applications was recorded: of a machine
@@ -311,6 +370,7 @@ void RecordingTracker::finish() {
     const StreamIndex index{static_cast<std::uint32_t>(i)};
     model_.streams[i].events = states_[index].events;
     model_.streams[i].is_evidence = coverage_.is_evidence(index);
+    model_.streams[i].cpu = coverage_.cpu_of(index);
   }
   const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
     return entry.second.domain == Domain::user && entry.second.window.begin;

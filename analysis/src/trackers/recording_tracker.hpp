@@ -7,6 +7,7 @@
 #include "kernel_coverage.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/kernel_record.hpp"
 #include "model/loss_times.hpp"
 #include "registry.hpp"
 
@@ -41,7 +42,8 @@ class RecordingTracker {
 
   void apply(const EventHead& head, const StreamBegin& event);
   void apply(const EventHead& head, const StreamEnd& event);
-  void apply(const EventHead& head, const PacketBegin& event);
+  // The CPU of which the kernel's record begins anew, some time after that of another trace ended.
+  std::optional<std::int32_t> apply(const EventHead& head, const PacketBegin& event);
   void apply(const EventHead& head, const PacketEnd& event);
   void apply(const EventHead& head, const Discarded& event);
   void apply(const EventHead& head, const DamagedPacket& event);
@@ -58,11 +60,13 @@ class RecordingTracker {
     const auto* state = states_.find(stream);
     return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
   }
-  // Intersection of the windows of a host's kernel channels that are evidence; empty begin without
-  // kernel events.
-  Window kernel_window(HostIndex host) const;
+  // The time around `time` in which the kernel's traces that are evidence cover all of the host's CPUs, or
+  // this one. Empty begin: they do not at that time, or are none.
+  Window kernel_window(HostIndex host, Timestamp time, std::optional<std::int32_t> cpu = {}) const;
   // The same, whatever window was asked for: before and after it some CPU's record is missing.
-  Window kernel_record(HostIndex host) const;
+  Window kernel_record(HostIndex host, Timestamp time, std::optional<std::int32_t> cpu = {}) const;
+  // When it began to cover all of the host's CPUs; empty: it does not yet.
+  std::optional<Timestamp> kernel_begin(HostIndex host) const;
   bool has_kernel(HostIndex host) const noexcept { return coverage_.has_kernel(host); }
   KernelCoverage& coverage() noexcept { return coverage_; }
   const KernelCoverage& coverage() const noexcept { return coverage_; }
@@ -78,6 +82,13 @@ class RecordingTracker {
     std::vector<std::uint32_t> streams;
     Window window;
   };
+  struct KernelRecord {
+    std::uint64_t changes = 0;  // of channels and of their CPUs, when it was found out
+    std::vector<KernelPart> parts;
+    std::vector<Stretch> of_all_cpus;
+    bool are_cpus_alike = true;  // each part has the same
+    std::map<std::int32_t, std::vector<Stretch>> of_cpu;
+  };
   struct StreamState {
     bool ended = false;
     bool is_idle = false;              // known ahead: it covers everything up to its end
@@ -89,8 +100,9 @@ class RecordingTracker {
   void update(Channel& channel);
   // What all streams of the channel cover; empty begin: some of them have not begun.
   Window covered(const Channel& channel) const;
-  template <typename WindowOf>
-  Window common_kernel_window(HostIndex host, const WindowOf& window_of) const;
+  KernelRecord& record_of(HostIndex host) const;
+  std::vector<KernelPart> kernel_parts(HostIndex host) const;
+  std::optional<Stretch> covered(const std::vector<const Channel*>& channels) const;
   // Each of its streams has no event, or is left out.
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
@@ -112,6 +124,8 @@ class RecordingTracker {
   ByIndex<StreamIndex, StreamState> states_;
   std::size_t kernel_losses_ = 0;  // in the model
   std::map<std::uint32_t, Channel> channels_;
+  std::uint64_t changes_ = 1;                           // of the channels' windows
+  mutable ByIndex<HostIndex, KernelRecord> records_{};  // found out when somebody asks
 };
 
 }  // namespace cie::analysis

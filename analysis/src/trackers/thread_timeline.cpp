@@ -104,6 +104,23 @@ void ThreadTimeline::stop_waiting(Host& host, std::int64_t tid, Thread& waiting,
   waiting.waits_on = -1;
 }
 
+void ThreadTimeline::lose_running(Host& host, std::int32_t cpu, std::int64_t tid) {
+  if (tid == 0) return;
+  auto& vanished = host.threads[tid];
+  if (vanished.state != State::running || vanished.cpu != cpu) return;
+  vanished.state = State::unknown;
+  ++vanished.breaks;
+}
+
+void ThreadTimeline::begin_anew(HostIndex host, std::int32_t cpu) {
+  auto& of_host = hosts_[host];
+  const auto* place = of_host.cpu_places.find(cpu);
+  if (place == nullptr) return;
+  auto& on_cpu = of_host.cpus[*place];
+  if (on_cpu.is_known) lose_running(of_host, cpu, on_cpu.tid);
+  on_cpu.is_known = false;
+}
+
 std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, std::int32_t cpu,
                                                               Timestamp time,
                                                               const SchedSwitch& event,
@@ -114,13 +131,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   if (on_cpu.is_known && on_cpu.tid != event.prev_tid) {
     hole = Hole{.begin = on_cpu.time, .end = time, .cpu = cpu};
     add_hole(host, *hole);
-    if (on_cpu.tid != 0) {
-      auto& vanished = of_host.threads[on_cpu.tid];
-      if (vanished.state == State::running && vanished.cpu == cpu) {
-        vanished.state = State::unknown;
-        ++vanished.breaks;
-      }
-    }
+    lose_running(of_host, cpu, on_cpu.tid);
   }
   for (const auto waiting : on_cpu.waiting) {
     charge(of_host.threads[waiting], event.prev_tid, event.prev_comm, time);

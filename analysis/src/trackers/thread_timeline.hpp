@@ -82,6 +82,8 @@ class ThreadTimeline {
   void on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu, Timestamp time);
   void on_exit(HostIndex host, std::int64_t tid);
   void add_hole(HostIndex host, Hole hole);
+  // What its switches tell from now on does not continue what they told.
+  void begin_anew(HostIndex host, std::int32_t cpu);
 
   Mark mark(HostIndex host, std::int64_t tid, Timestamp time) const;
   // The parts between two marks; empty if the thread's record broke between them.
@@ -150,6 +152,8 @@ class ThreadTimeline {
   static Cpu& cpu_of(Host& host, std::int32_t number);
   static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
+  // It may have left the CPU unseen.
+  static void lose_running(Host& host, std::int32_t cpu, std::int64_t tid);
   // Moves it to running, wherever it was.
   static void resume(Thread& thread, Timestamp time, std::int32_t cpu);
   // Something happens to the thread: no switch-in of the presumed time follows any more.
