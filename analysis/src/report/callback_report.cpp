@@ -168,11 +168,18 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
 
 std::vector<CallbackReport> callback_reports(const RuleContext& context) {
   const auto& order = context.callbacks;
+  std::vector<bool> shares_group(context.model.callbacks.size());
+  for (const auto& group : context.model.groups) {
+    if (group.type == GroupType::reentrant || group.callbacks.size() < 2) continue;
+    for (const auto callback : group.callbacks)
+      shares_group[at(callback)] = true;
+  }
   std::vector<CallbackReport> reports;
   reports.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i + 1 < order.size()) expect(context.model.callbacks[at(order[i + 1])]);
     fill(reports.emplace_back(), context, order[i]);
+    reports.back().shares_group = shares_group[at(order[i])];
   }
   return reports;
 }

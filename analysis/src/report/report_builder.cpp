@@ -111,11 +111,28 @@ std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
   return std::nullopt;
 }
 
-TimeWindow life_of(const ProcessFacts& process) {
+// When the kernel saw the main threads exit.
+std::map<ProcessIndex, Timestamp> exits_of(const Model& model) {
+  std::map<ProcessIndex, Timestamp> exits;
+  for (const auto& thread : model.threads) {
+    const bool is_main = thread.tid == model.processes[at(thread.process)].pid;
+    if (is_main && thread.kernel_exit) exits.emplace(thread.process, thread.kernel_exit->time);
+  }
+  return exits;
+}
+
+TimeWindow life_of(const ProcessFacts& process, const std::optional<Timestamp>& exit) {
   TimeWindow life;
-  if (process.run_begin && process.first_moment == RunMoment::start)
+  if (process.run_begin && process.first_moment == RunMoment::start) {
     life.from = process.run_begin->time;
-  if (process.run_end) life.to = process.run_end->at.time;
+  } else if (process.start_ns) {
+    life.from = Timestamp{*process.start_ns};
+  }
+  if (process.run_end) {
+    life.to = process.run_end->at.time;
+  } else if (exit) {
+    life.to = *exit;
+  }
   return life;
 }
 
@@ -136,6 +153,31 @@ ThreadSchedReport report_of(const ThreadFacts& thread, const ReadBack& read_back
           .util_max = asked_for(thread, read_back, &ReadBack::util_max)};
 }
 
+bool is_scheduled_alike(const ReadBack& a, const ReadBack& b) {
+  return a.policy == b.policy && a.priority == b.priority && a.flags == b.flags &&
+         a.runtime_ns == b.runtime_ns && a.deadline_ns == b.deadline_ns &&
+         a.period_ns == b.period_ns && a.cpus == b.cpus;
+}
+
+// Those that were in force while callbacks started, the last one aside.
+std::vector<ThreadSchedReport> former_of(const ThreadFacts& thread) {
+  std::vector<const ReadBack*> all;
+  for (const auto& applied : thread.applied)
+    all.push_back(&applied);
+  if (thread.first_audit) all.push_back(&*thread.first_audit);
+  if (thread.audit_mismatch) all.push_back(&thread.audit_mismatch->second);
+  if (thread.last_read_back) all.push_back(&*thread.last_read_back);
+  std::ranges::sort(all, {},
+                    [](const ReadBack* read) { return std::pair(read->n, read->at.time); });
+  std::vector<ThreadSchedReport> former;
+  for (std::size_t i = 0; i + 1 < all.size(); ++i) {
+    const bool has_run = all[i + 1]->starts_before > all[i]->starts_before;
+    if (has_run && !is_scheduled_alike(*all[i], *all.back()))
+      former.push_back(report_of(thread, *all[i]));
+  }
+  return former;
+}
+
 ThreadReport report_of(const Model& model, ThreadIndex index) {
   const auto& facts = model.threads[at(index)];
   ThreadReport report;
@@ -154,6 +196,7 @@ ThreadReport report_of(const Model& model, ThreadIndex index) {
     report.callbacks.push_back(id_of(callback));
   if (const auto& last = facts.last_read_back) report.sched = report_of(facts, *last);
   if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
+  report.former = former_of(facts);
   report.busy_ns = facts.busy_ns;
   return report;
 }
@@ -352,21 +395,24 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
 
   const auto telling = tell_messages(model);
   const auto runs = verdicts_on_runs(verdicts);
+  const auto exits = exits_of(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
     const ProcessIndex index{static_cast<std::uint32_t>(i)};
-    ProcessReport entry{.index = index,
-                        .host = model.hosts[at(process.host)].name,
-                        .boot_id = process.boot_id,
-                        .pid_ns = process.pid_ns,
-                        .has_ended = process.run_end.has_value(),
-                        .lived = life_of(process),
-                        .pid = process.pid,
-                        .name = process.name,
-                        .executor = std::nullopt,
-                        .complete = is_complete(context, runs, index),
-                        .host_index = process.host};
+    ProcessReport entry{
+        .index = index,
+        .host = model.hosts[at(process.host)].name,
+        .boot_id = process.boot_id,
+        .pid_ns = process.pid_ns,
+        .has_ended = process.run_end.has_value(),
+        .lived =
+            life_of(process, exits.contains(index) ? std::optional(exits.at(index)) : std::nullopt),
+        .pid = process.pid,
+        .name = process.name,
+        .executor = std::nullopt,
+        .complete = is_complete(context, runs, index),
+        .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

@@ -5,14 +5,16 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/schedulability.hpp>
 
+#include <map>
 #include <vector>
 
 namespace cie::analysis {
 
-// Threads whose sets of CPUs overlap, directly or by others: the kernel admits and schedules them
-// together (a root domain, sched-deadline.rst of Linux).
+// Threads whose sets of CPUs overlap, directly or by others (sched-deadline.rst of Linux admits such
+// together, as a root domain).
 struct DeadlineGroup {
-  std::vector<const ThreadReport*> threads;
+  // Whether the deadlines of each are guaranteed, by what lived while it did.
+  std::map<const ThreadReport*, bool> threads;
   HostIndex host{};
   DeadlineAdmission admission{};
 };

@@ -17,15 +17,6 @@ std::string in_us(std::int64_t ns) {
   return std::to_string(ns / 1000) + '.' + std::to_string(ns % 1000 / 100) + " us";
 }
 
-// Somebody configured it anew: what it had before is not what the recording's last read-back says.
-bool has_changed(const ThreadReport& thread) {
-  if (!thread.sched || !thread.applied) return false;
-  const auto& is = *thread.sched;
-  const auto& was = *thread.applied;
-  return is.policy != was.policy || is.priority != was.priority || is.cpus != was.cpus ||
-         server_of(is) != server_of(was);
-}
-
 class Analysis {
  public:
   Analysis(const Report& report, const SchedulingSpec* spec)
@@ -35,9 +26,8 @@ class Analysis {
     SchedulabilityReport result;
     for (const auto& group : deadline_groups(report_, model_.rows())) {
       result.deadline.push_back(group.admission);
-      if (!group.admission.is_guaranteed) continue;
-      for (const auto* thread : group.threads)
-        guaranteed_.insert(thread);
+      for (const auto& [thread, is_guaranteed] : group.threads)
+        servers_[thread] = {.is_guaranteed = is_guaranteed, .unknown = group.admission.unknown};
     }
     result.outside = outside();
     for (auto& task : model_.tasks()) {
@@ -51,13 +41,13 @@ class Analysis {
 
  private:
   // Why there is no bound for it at all; empty if one can be sought.
-  static std::string obstacle(const Task& task) {
+  std::string obstacle(const Task& task) const {
     const auto& callback = *task.callback;
     const auto* sched = task.sched();
     if (callback.threads.empty()) return "it never ran";
     if (callback.threads.size() > 1) return "it ran on several threads";
     if (sched == nullptr) return "the parameters of its thread are not in the recording";
-    if (has_changed(*task.thread())) return "the parameters of its thread changed";
+    if (!task.thread()->former.empty()) return "the parameters of its thread changed";
     if (task.thread()->callbacks.size() > 1) {
       return "its thread runs " + std::to_string(task.thread()->callbacks.size()) +
              " callbacks, which wait for each other whatever their priorities";
@@ -79,11 +69,28 @@ class Analysis {
                    "declare min_inter_arrival in the spec";
     }
     if (task.result.period->ns <= 0) return "releases coincide: their least distance is 0";
+    if (waits_for_another_thread(task)) {
+      return "callbacks of its group run on other threads, and it waits for them whatever the "
+             "priorities";
+    }
+    if (sched->cpus.empty()) return "the CPUs that its thread may use are not known";
     if (is_fixed_priority(*sched) && !task.is_pinned()) {
       return "it may run on " + std::to_string(sched->cpus.size()) +
              " CPUs; the theory is of one: pin it (affinity in the spec)";
     }
     return {};
+  }
+
+  // A callback group that runs no two at a time has another one, which ran elsewhere.
+  bool waits_for_another_thread(const Task& task) const {
+    const auto& callback = *task.callback;
+    return callback.shares_group && std::ranges::any_of(model_.tasks(), [&](const Task& other) {
+             return other.callback->shares_group && other.process == task.process &&
+                    other.callback->group == callback.group &&
+                    std::ranges::any_of(other.threads, [&task](const ThreadReport* thread) {
+                      return thread != task.thread();
+                    });
+           });
   }
 
   void bound(Task& task) const {
@@ -107,16 +114,29 @@ class Analysis {
           "deadline, which this analysis does not bound";
       return;
     }
+    const auto& known = servers_.at(task.thread());
+    if (!known.unknown.empty()) {
+      result.reason = known.unknown + ": it may have demanded more of its CPUs";
+      return;
+    }
+    const auto server = server_of(*task.sched());
     result.method = BoundMethod::deadline_server;
-    if (!guaranteed_.contains(task.thread())) {
+    if (!known.is_guaranteed) {
       result.reason =
           "the EDF tests do not show that the SCHED_DEADLINE threads meet their deadlines";
       return;
     }
-    result.bound_ns =
-        server_response_time(server_of(*task.sched()), result.execution->ns, result.period->ns);
-    if (!result.bound_ns) {
+    result.bound_ns = server_response_time(server, result.execution->ns, result.period->ns);
+    if (result.bound_ns) return;
+    const bool is_overloaded = static_cast<Int128>(result.execution->ns) * server.period >
+                               static_cast<Int128>(server.runtime) * result.period->ns;
+    if (is_overloaded) {
       result.reason = "its runtime per period is below what its releases demand";
+    } else {
+      result.method = BoundMethod::none;
+      result.reason =
+          "its releases may come before its runtime is renewed: what then waits is not "
+          "bounded here; give it a shorter period";
     }
   }
 
@@ -131,7 +151,7 @@ class Analysis {
         {.execution = result.execution->ns, .period = result.period->ns, .priority = priority});
     result.bound_ns = worst_response_time(rivals, rivals.size() - 1);
     const auto cpu = "CPU " + std::to_string(processor.cpu);
-    if (result.bound_ns || demand_exceeds_processor(rivals)) {
+    if (result.bound_ns || is_overloaded(task, processor)) {
       result.method = BoundMethod::fixed_priority;
       if (!result.bound_ns) {
         result.reason =
@@ -141,6 +161,18 @@ class Analysis {
       result.reason = "the callbacks of " + cpu +
                       " that are at least as urgent may keep it busy for too long to compute";
     }
+  }
+
+  // At some moment those at least as urgent demanded more than the CPU.
+  bool is_overloaded(const Task& task, const Processor& processor) const {
+    const auto own = FixedPriorityTask{.execution = task.result.execution->ns,
+                                       .period = task.result.period->ns,
+                                       .priority = static_cast<std::int32_t>(task.result.priority)};
+    auto moments = model_.at_moments(processor, own.priority, task.process->lived, &task);
+    return std::ranges::any_of(moments, [&own](Interference& moment) {
+      moment.rivals.push_back(own);
+      return demand_exceeds_processor(moment.rivals);
+    });
   }
 
   void compare(Task& task) const {
@@ -232,11 +264,12 @@ class Analysis {
           processor,
           CpuDemand{.host = shown(*task.process), .cpu = processor.cpu, .real_time_ppb = 0});
       auto& demand = place->second.real_time_ppb;
-      const auto all = model_.interference(processor, 1, task.process->lived, nullptr);
-      const bool are_periods_known = std::ranges::all_of(
-          all.rivals, [](const FixedPriorityTask& rival) { return rival.period.has_value(); });
-      if (!all.unknown.empty() || !are_periods_known) demand.reset();
-      if (demand) demand = std::max(*demand, demanded_ppb(all.rivals));
+      for (const auto& all : model_.at_moments(processor, 1, task.process->lived, nullptr)) {
+        const bool are_periods_known = std::ranges::all_of(
+            all.rivals, [](const FixedPriorityTask& rival) { return rival.period.has_value(); });
+        if (!all.unknown.empty() || !are_periods_known) demand.reset();
+        if (demand) demand = std::max(*demand, demanded_ppb(all.rivals));
+      }
     }
     std::vector<CpuDemand> result;
     for (auto& [processor, demand] : demands)
@@ -251,7 +284,12 @@ class Analysis {
 
   const Report& report_;
   TaskModel model_;
-  std::set<const ThreadReport*> guaranteed_;  // the deadlines that it shares CPUs with, too
+  // Of a SCHED_DEADLINE thread and those that it shares CPUs with.
+  struct Server {
+    bool is_guaranteed = false;
+    std::string unknown{};
+  };
+  std::map<const ThreadReport*, Server> servers_;
 };
 
 }  // namespace

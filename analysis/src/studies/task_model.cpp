@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 namespace cie::analysis {
 namespace {
@@ -47,15 +48,40 @@ bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
   return cpus.empty() || std::ranges::find(cpus, cpu) != cpus.end();  // none told: any
 }
 
+template <typename Visit>
+void for_each_known(const ThreadReport& thread, const Visit& visit) {
+  if (thread.sched) visit(*thread.sched);
+  for (const auto& former : thread.former)
+    visit(former);
+}
+
 // The highest fixed priority that a thread is known to have had where it may have used the CPU; 0:
 // none.
 std::int32_t priority_on(const ThreadReport& thread, std::uint32_t cpu) {
   std::int32_t highest = 0;
-  for (const auto* known : {&thread.sched, &thread.applied}) {
-    if (!*known || !is_fixed_priority(**known) || !may_use((*known)->cpus, cpu)) continue;
-    highest = std::max(highest, static_cast<std::int32_t>((*known)->priority));
-  }
+  for_each_known(thread, [&](const ThreadSchedReport& known) {
+    if (is_fixed_priority(known) && may_use(known.cpus, cpu))
+      highest = std::max(highest, static_cast<std::int32_t>(known.priority));
+  });
   return highest;
+}
+
+// Two budgets may follow each other directly: the end of one period and the begin of the next.
+FixedPriorityTask demand_of(const DeadlineServer& server) {
+  return {.execution = server.runtime,
+          .period = server.period,
+          .priority = kAboveAll,
+          .jitter = server.deadline - server.runtime};
+}
+
+// A SCHED_DEADLINE callback that never ran, and that the spec describes.
+std::optional<FixedPriorityTask> declared_server_on(const SpecEntry* entry, std::uint32_t cpu) {
+  if (entry == nullptr || entry->parameters.policy != Policy::deadline) return std::nullopt;
+  const auto& asked = entry->parameters;
+  if (asked.cpus && !may_use(*asked.cpus, cpu)) return std::nullopt;
+  return demand_of({.runtime = static_cast<std::int64_t>(asked.runtime_ns),
+                    .deadline = static_cast<std::int64_t>(asked.deadline_ns),
+                    .period = static_cast<std::int64_t>(asked.period_ns)});
 }
 
 // The same of a callback that never ran, and that the spec describes.
@@ -84,6 +110,13 @@ DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
   return {.runtime = static_cast<std::int64_t>(sched.runtime_ns),
           .deadline = static_cast<std::int64_t>(sched.deadline_ns),
           .period = static_cast<std::int64_t>(sched.period_ns)};
+}
+
+std::string unknown_parameters(const ThreadReport& thread) {
+  if (!thread.sched) return "the parameters of " + named(thread) + " are not known";
+  if (!thread.former.empty()) return "the parameters of " + named(thread) + " changed";
+  if (thread.sched->cpus.empty()) return "the CPUs of " + named(thread) + " are not known";
+  return {};
 }
 
 bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept {
@@ -157,9 +190,30 @@ Interference TaskModel::interference(const Processor& processor, std::int32_t le
   return found;
 }
 
+std::vector<Interference> TaskModel::at_moments(const Processor& processor,
+                                                std::int32_t least_priority,
+                                                const TimeWindow& during,
+                                                const Task* except) const {
+  std::set<Timestamp> moments{during.from};
+  for (const auto& process : report_.processes) {
+    const auto begin = process.lived.from;
+    if (process.host_index == processor.host && during.from <= begin && begin <= during.to)
+      moments.insert(begin);
+  }
+  std::vector<Interference> all;
+  for (const auto moment : moments) {
+    all.push_back(interference(processor, least_priority, {.from = moment, .to = moment}, except));
+  }
+  return all;
+}
+
 void TaskModel::add_callback(const Task& task, const Processor& processor,
                              std::int32_t least_priority, Interference& found) const {
   const auto& callback = *task.callback;
+  if (callback.never_ran()) {
+    if (const auto server = declared_server_on(task.entry, processor.cpu))
+      found.rivals.push_back(*server);
+  }
   // An instance runs once, on whichever of its threads.
   auto priority = callback.never_ran() ? declared_priority_on(task.entry, processor.cpu) : 0;
   for (std::size_t i = 0; i < task.threads.size(); ++i) {
@@ -196,26 +250,24 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
 
 void TaskModel::add_server(const ThreadReport& thread, const Processor& processor,
                            Interference& found) const {
-  for (const auto* known : {&thread.sched, &thread.applied}) {
-    if (!*known || !is_deadline(**known) || !may_use((*known)->cpus, processor.cpu)) continue;
+  std::optional<FixedPriorityTask> demand;
+  for_each_known(thread, [&](const ThreadSchedReport& known) {
+    if (!is_deadline(known) || !may_use(known.cpus, processor.cpu)) return;
     constexpr std::uint64_t kReclaim = 0x02;  // SCHED_FLAG_RECLAIM of uapi/linux/sched.h
-    const auto server = server_of(**known);
-    if (((*known)->flags & kReclaim) != 0) {
+    const auto server = server_of(known);
+    if ((known.flags & kReclaim) != 0) {
       found.unknown = named(thread) +
                       " may run for longer than its runtime: it reclaims what other "
                       "SCHED_DEADLINE threads leave (SCHED_FLAG_RECLAIM)";
     } else if (server.period <= 0 || server.runtime < 0 || server.deadline < server.runtime) {
       found.unknown = "the SCHED_DEADLINE parameters of " + named(thread) + " are no sound ones";
+    } else if (demand) {
+      found.unknown = "the parameters of " + named(thread) + ", which may preempt it, changed";
     } else {
-      // Two budgets may follow each other directly: the end of one period and the begin of the
-      // next.
-      found.rivals.push_back({.execution = server.runtime,
-                              .period = server.period,
-                              .priority = kAboveAll,
-                              .jitter = server.deadline - server.runtime});
+      demand = demand_of(server);
     }
-    return;
-  }
+  });
+  if (demand && found.unknown.empty()) found.rivals.push_back(*demand);
 }
 
 }  // namespace cie::analysis

@@ -50,6 +50,9 @@ struct Interference {
   std::string unknown{};  // why that is not all; empty: it is
 };
 
+// Why a thread's parameters are not known, or were not always what they are; empty: they are.
+std::string unknown_parameters(const ThreadReport& thread);
+
 // Borrows report and spec.
 class TaskModel {
  public:
@@ -64,6 +67,10 @@ class TaskModel {
   // they demand, wherever it ran.
   Interference interference(const Processor& processor, std::int32_t least_priority,
                             const TimeWindow& during, const Task* except) const;
+  // The same at each moment of that time at which a process began, and at its begin: what may have
+  // run at the same time.
+  std::vector<Interference> at_moments(const Processor& processor, std::int32_t least_priority,
+                                       const TimeWindow& during, const Task* except) const;
 
  private:
   void add_callback(const Task& task, const Processor& processor, std::int32_t least_priority,

@@ -177,7 +177,8 @@ TEST(Schedulability, CountsARivalWhicheverThreadsItRanOn) {
 
 TEST(Schedulability, CountsARivalAsUrgentAsItEverWas) {
   auto system = textbook();
-  system.report.threads[0].applied = system.sched(0);
+  system.report.threads[0].former = {system.sched(0), system.sched(0)};
+  system.report.threads[0].former.back().priority = 5;
   system.sched(0).policy = static_cast<std::int32_t>(Policy::other);
   const auto result = system.analyzed();
   EXPECT_EQ(result.callbacks[2].bound_ns, 20);
@@ -250,6 +251,44 @@ TEST(Schedulability, CountsNothingThatEndedBefore) {
   result = system.analyzed();
   EXPECT_EQ(result.callbacks[2].bound_ns, 20);
   EXPECT_EQ(result.cpus.at(0).real_time_ppb, 928'571'429);
+}
+
+// Three lifetimes of one rival, which take 3/7 each, and never two of them at a time.
+TEST(Schedulability, TakesNoSumOverLifetimesForAnOverload) {
+  auto system = textbook();
+  system.add_process({0}, {900});  // lives on
+  for (const std::int64_t from : {100, 200}) {
+    auto& again = system.add("high", {.execution = 3, .inter_arrival = 7, .priority = 30});
+    again.process = system.report.threads.back().process = system.add_process({from}, {from + 99});
+  }
+  system.report.callbacks[0].process = system.report.threads[0].process =
+      system.add_process({0}, {99});
+  const auto result = system.analyzed("callback_groups:\n  - {id: low, response_deadline: 20}\n");
+  EXPECT_EQ(result.cpus.at(0).real_time_ppb, 928'571'429);
+  EXPECT_EQ(result.callbacks[2].bound_ns, std::nullopt);
+  EXPECT_EQ(result.callbacks[2].meets_deadline(), std::nullopt);
+}
+
+// What runs no two at a time waits for the other one, however urgent it is.
+TEST(Schedulability, BoundsNoCallbackWhoseGroupRunsElsewhere) {
+  auto system = textbook();
+  for (const auto callback : {0U, 2U}) {
+    system.report.callbacks[callback].group = 7;
+    system.report.callbacks[callback].shares_group = true;
+  }
+  auto result = system.analyzed();
+  EXPECT_THAT(result.callbacks[0].reason, HasSubstr("callbacks of its group run on other threads"));
+  EXPECT_EQ(result.callbacks[1].bound_ns, 6);
+  system.report.callbacks[2].group = 8;
+  EXPECT_EQ(system.analyzed().callbacks[0].bound_ns, 3);
+}
+
+TEST(Schedulability, AsksWhichCpusAThreadMayUse) {
+  auto system = textbook();
+  system.sched(0).cpus.clear();
+  const auto result = system.analyzed();
+  EXPECT_EQ(result.callbacks[0].reason, "the CPUs that its thread may use are not known");
+  EXPECT_EQ(result.callbacks[2].bound_ns, 20) << "it may use this one";
 }
 
 // 90 % of the CPU, and a million jobs before it is idle.

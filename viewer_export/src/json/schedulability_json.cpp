@@ -51,7 +51,7 @@ Json json_of(const analysis::DeadlineAdmission& admission) {
           {"processors", admission.processors},
           {"reserved_ppb", optional_json(admission.reserved_ppb)},
           {"admissible_ppb", admission.admissible_ppb},
-          {"guaranteed", admission.is_guaranteed}};
+          {"guaranteed", optional_json(admission.is_guaranteed)}};
 }
 
 // Rows have their host's name where there are several.

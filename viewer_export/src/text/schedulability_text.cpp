@@ -117,9 +117,16 @@ std::string percent(std::int64_t ppb) {
 // Which CPUs, where others are judged apart from them.
 std::string on_cpus(const analysis::DeadlineAdmission& admission,
                     const SchedulabilityReport& report) {
+  if (admission.cpus.empty()) return " on unknown CPUs";
   if (report.deadline.size() < 2) return {};
   return fmt::format(" on CPU{} {}", admission.cpus.size() == 1 ? "" : "s",
                      format_cpus(admission.cpus));
+}
+
+std::string edf_test(const analysis::DeadlineAdmission& admission) {
+  if (!admission.is_guaranteed) return "says nothing, because " + printable(admission.unknown);
+  return *admission.is_guaranteed ? "shows that all deadlines are met"
+                                  : "does NOT show that deadlines are met";
 }
 
 std::string processors(const SchedulabilityReport& report, const TextStyle& style) {
@@ -143,8 +150,7 @@ std::string processors(const SchedulabilityReport& report, const TextStyle& styl
         admission.servers == 1 ? "s" : "",
         admission.reserved_ppb ? percent(*admission.reserved_ppb) : "an unknown share",
         counted(admission.processors, "CPU"), percent(admission.admissible_ppb),
-        admission.is_guaranteed ? "shows that all deadlines are met"
-                                : "does NOT show that deadlines are met");
+        edf_test(admission));
     text += filled(line, style.columns, kIndent);
   }
   return text;
@@ -216,7 +222,7 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
       filled(
           "R bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
           "declared, the rest was measured and holds for what this recording saw. C holds the longest "
-          "time that a run was blocked, too. Interrupts and the kernel's own work are not in R. "
+          "time that a run was blocked, too, where that was measured. Interrupts and the kernel's own work are not in R. "
           "--format json has all callbacks.",
           style.columns);
   if (report.outside.empty()) return text;
@@ -268,7 +274,7 @@ std::string outcome(const SchedulabilityReport& report) {
   const auto flagged = count([](const auto& callback) { return callback.is_flagged; });
   auto text =
       fmt::format("{} of {} {} a bound", bounded, counted(report.callbacks.size(), "callback"),
-                  bounded == 1 ? "has" : "have");
+                  bounded == 1 || report.callbacks.size() == 1 ? "has" : "have");
   const auto all = report.deadlines();
   if (all > 0) {
     std::string parts;

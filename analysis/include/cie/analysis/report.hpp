@@ -178,6 +178,7 @@ struct CallbackReport {
   std::optional<Duration> response_deadline;  // that it has to keep: the spec's, else its own
   std::optional<std::uint64_t> late;  // instances certainly beyond it; empty without a deadline
   std::optional<std::uint32_t> group;
+  bool shares_group = false;            // one that runs no two at a time; not part of the JSON
   std::vector<CallbackThread> threads;  // by tid
   // As observed. Empty: it ran on threads that the trace does not name.
   std::optional<Isolation> isolation = Isolation::never_ran;
@@ -257,6 +258,8 @@ struct ThreadReport {
   std::optional<ThreadSchedReport> sched;
   // What S1 judges, applied before that, if anything was; not part of the JSON.
   std::optional<ThreadSchedReport> applied{};
+  // What else its callbacks ran as before `sched`, as far as it was read back; neither.
+  std::vector<ThreadSchedReport> former{};
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
 };
 

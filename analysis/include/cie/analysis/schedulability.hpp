@@ -90,7 +90,9 @@ struct DeadlineAdmission {
   std::uint32_t processors = 0;
   std::optional<std::int64_t> reserved_ppb;  // of one processor; empty: a thread has no period
   std::int64_t admissible_ppb = 0;  // what the kernel admits by default: 95 % of each processor
-  bool is_guaranteed = false;       // an EDF test shows that all deadlines are met
+  // An EDF test shows that all deadlines are met. Empty: not known, `unknown` says why.
+  std::optional<bool> is_guaranteed{};
+  std::string unknown{};
 };
 
 struct SchedulabilityReport {
