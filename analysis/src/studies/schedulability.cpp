@@ -254,27 +254,25 @@ class Analysis {
     return names;
   }
 
-  // What the SCHED_FIFO callbacks that are pinned to a CPU share it with, while each of them lived.
+  // Of CPUs that a callback of fixed priority is pinned to.
   std::vector<CpuDemand> demands() const {
-    std::map<Processor, CpuDemand> demands;
+    std::map<Processor, std::string> hosts;
     for (const auto& task : model_.tasks()) {
-      if (!task.is_pinned()) continue;
-      const auto processor = task.processor();
-      const auto [place, is_new] = demands.try_emplace(
-          processor,
-          CpuDemand{.host = shown(*task.process), .cpu = processor.cpu, .real_time_ppb = 0});
-      auto& demand = place->second.real_time_ppb;
-      for (const auto& all : model_.at_moments(processor, 1, task.process->lived, nullptr)) {
+      if (task.is_pinned()) hosts.emplace(task.processor(), shown(*task.process));
+    }
+    std::vector<CpuDemand> demands;
+    for (const auto& [processor, host] : hosts) {
+      auto& demand =
+          demands.emplace_back(CpuDemand{.host = host, .cpu = processor.cpu, .real_time_ppb = 0})
+              .real_time_ppb;
+      for (const auto& all : model_.at_moments(processor, 1, {}, nullptr)) {
         const bool are_periods_known = std::ranges::all_of(
             all.rivals, [](const FixedPriorityTask& rival) { return rival.period.has_value(); });
         if (!all.unknown.empty() || !are_periods_known) demand.reset();
         if (demand) demand = std::max(*demand, demanded_ppb(all.rivals));
       }
     }
-    std::vector<CpuDemand> result;
-    for (auto& [processor, demand] : demands)
-      result.push_back(std::move(demand));
-    return result;
+    return demands;
   }
 
   // A host's name where it is needed to tell rows apart.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -139,6 +139,13 @@ bool Task::is_pinned() const noexcept {
 
 TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
     : report_(report), rows_(report) {
+  for (const auto& thread : report.threads) {
+    bool is_server = false;
+    for_each_known(thread, [&is_server](const ThreadSchedReport& known) {
+      is_server = is_server || is_deadline(known);
+    });
+    if (is_server && !thread.callbacks.empty()) servers_.push_back(&thread);
+  }
   tasks_.reserve(report.callbacks.size());
   for (const auto& callback : report.callbacks) {
     Task task{.callback = &callback, .process = &rows_.process_of(callback)};
@@ -182,9 +189,9 @@ Interference TaskModel::interference(const Processor& processor, std::int32_t le
     add_callback(task, processor, least_priority, found);
     if (!found.unknown.empty()) return found;
   }
-  for (const auto& thread : report_.threads) {
-    if (thread.callbacks.empty() || !is_beside(rows_.process_of(thread))) continue;
-    add_server(thread, processor, found);
+  for (const auto* server : servers_) {
+    if (!is_beside(rows_.process_of(*server))) continue;
+    add_server(*server, processor, found);
     if (!found.unknown.empty()) return found;
   }
   return found;
@@ -194,17 +201,29 @@ std::vector<Interference> TaskModel::at_moments(const Processor& processor,
                                                 std::int32_t least_priority,
                                                 const TimeWindow& during,
                                                 const Task* except) const {
-  std::set<Timestamp> moments{during.from};
-  for (const auto& process : report_.processes) {
-    const auto begin = process.lived.from;
-    if (process.host_index == processor.host && during.from <= begin && begin <= during.to)
-      moments.insert(begin);
-  }
   std::vector<Interference> all;
-  for (const auto moment : moments) {
+  for (const auto moment : moments(processor.host, during)) {
     all.push_back(interference(processor, least_priority, {.from = moment, .to = moment}, except));
   }
   return all;
+}
+
+// What begins adds to what lives: the last begin before somebody ends has all of them.
+std::vector<Timestamp> TaskModel::moments(HostIndex host, const TimeWindow& during) const {
+  enum class Edge : std::uint8_t { begin, end };  // of one moment, both live
+  std::vector<std::pair<Timestamp, Edge>> edges{{during.from, Edge::begin}};
+  for (const auto& process : report_.processes) {
+    if (process.host_index != host || !overlap(process.lived, during)) continue;
+    edges.emplace_back(std::max(process.lived.from, during.from), Edge::begin);
+    edges.emplace_back(process.lived.to, Edge::end);
+  }
+  std::ranges::sort(edges);
+  std::vector<Timestamp> found;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const bool is_last = i + 1 == edges.size() || edges[i + 1].second == Edge::end;
+    if (edges[i].second == Edge::begin && is_last) found.push_back(edges[i].first);
+  }
+  return found;
 }
 
 void TaskModel::add_callback(const Task& task, const Processor& processor,
@@ -249,7 +268,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
 }
 
 void TaskModel::add_server(const ThreadReport& thread, const Processor& processor,
-                           Interference& found) const {
+                           Interference& found) {
   std::optional<FixedPriorityTask> demand;
   for_each_known(thread, [&](const ThreadSchedReport& known) {
     if (!is_deadline(known) || !may_use(known.cpus, processor.cpu)) return;

@@ -67,20 +67,22 @@ class TaskModel {
   // they demand, wherever it ran.
   Interference interference(const Processor& processor, std::int32_t least_priority,
                             const TimeWindow& during, const Task* except) const;
-  // The same at each moment of that time at which a process began, and at its begin: what may have
-  // run at the same time.
+  // The same at moments of that time, so many that all that ever ran at the same time did so at one of
+  // them.
   std::vector<Interference> at_moments(const Processor& processor, std::int32_t least_priority,
                                        const TimeWindow& during, const Task* except) const;
 
  private:
   void add_callback(const Task& task, const Processor& processor, std::int32_t least_priority,
                     Interference& found) const;
-  void add_server(const ThreadReport& thread, const Processor& processor,
-                  Interference& found) const;
+  static void add_server(const ThreadReport& thread, const Processor& processor,
+                         Interference& found);
+  std::vector<Timestamp> moments(HostIndex host, const TimeWindow& during) const;
 
   const Report& report_;
   ReportRows rows_;
   std::vector<Task> tasks_;
+  std::vector<const ThreadReport*> servers_;  // that ran callbacks and SCHED_DEADLINE, at any time
 };
 
 }  // namespace cie::analysis

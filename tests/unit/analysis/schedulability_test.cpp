@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -289,6 +290,19 @@ TEST(Schedulability, AsksWhichCpusAThreadMayUse) {
   const auto result = system.analyzed();
   EXPECT_EQ(result.callbacks[0].reason, "the CPUs that its thread may use are not known");
   EXPECT_EQ(result.callbacks[2].bound_ns, 20) << "it may use this one";
+}
+
+// The three at 100 are the most that live at once: 3/7 + 3/12 + 5/20.
+TEST(Schedulability, AddsUpTheDemandOfWhatLivesAtTheSameTime) {
+  auto system = textbook();
+  for (const auto& [callback, from, to] :
+       {std::tuple{0U, 0, 200}, std::tuple{1U, 50, 100}, std::tuple{2U, 100, 300}}) {
+    system.report.callbacks[callback].process = system.report.threads[callback].process =
+        system.add_process({from}, {to});
+  }
+  EXPECT_EQ(system.analyzed().cpus.at(0).real_time_ppb, 928'571'429);
+  system.report.processes[2].lived.from = {101};
+  EXPECT_EQ(system.analyzed().cpus.at(0).real_time_ppb, 428'571'429 + 250'000'000);
 }
 
 // 90 % of the CPU, and a million jobs before it is idle.
