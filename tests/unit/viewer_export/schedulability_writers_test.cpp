@@ -36,7 +36,8 @@ analysis::SchedulabilityReport sample() {
   unbounded.reason = "it never ran";
   return {.callbacks = {bounded, unbounded},
           .cpus = {{.cpu = 0, .real_time_ppb = 200'000'000}},
-          .deadline = {{.servers = 2,
+          .deadline = {{.cpus = {0},
+                        .servers = 2,
                         .processors = 1,
                         .reserved_ppb = 980'000'000,
                         .admissible_ppb = 950'000'000,
@@ -82,6 +83,19 @@ TEST(SchedulabilityText, SaysWhichCpusAreAdmittedApart) {
   const auto text = text_of(report);
   EXPECT_THAT(text, HasSubstr("SCHED_DEADLINE on CPUs 0-1: 2 threads reserve 98.00 % of 1 CPU;"));
   EXPECT_THAT(text, HasSubstr("SCHED_DEADLINE on CPU 4: 1 thread reserves 98.00 % of 1 CPU;"));
+}
+
+TEST(SchedulabilityText, SaysWhatTheEdfTestDoesNotKnow) {
+  auto report = sample();
+  report.deadline[0].cpus.clear();
+  report.deadline[0].is_guaranteed.reset();
+  report.deadline[0].unknown = "the CPUs of thread 7 are not known";
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("SCHED_DEADLINE on unknown CPUs: 2 threads reserve"));
+  EXPECT_THAT(text, HasSubstr("says nothing, because the CPUs of thread 7"));
+  std::ostringstream out;
+  write_schedulability_json(out, report, analyzed());
+  EXPECT_EQ(nlohmann::json::parse(out.str())["sched_deadline"]["guaranteed"], nullptr);
 }
 
 TEST(SchedulabilityText, RoundsADemandUp) {
