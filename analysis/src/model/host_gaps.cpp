@@ -82,8 +82,8 @@ std::vector<HostGap> host_gaps(const Model& model) {
   for (const auto& [host, last] : all) {
     const auto end = end_of_others(model, all, host);
     if (!end || *end - last.end < kSilence) continue;
-    if (is_any_process(model, host, [&](const ProcessFacts& process) {
-          return !process.run_end && process.last_seen->time >= last.begin;
+    if (is_any_process(model, host, [begin = last.begin](const ProcessFacts& process) {
+          return !process.run_end && process.last_seen->time >= begin;
         })) {
       gaps.push_back({.host = host, .from = last.end, .to = *end});
     }
