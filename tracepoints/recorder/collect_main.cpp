@@ -66,9 +66,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
       throw cie::record::UsageError(unexpected);
-    if (directory.empty())
+    if (directory.empty()) {
       throw cie::record::UsageError(
           "no DIR was given: name the directory for the recordings with -o");
+    }
     cie::record::CollectOptions options;
     options.directory = std::filesystem::absolute(directory).lexically_normal();
     options.listen = listen_address(listen);
