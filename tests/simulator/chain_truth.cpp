@@ -64,7 +64,8 @@ std::vector<ChainTruth> chains_of(const System& system, const Truth& truth) {
     chain.runs.push_back(run_of(system, truth, path));
   }
   std::vector<ChainTruth> chains;
-  for (auto& [hops, chain] : by_hops) {
+  for (auto& [path, chain] : by_hops) {
+    const auto& hops = path;  // clang captures no structured binding
     const auto is_longer = [&hops](const auto& other) {
       return other.first.size() > hops.size() &&
              std::equal(hops.begin(), hops.end(), other.first.begin());

@@ -141,7 +141,8 @@ TEST(SimulatedLaws, HolesInTheKernelsRecordLeaveNoWrongNumber) {
     const auto whole = measured(trace);
     const auto some = measured(with_kernel_holes(trace, random, false));
     RC_ASSERT(some.size() == whole.size());
-    for (const auto& [key, instance] : some) {
+    for (const auto& [named, instance] : some) {
+      const auto& key = named;  // clang captures no structured binding
       const auto& meant = whole.at(key);
       const auto expect_same = [&](const char* part, const auto& said, const auto& truth) {
         if (!said || said == truth) return;
