@@ -111,6 +111,23 @@ TEST(Streams, WithoutAnyEventAreToldAsIdle) {
   EXPECT_EQ(lines[2], "2: stream of channel 0");
 }
 
+// It is no evidence of another boot.
+TEST(Streams, OfWhichNoPacketCanBeFoundHaveTheClockOfTheirTrace) {
+  const std::string boot = "11111111-2222-3333-4444-555555555555";
+  TraceFolder folder;
+  folder.write("metadata", metadata(1, "uuid = \"" + boot + "\"; offset = 100;"));
+  folder.write("0", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}}}));
+  folder.write("notes.txt", "hello\n");
+  folder.write("zeros", std::string(8192, '\0'));
+  std::vector<std::string> clocks;
+  const std::vector<std::filesystem::path> paths{folder.path()};
+  analysis::ctf::read_traces(paths, [&clocks](const analysis::Event& event) {
+    if (const auto* begin = std::get_if<analysis::StreamBegin>(&event.body))
+      clocks.emplace_back(begin->clock_uuid);
+  });
+  EXPECT_THAT(clocks, ElementsAre(boot, boot, boot));
+}
+
 TEST(Streams, ThatHaveNoTimeInCommonWithMostOthersAreLeftOut) {
   TraceFolder folder;
   folder.write("metadata", metadata());

@@ -166,6 +166,10 @@ class TracePlan {
   const StreamPlan* find(std::uint64_t stream_id) const noexcept;
   // The only class of streams, for packets that do not say theirs; null if there are several.
   const StreamPlan* only_stream() const noexcept;
+  // Of a stream of which no packet can be found: that of the first class of streams.
+  ClockPlan clock() const {
+    return streams_.empty() ? ClockPlan{} : streams_.begin()->second.clock;
+  }
 
  private:
   friend class StreamPlan;

@@ -16,6 +16,8 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
     clock_ = first->stream->clock;
     has_packet_times_ = first->stream->has_packet_times;
     has_times_ = has_packet_times_ || first->stream->has_event_time;
+  } else {
+    clock_ = files_.front().trace->plan().clock();  // no evidence of another boot
   }
   if (files_.front().trace->plan().is_snapshot) identity_.counts_others = false;
   load_packet();
