@@ -133,11 +133,10 @@ struct Analyzer::Pipeline {
     if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
   }
 
-  void lose(const EventHead& head, Timestamp begin, Timestamp end) {
+  void note_hole(const EventHead& head, Timestamp begin, Timestamp end) {
     const auto& coverage = recording.coverage();
-    if (!recording.is_kernel(head.stream) || !coverage.is_evidence(head.stream)) {
-      instances->lose();
-    } else if (coverage.costs(head, end)) {
+    if (recording.is_kernel(head.stream) && coverage.is_evidence(head.stream) &&
+        coverage.costs(head, end)) {
       timeline.add_hole(registry.host_of(head),
                         {.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)});
     }
@@ -176,16 +175,13 @@ struct Analyzer::Pipeline {
                    [&](const PacketEnd& e) { recording.apply(head, e); },
                    [&](const Discarded& e) {
                      recording.apply(head, e);
-                     lose(head, e.begin, e.end);
+                     note_hole(head, e.begin, e.end);
                    },
                    [&](const DamagedPacket& e) {
                      recording.apply(head, e);
-                     lose(head, e.begin.value_or(head.time), e.end.value_or(head.time));
+                     note_hole(head, e.begin.value_or(head.time), e.end.value_or(head.time));
                    },
-                   [&](const SessionGap& e) {
-                     recording.apply(head, e);
-                     instances->lose();
-                   },
+                   [&](const SessionGap& e) { recording.apply(head, e); },
                    [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
         event.body);
   }

@@ -68,9 +68,7 @@ void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
 void InstanceBuilder::begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
                                     CallbackIndex callback) {
   ++of_thread(thread).unseen;
-  auto& of_callback = callbacks_[callback];
-  of_callback.started_before = start;
-  of_callback.losses = losses_;
+  callbacks_[callback].last_start = start;
 }
 
 void InstanceBuilder::end_outside(const std::optional<ThreadIndex>& thread) {
@@ -91,7 +89,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Thr
   on_thread.has_waited = true;
   if (event.reason == WakeupReason::spurious) on_thread.nothing_until = head.time;
   // What was due when it looked for work would have run since.
-  if (!on_thread.open.empty() || !on_thread.last_activity) return;
+  if (!on_thread.last_activity) return;
   if (on_thread.waited_since) {
     on_thread.busy_since = std::max(on_thread.busy_since, *on_thread.waited_since);
   }
@@ -147,7 +145,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   const bool follows = facts.starts.last ? event.seq == *facts.starts.last + 1
                                          : facts.registered && event.seq == facts.first_next_seq;
   registry_.note_start(event.seq, live->start, index, facts.starts);
-  if (facts.first_expiry) follow_grid(*live);
+  if (facts.first_expiry) follow_grid(*live, follows);
   if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
     note_missed(*live);
   }
@@ -185,8 +183,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp))
     chains_.link(*node_of(*live));
   const bool is_pause =
-      !on_thread.last_activity ||
-      (on_thread.open.empty() && head.time - *on_thread.last_activity > TimerGrid::kPrompt);
+      !on_thread.last_activity || head.time - *on_thread.last_activity > TimerGrid::kPrompt;
   if (is_pause) on_thread.busy_since = head.time;
   on_thread.last_activity = head.time;
   return live;

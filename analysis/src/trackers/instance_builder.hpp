@@ -54,8 +54,6 @@ class InstanceBuilder {
   void thread_began(HostIndex host, ThreadIndex thread);
   // What began before is not looked at; its numbers may not have been seen.
   void begin_window(Timestamp from) noexcept { window_begin_ = from; }
-  // Events of applications were lost.
-  void lose() noexcept { ++losses_; }
   // An instance that is not looked at, because it began before the window, begins and ends.
   void begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
                      CallbackIndex callback);
@@ -108,11 +106,11 @@ class InstanceBuilder {
     std::vector<LiveInstance*> open;
     Recent<Ended, kRecentEnds> recent;  // for second ends
     std::unique_ptr<TimerGrid> grid;
-    std::vector<ChainNodeRef> answering;        // ended, of services: they may respond afterwards
-    std::uint64_t losses = 0;                   // that the grid knows of
-    std::optional<Timestamp> started_before{};  // the last of its instances that began outside
-    std::vector<ThreadIndex> ran_on;            // those of its facts, which are larger by far
-    CallbackOnThread* last_on = nullptr;        // where it did something last
+    std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
+    // Of timers: when the latest instance started, be it outside the window.
+    std::optional<Timestamp> last_start{};
+    std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
+    CallbackOnThread* last_on = nullptr;  // where it did something last
   };
 
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
@@ -150,7 +148,8 @@ class InstanceBuilder {
                             std::uint64_t seq);
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.
-  void follow_grid(LiveInstance& live);
+  // `follows`: the instance before was seen.
+  void follow_grid(LiveInstance& live, bool follows);
   void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.
   bool has_kernel(const LiveInstance& live) const {
@@ -181,7 +180,6 @@ class InstanceBuilder {
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
-  std::uint64_t losses_ = 0;
   Timestamp window_begin_{std::numeric_limits<std::int64_t>::min()};
   std::vector<UndecidedPublication> undecided_;
 };

@@ -49,6 +49,7 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
     anchor_.reset();
     return std::nullopt;
   }
+  const bool is_next = since_anchor_ == 0;
   const auto missed = skipped_until(release, is_sole);
   if (!is_sole) return std::nullopt;
   if (is_steady_) {
@@ -57,7 +58,8 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
     if (unproven_.releases++ == 0) unproven_.since = start.time;
     unproven_.missed += missed.value_or(0);
   }
-  return Release{.expiry = expiry, .missed = missed, .is_prompt = is_steady_};
+  return Release{
+      .expiry = expiry, .missed = missed, .is_missed_its_own = is_next, .is_prompt = is_steady_};
 }
 
 Duration TimerGrid::error() const noexcept {

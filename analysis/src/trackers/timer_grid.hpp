@@ -37,6 +37,7 @@ class TimerGrid {
     Timestamp expiry;
     // Periods skipped since the last instance whose release is known. Empty: it is not known.
     std::optional<std::uint32_t> missed{};
+    bool is_missed_its_own = true;  // there was no instance in between
     // Whether the start followed at once: if not, a later one that does has to prove that the grid
     // did not move before.
     bool is_prompt = true;

@@ -1,77 +1,17 @@
 // Releases of rcl's timers, which no event tells: on a grid that begins when the timer is made.
-#include "ros2_text.hpp"
+#include "timer_text.hpp"
 
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace cie::test {
+namespace cie::test::timers {
 namespace {
 
 using analysis::ReleaseSource;
 using analysis::Verdict;
 using testing::HasSubstr;
-
-constexpr std::int64_t kUs = 1'000;
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kPeriod = 10 * kMs;
-constexpr std::int64_t kMade = 5 * kMs;
-constexpr auto kId = "/n@Timer(10000000)";
-
-// The earliest that expiry k, of 1, 2, …, can be at: rcl has read the clock up to 10 us before it
-// tells that the timer is made.
-constexpr std::int64_t expiry(std::int64_t k) { return kMade - 10 * kUs + k * kPeriod; }
-
-class Text {
- public:
-  explicit Text(bool does_wait = true) : does_wait_(does_wait) {
-    add(0, "rcl_node_init node_handle=0x10 node_name=n namespace=/");
-    add(kMade, "rcl_timer_init timer_handle=0x20 period=" + std::to_string(kPeriod));
-    add(kMade, "rclcpp_timer_callback_added timer_handle=0x20 callback=0x30");
-    add(kMade, "rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10");
-  }
-  Text& add(std::int64_t time, const std::string& event) {
-    text_ += std::to_string(time) + ' ' + event + '\n';
-    return *this;
-  }
-  // The executor, before that instance starts.
-  Text& wait(std::int64_t start) {
-    add(start - 2, "rclcpp_executor_wait_for_work timeout=1");
-    return add(start - 1, "rclcpp_executor_get_next_ready");
-  }
-  // An instance that the executor has waited for.
-  Text& run(std::int64_t start, std::int64_t duration = kMs) {
-    if (does_wait_) wait(start);
-    return run_next(start, duration);
-  }
-  Text& run_next(std::int64_t start, std::int64_t duration = kMs) {
-    add(start, "callback_start callback=0x30");
-    return add(start + duration, "callback_end callback=0x30");
-  }
-  Ros2Result analyze(std::int64_t lost_at = -1, std::string_view spec = {}) const {
-    return analyze_ros2(text_, lost_at, spec);
-  }
-  Ros2Result analyze_from(std::int64_t begin) const {
-    analysis::TimeWindow window;
-    window.from = analysis::Timestamp{begin};
-    return analyze_ros2(text_, -1, {}, window);
-  }
-
- private:
-  bool does_wait_;
-  std::string text_;
-};
-
-// By start: rows come as their releases are proven.
-std::vector<std::int64_t> releases(const Ros2Result& result) {
-  auto rows = result.instances;
-  std::ranges::stable_sort(rows, {}, &InstanceRow::start);
-  std::vector<std::int64_t> times;
-  for (const auto& row : rows)
-    times.push_back(row.release);
-  return times;
-}
 
 TEST(Ros2Timers, ReleasesFollowFromWhenTheTimerWasMade) {
   Text text;
@@ -248,23 +188,6 @@ TEST(Ros2Timers, AShortPeriodConfirmsNoGridByItself) {
       text, -1, "callback_groups:\n  - id: /n@Timer(1000000)\n    response_deadline: 500us\n");
   for (const auto* rule : {"R1", "R2", "R3"})
     EXPECT_NE(result.verdict(rule), Verdict::fail) << rule << result.evidence(rule);
-}
-
-TEST(Ros2Timers, AfterALossTheGridGoesOn) {
-  Text text;
-  for (std::int64_t k = 1; k <= 2; ++k)
-    text.run(expiry(k) + 100 * kUs);
-  for (std::int64_t k = 7; k <= 9; ++k)
-    text.run(expiry(k) + 100 * kUs);
-  const auto result = text.analyze(expiry(5));
-  EXPECT_EQ(releases(result),
-            (std::vector<std::int64_t>{expiry(1), expiry(2), -1, expiry(8), expiry(9)}));
-  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
-}
-
-std::string deadline_us(std::int64_t us) {
-  return "callback_groups:\n  - {id: \"/n@Timer(10000000)\", response_deadline: " +
-         std::to_string(us * kUs) + "}\n";
 }
 
 // The releases may be 100 us off: had a reset moved them by more, not all starts came as near.
@@ -481,45 +404,5 @@ TEST(Ros2Timers, WhatIsToldASecondTimeSaysNotWhenATimerWasMade) {
   EXPECT_EQ(result.analysis.report.callbacks.at(0).release_source, ReleaseSource::start);
 }
 
-// Another callback keeps the thread from expiry 5 until 5 ms after expiry 7.
-TEST(Ros2Timers, PeriodsSkippedInsideAWindowCountThere) {
-  constexpr auto kLate = expiry(7) + 5 * kMs;
-  Text text;
-  text.add(kMade, "rcl_timer_init timer_handle=0x21 period=1000000000");
-  text.add(kMade, "rclcpp_timer_callback_added timer_handle=0x21 callback=0x31");
-  text.add(kMade, "rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10");
-  for (std::int64_t k = 1; k <= 4; ++k)
-    text.run(expiry(k) + 100 * kUs);
-  text.wait(expiry(5) - kMs);
-  text.add(expiry(5) - kMs, "callback_start callback=0x31");
-  text.add(kLate - 10 * kUs, "callback_end callback=0x31");
-  text.run_next(kLate);
-  for (std::int64_t k = 8; k <= 10; ++k)
-    text.run(expiry(k) + 100 * kUs);
-  EXPECT_EQ(text.analyze().callback(kId).missed_releases, 2U);
-  for (const auto begin : {expiry(5), expiry(6), expiry(7)}) {
-    const auto window = text.analyze_from(begin);
-    EXPECT_EQ(window.callback(kId).missed_releases, 2U);
-    EXPECT_EQ(window.verdict("R2"), Verdict::fail) << window.evidence("R2");
-  }
-  const auto after = text.analyze_from(expiry(8));
-  EXPECT_EQ(after.verdict("R2"), Verdict::pass) << after.evidence("R2");
-}
-
-// Instance 5 is late, and nothing tells why: the timer may have been reset.
-TEST(Ros2Timers, SkippedPeriodsAfterAnUnknownReleaseAreNotTold) {
-  Text text;
-  for (std::int64_t k = 1; k <= 4; ++k)
-    text.run(expiry(k) + 100 * kUs);
-  text.run(expiry(7) + 5 * kMs);
-  text.run(expiry(8) + 100 * kUs);
-  text.run(expiry(9) + 100 * kUs);
-  const auto result = text.analyze();
-  std::vector<std::optional<std::uint32_t>> missed;
-  for (const auto& row : result.instances)
-    missed.push_back(row.missed);
-  EXPECT_THAT(missed, testing::ElementsAre(0U, 0U, 0U, 0U, std::nullopt, std::nullopt, 0U));
-}
-
 }  // namespace
-}  // namespace cie::test
+}  // namespace cie::test::timers
