@@ -39,6 +39,7 @@ class Application {
     bool is_idle = false;  // waits, or is about to
     bool has_left = false;
     std::optional<Ns> wakeup{};
+    std::int32_t cpu_wakeup = 0;
     std::optional<std::size_t> last_instance{};
     Account at_start{};  // of the instance it runs
     std::size_t running = 0;

@@ -77,6 +77,7 @@ class Comparison {
     bool has_parts = false;
     ReleaseSource source = ReleaseSource::exact;
     Ns release = 0;
+    std::optional<Ns> wakeup;
     std::optional<Ns> waking;
     std::optional<Ns> first_in;
     std::optional<Ns> upper;  // bound of the response time

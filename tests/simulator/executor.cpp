@@ -115,6 +115,7 @@ void Application::wait(std::size_t place) {
     const auto first = static_cast<std::size_t>(server.callbacks.front());
     const bool is_timer = system_.callbacks[first].kind == CallbackKind::timer;
     woken.wakeup = machine_.now();
+    woken.cpu_wakeup = machine_.cpu_of(woken.number);
     emit(woken.process, woken.number,
          ThreadWakeup{.callback = CallbackId{server.is_isolated ? callbacks_[first].id : kNoId},
                       .reason = is_timer ? WakeupReason::timer : WakeupReason::data});
@@ -243,6 +244,7 @@ void Application::begin_instance(std::size_t place, int index, const Taken& take
                               .cpu_start = cpu,
                               .cpu_end = cpu,
                               .wakeup = thread.wakeup,
+                              .cpu_wakeup = thread.cpu_wakeup,
                               .kernel_wakeup = machine_.last_wake_up(thread.number),
                               .execution_before = thread.at_start.execution,
                               .parts = {},

@@ -33,6 +33,8 @@ std::optional<Comparison::Shown> Comparison::shown(const InstanceTruth& instance
   }
   shown.has_parts = recording_.has_kernel && shown.state != InstanceState::open &&
                     instance.start >= recording_.kernel_begin && *instance.end <= kernel_end();
+  if (instance.wakeup && is_recorded(*instance.wakeup, instance.cpu_wakeup))
+    shown.wakeup = instance.wakeup;
   const auto& wake = instance.kernel_wakeup;
   if (recording_.has_kernel) {
     shown.waking = recording_.has_wakings ? wake.waking : wake.wakeup;
@@ -46,7 +48,7 @@ std::optional<Comparison::Shown> Comparison::shown(const InstanceTruth& instance
       instance.message && callback.tells_source ? &truth_.messages[*instance.message] : nullptr;
   shown.release = instance.release;
   if (!callback.tells_release) {
-    const auto woken = shown.waking ? shown.waking : instance.wakeup;
+    const auto woken = shown.waking ? shown.waking : shown.wakeup;
     if (is_isolated && woken) {
       shown.source = ReleaseSource::wakeup;
       shown.release = *woken;
@@ -96,7 +98,7 @@ void Comparison::compare_row(const InstanceTruth& instance, const Shown& shown,
                      *truth_.instances[*instance.previous].end >= recording_.kernel_begin &&
                      instance.start <= kernel_end());
   if (is_wake_known) {
-    equal(name + "wakeup", number(said.wakeup), instance.wakeup);
+    equal(name + "wakeup", number(said.wakeup), shown.wakeup);
     equal(name + "waking", number(said.waking), shown.waking);
     equal(name + "release source", label(said.release_source), label(shown.source));
     equal(name + "release", number(said.release), std::optional(shown.release));

@@ -23,6 +23,7 @@ struct InstanceTruth {
   std::int32_t cpu_start = 0;
   std::int32_t cpu_end = 0;
   std::optional<Ns> wakeup{};             // when its thread last returned from a wait
+  std::int32_t cpu_wakeup = 0;            // and where
   WakeUp kernel_wakeup{};                 // of its thread, as known at its start
   Ns execution_before = 0;                // of its thread, until its start
   Account parts{};                        // of its duration
