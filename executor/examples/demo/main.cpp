@@ -101,7 +101,9 @@ class PlanningProcess {
     while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
     }
     pid_ = 0;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    // At its very start it does not handle the signal yet.
+    const bool is_ended_by_us = WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM;
+    return is_ended_by_us || (WIFEXITED(status) && WEXITSTATUS(status) == 0);
   }
 
  private:
@@ -120,7 +122,9 @@ int run(Settings settings) {
   PlanningProcess planning{settings};
   settings.part = "sensing";
   run_part(settings, planning.pid());
-  return planning.stop() ? 0 : 1;
+  if (planning.stop()) return 0;
+  std::fputs("cie-demo: the planning process failed\n", stderr);
+  return 1;
 }
 
 int command_line(int argc, char** argv) {

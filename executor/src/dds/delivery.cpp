@@ -1,5 +1,6 @@
 #include "delivery.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -39,6 +40,12 @@ void Delivery::set_wakeup(Wakeup* wakeup) {
 void Delivery::set_trace(trace::Callback* callback) {
   const std::lock_guard lock{mutex_};
   trace_ = callback;
+  if (trace_ == nullptr) return;
+  // Nobody took any meanwhile: the latest ones overwrote.
+  const std::uint64_t overwritten = count_.overwritten();
+  for (auto left = std::exchange(untold_releases_, 0); left-- > 0;)
+    trace_->release(overwritten - std::min(overwritten, left));
+  if (const auto lost = std::exchange(untold_losses_, 0); lost > 0) trace_->sample_lost(lost);
 }
 
 void Delivery::close() {
@@ -53,7 +60,11 @@ void Delivery::wake() noexcept {
 
 void Delivery::announce() noexcept {
   const std::uint64_t overwritten = count_.on_stored();
-  if (trace_ != nullptr) trace_->release(overwritten);
+  if (trace_ != nullptr) {
+    trace_->release(overwritten);
+  } else {
+    ++untold_releases_;
+  }
   if (sink_ != nullptr) sink_->on_ready(*callback_);
   if (wakeup_ != nullptr) wakeup_->notify();
 }
@@ -61,7 +72,11 @@ void Delivery::announce() noexcept {
 void Delivery::lost(std::uint32_t count) noexcept {
   {
     const std::lock_guard lock{mutex_};
-    if (trace_ != nullptr) trace_->sample_lost(count);
+    if (trace_ != nullptr) {
+      trace_->sample_lost(count);
+    } else {
+      untold_losses_ += count;
+    }
   }
   if (tell_lost_) tell_lost_(count);
 }

@@ -35,7 +35,8 @@ class Delivery {
   void set_target(ReadySink* sink, Callback* callback);
   // Who is woken, beside or instead of a target; null ends it.
   void set_wakeup(Wakeup* wakeup);
-  // Whose events are emitted; null before the callback goes.
+  // Whose events are emitted, also those of samples that are there already; null before the callback
+  // goes.
   void set_trace(trace::Callback* callback);
 
   // Samples whose service header names somebody else are dropped, unseen. Before the reader exists.
@@ -79,6 +80,8 @@ class Delivery {
   Callback* callback_ = nullptr;
   Wakeup* wakeup_ = nullptr;
   trace::Callback* trace_ = nullptr;
+  std::uint64_t untold_releases_ = 0;  // a reader may have samples before its callback is there
+  std::uint32_t untold_losses_ = 0;
   bool is_closed_ = false;
   std::optional<std::uint64_t> recipient_;
   std::function<void(std::uint32_t)> tell_lost_;

@@ -39,7 +39,8 @@ void ClientCallback::send(const void* request, Completion completion) {
   {
     const std::lock_guard lock{mutex_};
     seq = ++last_seq_;
-    const std::int64_t deadline = timeout_ns_ > 0 ? monotonic_now() + timeout_ns_ : kNever;
+    const std::int64_t deadline =
+        timeout_ns_ > 0 ? scheduling::later(monotonic_now(), timeout_ns_) : kNever;
     requests_.emplace(seq, Request{std::move(completion), deadline});
     is_first = requests_.size() == 1;
     update_next_due();
@@ -110,9 +111,9 @@ bool is_ready(const ClientCallback& client) { return client.is_ready(); }
 std::size_t pending_requests(const ClientCallback& client) { return client.pending(); }
 
 bool wait_until_ready(const ClientCallback& client, std::chrono::nanoseconds timeout) {
-  const auto end = std::chrono::steady_clock::now() + timeout;
+  const auto end = scheduling::later(monotonic_now(), timeout.count());
   while (!client.is_ready()) {
-    if (std::chrono::steady_clock::now() >= end) return false;
+    if (monotonic_now() >= end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   return true;

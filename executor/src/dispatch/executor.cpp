@@ -57,7 +57,7 @@ void Executor::spin() {
 }
 void Executor::spin_for(std::chrono::nanoseconds duration) {
   const auto core = core_;
-  core->spin(executor::monotonic_now() + duration.count());
+  core->spin(scheduling::later(executor::monotonic_now(), duration.count()));
 }
 void Executor::cancel() noexcept { core_->cancel(); }
 void Executor::start_worker(const std::string& name,

@@ -29,7 +29,7 @@ void TimerCallback::serve(ReadySink* sink) {
   if (start_ns_) {
     schedule_.start_on_grid(*start_ns_, now);
   } else {
-    schedule_.start_at(now + phase_ns_);
+    schedule_.start_at(scheduling::later(now, phase_ns_));
   }
 }
 
@@ -45,7 +45,7 @@ void TimerCallback::reset() {
   is_cancelled_ = false;
   if (sink_ == nullptr && !is_begun_) return;  // its time begins when it is served
   is_begun_ = true;
-  schedule_.start_at(monotonic_now() + schedule_.period_ns());
+  schedule_.start_at(scheduling::later(monotonic_now(), schedule_.period_ns()));
   if (sink_ != nullptr) sink_->on_ready(*this);  // whoever waits, waits for another expiry
 }
 

@@ -1,5 +1,5 @@
 // Callbacks that come and go while an isolated executor spins: dropped by others, by themselves,
-// with their node, and removed.
+// with their node, and removed. One has samples waiting before it is there.
 #include <cie/executor/executor.hpp>
 
 #include <atomic>
@@ -21,6 +21,12 @@ void run() {
   cie::Node node{context, "stays", "/passing"};
   const auto publisher = node.create_publisher<Sample>("data", 10);
   const auto source = node.create_wall_timer(2ms, [&] { publisher->publish(Sample{}); });
+  const auto kept = cie::QoS{3}.transient_local();
+  const auto writer = node.create_publisher<Sample>("map", kept);
+  for (int i = 0; i < 3; ++i)
+    writer->publish(Sample{});
+  std::atomic<int> maps{0};
+  const auto map = node.create_subscription<Sample>("map", kept, [&](const Sample&) { ++maps; });
   cie::CallbackIsolatedExecutor executor;
   executor.add_node(node);
   std::jthread spinning{[&] { executor.spin(); }};
@@ -52,6 +58,8 @@ void run() {
     node.remove(removed);
     passing.reset();
   }
+  while (maps < 3)
+    std::this_thread::sleep_for(1ms);
   executor.cancel();
 }
 

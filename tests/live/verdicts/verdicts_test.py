@@ -178,6 +178,9 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(undecided - TIMING, set(), text)
         subjects = [s for r in report["rules"] if r["id"] == "E1" for s in r["subjects"] if s["verdict"] == "PASS"]
         self.assertGreater(len(subjects), 100, "five callbacks a round")
+        report = json.loads(run(options.programs / "cie", "report", scratch / "passing", "-f", "json").stdout)
+        waited = {c["logical_id"]: c["longest_queue"] for c in report["callbacks"] if c["source"].endswith("/map")}
+        self.assertEqual(list(waited.values()), [3], waited)
 
     def test_the_same_bytes_give_the_same_bytes(self):
         """Whatever the order in which a folder lists its files, and whatever the locale."""

@@ -31,6 +31,21 @@ TEST(TimerSchedule, GivesEachExpiryOnce) {
   EXPECT_EQ(schedule.next_due(), 1100);
 }
 
+// A period of nanoseconds::max() is the usual way to say that there is none.
+TEST(TimerSchedule, WhatLiesBeyondTheClockNeverExpires) {
+  constexpr std::int64_t kNow = 1'000'000'000;
+  EXPECT_EQ(later(kNow, kNever), kNever);
+  EXPECT_EQ(later(kNow, kNever - kNow), kNever);
+  EXPECT_EQ(later(kNow, -2 * kNow), 0);
+  TimerSchedule schedule{kNever};
+  schedule.start_at(kNow);
+  ASSERT_TRUE(schedule.take(kNow));
+  EXPECT_EQ(schedule.next_due(), kNever);
+  EXPECT_FALSE(schedule.take(kNow + 1));
+  schedule.start_on_grid(kNow - 1, kNow);
+  EXPECT_EQ(schedule.next_due(), kNever);
+}
+
 // Being served late moves nothing: the grid is absolute.
 TEST(TimerSchedule, DoesNotDrift) {
   TimerSchedule schedule{kPeriod};

@@ -31,7 +31,8 @@ class TimerSchedule {
   // The first expiry is `anchor_ns`, or if that is past, the next instant of its grid.
   void start_on_grid(std::int64_t anchor_ns, std::int64_t now_ns) noexcept {
     if (anchor_ns < now_ns) {
-      anchor_ns += (now_ns - anchor_ns + period_ns_ - 1) / period_ns_ * period_ns_;
+      const auto steps = (now_ns - anchor_ns - 1) / period_ns_ + 1;
+      anchor_ns = expiry_after(anchor_ns, steps);
     }
     start_at(anchor_ns);
   }
@@ -47,7 +48,7 @@ class TimerSchedule {
     do {
       if (now_ns < next) return std::nullopt;
       skipped = (now_ns - next) / period_ns_;
-    } while (!next_ns_.compare_exchange_weak(next, next + (skipped + 1) * period_ns_,
+    } while (!next_ns_.compare_exchange_weak(next, expiry_after(next, skipped + 1),
                                              std::memory_order_relaxed));
     constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
     return TimerRelease{.expiry_ns = next + skipped * period_ns_,
@@ -64,6 +65,11 @@ class TimerSchedule {
   }
 
  private:
+  std::int64_t expiry_after(std::int64_t expiry_ns, std::int64_t steps) const noexcept {
+    std::int64_t until = 0;
+    return __builtin_mul_overflow(steps, period_ns_, &until) ? kNever : later(expiry_ns, until);
+  }
+
   std::int64_t period_ns_;
   std::atomic<std::int64_t> next_ns_{kNever};
 };
