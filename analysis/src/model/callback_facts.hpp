@@ -74,6 +74,7 @@ struct alignas(64) CallbackFacts {
   // What is certain of the response times of those whose release is not known is the duration of
   // every one, most often, as of callbacks of ROS 2. Then `response_time_lower` has none.
   bool is_lower_duration = true;
+  bool is_reordered = false;  // one was released before that of the number before
   std::optional<CallbackKind> kind{};
   std::optional<EventRef> registered{};  // first callback_init; empty: never seen
   bool is_identified = true;             // that told its logical id in full

@@ -29,14 +29,22 @@ bool are_periods_known(const CallbackFacts& facts) {
 
 // Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what
 // is seen shows no sharing.
-std::optional<Isolation> isolation_of(const Model& model, const HiddenCallbacks& hidden,
-                                      const CallbackFacts& facts) {
-  const bool is_shared = facts.ran_on.size() > 1 ||
+std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
+  const auto& model = context.model;
+  // What goes on after a thread_fini may do so on the same thread, as where exit() was called.
+  const bool is_complete = context.proof.is_complete(facts.process);
+  const auto is_doubtful = [&](const CallbackOnThread* pair) {
+    const auto& thread = model.threads[at(pair->thread)];
+    return thread.former_fini && !thread.announced && !is_complete;
+  };
+  const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
+  const bool is_shared = std::ssize(facts.ran_on) - doubtful > 1 ||
                          std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread* pair) {
                            return model.threads[at(pair->thread)].ran.size() > 1;
                          });
   if (is_shared) return Isolation::not_isolated;
-  if (facts.starts_without_tid > 0 || hidden.on_thread_of(facts)) return std::nullopt;
+  if (doubtful > 0) return std::nullopt;
+  if (facts.starts_without_tid > 0 || context.hidden.on_thread_of(facts)) return std::nullopt;
   return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
 }
 
@@ -125,7 +133,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   }
   std::stable_sort(report.threads.begin(), report.threads.end(),
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
-  report.isolation = isolation_of(model, context.hidden, facts);
+  report.isolation = isolation_of(context, facts);
   report.instances = facts.instances;
   report.incomplete = facts.open_count;
   report.cut = facts.cut_instances;

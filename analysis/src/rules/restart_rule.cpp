@@ -86,7 +86,12 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
   };
   const auto* was = read_back(before);
   const auto* is = read_back(after);
-  if ((was == nullptr) != (is == nullptr)) {
+  // One that no thread was made for, and of which nothing is missing, had no parameters.
+  const auto had_none = [&](const CallbackFacts& callback) {
+    return callback.ran_on.empty() && context.isolated.of(callback).empty() && callback.fini &&
+           callback.fini->started == 0 && proof.is_complete(callback.process);
+  };
+  if ((was == nullptr) != (is == nullptr) && !had_none(was == nullptr ? before : after)) {
     judgement.doubt(evidence("callback_init", *(is == nullptr ? after : before).registered,
                              "what its thread ran as in this lifetime is unknown"));
   }

@@ -317,15 +317,19 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
       judgement.doubt(inexact_releases(callback));
       judgement.doubt(calculated_releases(callback));
     }
+    if (callback.is_reordered) {  // then others may lie between two that are far apart
+      judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                               "instances started in another order than they were released in"));
+    }
     const auto error = 2 * callback.release_error().ns;  // of two releases
     const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
-                             std::int64_t value, std::int64_t excess) {
+                             std::int64_t value, std::int64_t excess, bool is_certain) {
       if (excess + error <= 0) return;
       auto witness = start_of(extreme, " was released " + nanoseconds(extreme.value) +
                                            " after the one before it; " +
                                            place(context, entry->line) + " declares " + bound +
                                            ' ' + nanoseconds(value) + error_of(callback));
-      if (callback.are_releases_certain() && excess > error) {
+      if (is_certain && callback.are_releases_certain() && excess > error) {
         judgement.fail(std::move(witness));
       } else {
         judgement.doubt(std::move(witness));
@@ -333,11 +337,11 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     };
     if (min && callback.min_inter_arrival) {
       const auto& shortest = *callback.min_inter_arrival;
-      outside(shortest, "at least", *min, *min - shortest.value.ns);
+      outside(shortest, "at least", *min, *min - shortest.value.ns, true);
     }
     if (max && callback.max_inter_arrival) {
       const auto& longest = *callback.max_inter_arrival;
-      outside(longest, "at most", *max, longest.value.ns - *max);
+      outside(longest, "at most", *max, longest.value.ns - *max, !callback.is_reordered);
     }
   });
 }
@@ -409,7 +413,8 @@ const Rule kRate{
     "instances are compared, those that never ended as well.\n"
     "Why it matters: Sources that send faster than declared overload everything behind them; "
     "slower ones starve it.\n"
-    "Inconclusive when releases are not known exactly, or instances were lost.\n"
+    "Inconclusive when releases are not known exactly, instances started in another order than "
+    "they were released in, or instances were lost.\n"
     "Remedy: correct the source's rate, limit it, or declare what it really is and analyze "
     "again.",
     judge_rate,

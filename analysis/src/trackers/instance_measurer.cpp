@@ -393,7 +393,11 @@ inline void InstanceMeasurer::note_extremes(CallbackFacts& facts, Bounds& bounds
                              .end = later.end,
                              .release = later.release};
   };
-  if (bounds.min_inter_arrival.fall(gap)) facts.min_inter_arrival = extreme();
+  if (gap < Duration{}) {
+    facts.is_reordered = true;
+  } else if (bounds.min_inter_arrival.fall(gap)) {
+    facts.min_inter_arrival = extreme();
+  }
   if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
 }
 

@@ -56,6 +56,21 @@ TEST(Isolation, IsBrokenByASecondThread) {
   EXPECT_EQ(isolation["first"], Isolation::not_isolated);
 }
 
+// The totals of a process that exit() ended come before its last instance.
+TEST(Isolation, IsNotKnownOfWhatGoesOnAfterAThreadsEnd) {
+  auto trace = trace_of(R"(
+    callback first timer pooled
+    thread t1 callback of=first tid=101
+    10 start first on=t1
+    12 end first on=t1
+    14 finish t1
+    30 start first on=t1
+    32 end first on=t1)");
+  EXPECT_EQ(isolation_of(trace)["first"], Isolation::not_isolated);
+  trace.erase<RunEnd>();
+  EXPECT_EQ(isolation_of(trace)["first"], std::nullopt);
+}
+
 // An instance that was open when the recording ended ran, though no table counts it.
 TEST(Isolation, IsKnownOfWhatOnlyBegan) {
   auto isolation = isolation_of(trace_of(R"(

@@ -48,6 +48,19 @@ TEST(MappingSurvivesRestart, FailsWhenThePropertiesChanged) {
   EXPECT_THAT(verified.evidence("M5", kLater), HasSubstr("is: timer, period 20 ns"));
 }
 
+// Nothing is missing: no thread was ever made for it.
+TEST(MappingSurvivesRestart, AsksForNoParametersOfWhatNeverHadAThread) {
+  const Verified verified(
+      "process first pid=100 until=100\n"
+      "callback a id=/n@Timer timer period=10\n"
+      "process second pid=200 from=1000\n"
+      "callback b id=/n@Timer timer period=10 pooled\n"
+      "callback other id=/n@Timer(20) timer period=20\n"
+      "1 initial a\n2 applied a policy=fifo priority=50\n10 start a\n12 end a\n"
+      "1110 start other\n1112 end other");
+  EXPECT_EQ(verified.of("M5", kLater), Verdict::pass) << verified.evidence("M5", kLater);
+}
+
 TEST(MappingSurvivesRestart, IsInconclusiveWhenALaterReadBackWasLost) {
   auto trace = trace_of(
       restarted("policy=fifo priority=50", "policy=other\n1105 applied b policy=fifo priority=50"));

@@ -314,6 +314,20 @@ TEST(Rate, CountsTheReleaseOfAnInstanceThatNeverEnded) {
   EXPECT_EQ(Verified(kOne, spec("min_inter_arrival: 10"))["R5"], Verdict::pass);
 }
 
+// As a client's response that is served before an older request's timeout: 20, 16, 40.
+TEST(Rate, IsNotJudgedByInstancesInAnotherOrderThanTheirReleases) {
+  constexpr const char* kReordered =
+      "callback fusion timer period=10\n22 start fusion release=20\n25 end fusion\n"
+      "26 start fusion release=16\n27 end fusion\n42 start fusion release=40\n45 end fusion";
+  const auto rate = [&](const char* declared) { return Verified(kReordered, spec(declared)); };
+  EXPECT_EQ(rate("min_inter_arrival: 4")["R5"], Verdict::inconclusive);
+  EXPECT_EQ(rate("max_inter_arrival: 20")["R5"], Verdict::inconclusive) << "20 lies between";
+  EXPECT_EQ(rate("min_inter_arrival: 25")["R5"], Verdict::fail) << "16 and 40 are nearer";
+  const auto turnaround = rate("min_inter_arrival: 4");
+  EXPECT_EQ(turnaround["R1"], Verdict::fail) << "16 was released before the end at 25";
+  EXPECT_THAT(turnaround.evidence("R1", "callback fusion"), testing::Not(HasSubstr("-4 ns")));
+}
+
 TEST(Rate, IsInconclusiveUnderLossAndWithoutReleases) {
   auto trace = trace_of(kRun);
   drop_first_instance(trace);
