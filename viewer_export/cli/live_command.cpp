@@ -38,7 +38,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kLongestWait{200};
-constexpr milliseconds kSilence{3000};
+constexpr std::chrono::seconds kSilence{3};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{60};
 
@@ -187,8 +187,6 @@ class Live {
         failure_ = line->substr(kError.size());
         continue;
       }
-      heard_ = steady_clock::now();
-      silence_ = milliseconds{0};
       history_.add(live::parse_snapshot(*line));
       ++snapshots_;
       if (saver_) trigger_.see(history_.latest());
@@ -206,17 +204,15 @@ class Live {
 
   // The process that reads waits without limit when the relay daemon hangs, or is cut off.
   void look_for_silence() {
-    const auto now = steady_clock::now();
-    if (is_done_ || feed_->is_over() || now - heard_ < std::max(kSilence, 3 * options_.interval)) {
-      return;
-    }
-    heard_ = now;
-    silence_ += std::max(kSilence, 3 * options_.interval);
+    const auto silence = feed_->silence();
+    if (silence < kSilence) silence_told_ = silence_told_.zero();
+    if (is_done_ || feed_->is_over() || silence < silence_told_ + kSilence) return;
+    silence_told_ += kSilence;
     auto last = history_.latest();
     last.state = live::SourceState::lost;
     last.source = feed_options_.url;
     last.watched = feed_options_.watched;
-    last.message = fmt::format("no answer from the relay daemon for {} s", silence_.count() / 1000);
+    last.message = fmt::format("no answer from the relay daemon for {} s", silence_told_.count());
     last.events_per_second = 0;
     last.changes.clear();
     for (auto& callback : last.callbacks)
@@ -289,8 +285,7 @@ class Live {
   std::optional<FlightSaver> saver_;  // empty: no flight recorder
   live::SaveTrigger trigger_;
   std::vector<std::string> untold_;
-  steady_clock::time_point heard_ = steady_clock::now();  // of the process that reads
-  milliseconds silence_{0};
+  std::chrono::seconds silence_told_{0};  // of the process that reads
   std::uint64_t snapshots_ = 0;
   std::string failure_;
   bool is_ending_ = false;

@@ -4,12 +4,14 @@
 #include <cie/analysis/live_reader.hpp>
 
 #include "monitor.hpp"
+#include "pace.hpp"
 #include "sessions.hpp"
 #include "snapshot_json.hpp"
 
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <ctime>
 #include <memory>
 #include <system_error>
 #include <thread>
@@ -31,12 +33,19 @@ using std::chrono::steady_clock;
 constexpr milliseconds kIdle{10};
 constexpr milliseconds kBeforeReconnecting{1000};
 constexpr int kMostEarlyFailures = 20;
-// Looking at everything may take at most this part of the time.
-constexpr int kLookShare = 10;
-constexpr const char* kConnected = "connected";
+// Lines beside those of snapshots. The first one of all:
+constexpr std::string_view kConnected = "connected";
+// the relay daemon answers, even if nothing is to be shown yet;
+constexpr std::string_view kAlive = "alive";
+// until the next line the relay daemon is not listened to.
+constexpr std::string_view kLooking = "looking";
+constexpr std::chrono::seconds kSignInterval{1};
+// What is not answered for so long is told as no answer, or soon will be.
+constexpr std::chrono::seconds kLongStep{2};
 constexpr std::chrono::seconds kConnectPatience{30};
 
-bool write_line(int output, std::string line) {
+bool write_line(int output, std::string_view text) {
+  std::string line(text);
   line += '\n';
   std::size_t done = 0;
   while (done < line.size()) {
@@ -48,6 +57,13 @@ bool write_line(int output, std::string line) {
   return true;
 }
 
+// Of this thread.
+std::chrono::nanoseconds cpu_time() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds{time.tv_sec} + std::chrono::nanoseconds{time.tv_nsec};
+}
+
 // The analysis of one session or of all there are, over as many connections as it takes.
 class Watch {
  public:
@@ -55,7 +71,8 @@ class Watch {
       : options_(options),
         output_(output),
         analyzer_({.spec = options.spec, .allow_crash = true, .is_live = true}, &monitor_),
-        sessions_(options.url, analyzer_) {}
+        sessions_(options.url, analyzer_),
+        pace_(options.interval, steady_clock::now()) {}
 
   // False: nobody listens any more.
   bool run() {
@@ -63,7 +80,7 @@ class Watch {
       try {
         if (!follow()) return false;
         sessions_.finish();
-        describe(analyzer_.finish(), SourceState::ended);
+        show(SourceState::ended);
         return true;
       } catch (const analysis::UnreadableTrace& error) {
         if (!has_connected_) throw;
@@ -71,7 +88,7 @@ class Watch {
         if (!options_.is_reconnecting) throw;
         message_ = error.what();
       }
-      if (!describe(analyzer_.look(), SourceState::lost)) return false;
+      if (!show(SourceState::lost)) return false;
       std::this_thread::sleep_for(kBeforeReconnecting);
     }
   }
@@ -91,28 +108,41 @@ class Watch {
   // Until what is followed ends; false: nobody listens any more.
   bool follow() {
     for (;;) {
+      const auto begun = steady_clock::now();
       const auto step = sessions_.step();
       message_.clear();
       if (!std::exchange(has_connected_, true) && !write_line(output_, kConnected)) return false;
       const auto now = steady_clock::now();
-      if (now >= next_) {
-        if (!describe(analyzer_.look(), std::nullopt)) return false;
-        const auto end = steady_clock::now();
-        next_ = std::max(next_ + options_.interval, end + kLookShare * (end - now));
+      if (now - begun > kLongStep) pace_.hasten(now);
+      if (pace_.is_due(now)) {
+        if (!show(std::nullopt)) return false;
+      } else if (now >= next_sign_) {
+        if (!write_line(output_, kAlive)) return false;
+        next_sign_ = now + kSignInterval;
       }
       if (step == LiveReader::Step::end) return true;
       if (step == LiveReader::Step::nothing) std::this_thread::sleep_for(kIdle);
     }
   }
 
-  bool describe(const analysis::AnalysisResult& result, std::optional<SourceState> state) {
+  // False: nobody listens any more.
+  bool show(std::optional<SourceState> state) {
+    if (!write_line(output_, kLooking)) return false;
+    const auto before = cpu_time();
+    const auto line =
+        line_of(state == SourceState::ended ? analyzer_.finish() : analyzer_.look(), state);
+    pace_.looked(steady_clock::now(), cpu_time() - before);
+    return write_line(output_, line);
+  }
+
+  std::string line_of(const analysis::AnalysisResult& result, std::optional<SourceState> state) {
     auto snapshot = monitor_.describe(result, steady_clock::now());
     if (state) snapshot.state = *state;
     snapshot.source = options_.url;
     snapshot.watched = options_.watched;
     snapshot.message = message_;
     snapshot.hosts = sessions_.hosts(result.report);
-    return write_line(output_, json_line(snapshot, true));
+    return json_line(snapshot, true);
   }
 
   FeedOptions options_;
@@ -123,7 +153,8 @@ class Watch {
   bool has_connected_ = false;
   int early_failures_ = 0;
   std::string message_;
-  steady_clock::time_point next_ = steady_clock::now() + options_.interval;
+  Pace pace_;
+  steady_clock::time_point next_sign_{};
 };
 
 }  // namespace
@@ -178,7 +209,7 @@ bool Feed::wait_until_connected() {
     ::poll(&descriptor, 1, 100);
     receive();
     if (buffer_.find('\n') == std::string::npos) continue;
-    if (buffer_.rfind(kConnected, 0) != 0) return false;
+    if (!buffer_.starts_with(kConnected)) return false;
     take_line();
     return true;
   }
@@ -186,6 +217,7 @@ bool Feed::wait_until_connected() {
 }
 
 void Feed::receive() {
+  silence_.listen(steady_clock::now());
   std::array<char, 65536> part{};
   while (descriptor_ >= 0) {
     const auto size = ::read(descriptor_, part.data(), part.size());
@@ -200,11 +232,13 @@ void Feed::receive() {
 }
 
 std::optional<std::string> Feed::take_line() {
-  const auto end = buffer_.find('\n');
-  if (end == std::string::npos) return std::nullopt;
-  auto line = buffer_.substr(0, end);
-  buffer_.erase(0, end + 1);
-  return line;
+  for (auto end = buffer_.find('\n'); end != std::string::npos; end = buffer_.find('\n')) {
+    auto line = buffer_.substr(0, end);
+    buffer_.erase(0, end + 1);
+    silence_.heard(line == kLooking);
+    if (line != kLooking && line != kAlive) return line;
+  }
+  return std::nullopt;
 }
 
 std::string Feed::failure() {

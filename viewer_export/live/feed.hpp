@@ -1,6 +1,8 @@
 // The process that reads a live session and analyses it, as its parent sees it.
 #pragma once
 
+#include "silence.hpp"
+
 #include <chrono>
 #include <optional>
 #include <string>
@@ -23,7 +25,8 @@ struct FeedOptions {
 
 // A child process, because libbabeltrace2 aborts on some damaged input and waits for ever for a
 // relay daemon that hangs: neither may take the terminal with it. It writes one line of cie.live/1
-// per interval, with recent instances, and one more when the session ends.
+// per interval, with recent instances, and one more when the session ends; between them it says
+// that it is alive.
 class Feed {
  public:
   // Forks: create it before any thread. Throws std::system_error.
@@ -39,10 +42,13 @@ class Feed {
   bool wait_until_connected();
   // Reads what is there without waiting.
   void receive();
-  // The next line, oldest first; empty if none is complete.
+  // The next snapshot's line, or an error's, oldest first; empty if none is complete.
   std::optional<std::string> take_line();
   bool has_line() const noexcept { return buffer_.find('\n') != std::string::npos; }
   bool is_over() const noexcept { return descriptor_ < 0; }
+  // For how long the process has waited for the relay daemon and said nothing, as far as was
+  // listened. Once the lines were taken.
+  Silence::Duration silence() const noexcept { return silence_.duration(); }
   // Why it ended, if that was not because the session did: for the user.
   std::string failure();
 
@@ -50,6 +56,7 @@ class Feed {
   pid_t pid_ = -1;
   int descriptor_ = -1;
   std::string buffer_;
+  Silence silence_{Silence::Clock::now()};
 };
 
 // What the child does: reads until the session ends, nobody listens any more, or, if it is not to

@@ -11,6 +11,7 @@ import signal
 import socket
 import statistics
 import subprocess
+import time
 import unittest
 from pathlib import Path
 
@@ -104,6 +105,25 @@ class Command(unittest.TestCase):
                 self.assertEqual(program.returncode, -signal.SIGPIPE, err)
                 self.assertNotIn("cie", err)
                 self.assertEqual(support.no_leftovers(), [])
+
+    def test_a_reader_that_pauses_is_told_what_happens_when_it_goes_on(self):
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--",
+                                 *app("--until-signal", "--period-us", 2000)])
+        program.until(lambda s: callback(s, TIMER))
+        program.process.send_signal(signal.SIGSTOP)
+        time.sleep(6)  # twice as long as a relay daemon may be silent
+        program.process.send_signal(signal.SIGCONT)
+        begun = time.monotonic()
+        after = [program.snapshot() for _ in range(50)]
+        self.assertNotIn("lost", [line["source"]["state"] for line in after])
+        self.assertLess(time.monotonic() - begun, 15, "20 were written meanwhile or at most 50 came since, 0.2 s apart")
+        total = [callback(line, TIMER)["total"]["instances"] for line in after]
+        self.assertGreater(total[-1], total[0])
+
+    def test_lines_are_further_apart_than_a_silent_relay_daemon_is_waited_for(self):
+        done = live("--json", "--interval", 5, "--", *app("--instances", 1000, "--period-us", 7000))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([line["source"]["state"] for line in lines_of(done)], ["streaming", "ended"])
 
     def test_text_tells_what_json_does(self):
         done = live("--batch", "--interval", 0.3, "--", *app("--instances", 50))
