@@ -132,7 +132,7 @@ class Live {
     while (!is_over()) {
       wait();
       take_signals();
-      if (companion_) companion_->receive();
+      if (companion_) hear_companion();
       take_snapshots();
       look_for_silence();
       serve_flight_recorder();
@@ -202,6 +202,12 @@ class Live {
     }
   }
 
+  void hear_companion() {
+    companion_->receive();
+    while (const auto note = companion_->take_note())
+      tell(*note);
+  }
+
   // The process that reads waits without limit when the relay daemon hangs, or is cut off.
   void look_for_silence() {
     const auto silence = feed_->silence();
@@ -239,8 +245,6 @@ class Live {
     if (trigger_.left_out() > 0) {
       tell(fmt::format("--max-snapshots forbade it to save {} times more", trigger_.left_out()));
     }
-    for (const auto& text : untold_)
-      fmt::print(stderr, "cie live: {}\n", text);
   }
 
   // On standard error; of a full screen, at its end.
@@ -259,6 +263,11 @@ class Live {
     std::string printed;
     if (companion_) {
       companion_->end();
+      hear_companion();
+    }
+    for (const auto& text : untold_)
+      fmt::print(stderr, "cie live: {}\n", text);
+    if (companion_) {
       if (!companion_->losses().empty()) {
         fmt::print(stderr, "cie live: LOST events (channel, events, packets): {}\n",
                    companion_->losses());

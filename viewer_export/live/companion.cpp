@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -139,6 +140,13 @@ void Companion::receive() {
   take_lines();
 }
 
+std::optional<std::string> Companion::take_note() {
+  if (notes_.empty()) return std::nullopt;
+  auto note = std::move(notes_.front());
+  notes_.pop_front();
+  return note;
+}
+
 void Companion::take_lines() {
   for (auto end = buffer_.find('\n'); end != std::string::npos; end = buffer_.find('\n')) {
     take(std::string_view(buffer_).substr(0, end));
@@ -153,6 +161,7 @@ void Companion::take(std::string_view line) {
   if (word == "url") url_ = rest;
   if (word == "exit") command_end_ = rest;
   if (word == "failed") failure_ = rest;
+  if (word == "note") notes_.emplace_back(rest);
   if (word == "applications") {
     std::uint64_t count = 0;
     std::from_chars(rest.data(), rest.data() + rest.size(), count);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -39,6 +40,8 @@ class Companion {
   // What it told: how many applications are traced; how the command ended; what was lost.
   std::optional<std::uint64_t> applications() const noexcept { return applications_; }
   const std::string& command_end() const noexcept { return command_end_; }
+  // What the user should know, as it comes; empty if there is nothing new.
+  std::optional<std::string> take_note();
   // Why it cannot go on; empty if it can, or ended as it should.
   const std::string& failure() const noexcept { return failure_; }
   const std::string& losses() const noexcept { return losses_; }
@@ -60,6 +63,7 @@ class Companion {
   std::string command_end_;
   std::string losses_;
   std::string failure_;
+  std::deque<std::string> notes_;
 };
 
 }  // namespace cie::live

@@ -92,6 +92,14 @@ class Command(unittest.TestCase):
         self.assertEqual(done.stdout.count("cie live  "), 2)
         self.assertEqual(support.no_leftovers(), [])
 
+    def test_a_command_that_goes_on_is_killed(self):
+        begun = time.monotonic()
+        done = live("--json", "-n", 2, "--interval", 0.3, "--", "sh", "-c", "trap '' INT TERM; while :; do sleep 0.1; done")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(time.monotonic() - begun, 40, "5 s after SIGTERM, and what a busy machine needs")
+        self.assertRegex(done.stderr, r'cie live: killed "sh" \(pid \d+\), which did not end\n')
+        self.assertEqual(support.no_leftovers(), [])
+
     def test_a_reader_that_has_gone_ends_it_quietly(self):
         for view in ("--batch", "--json"):
             with self.subTest(view=view):

@@ -98,6 +98,20 @@ TEST_F(Asked, AThirdTimeACommandIsKilledAtOnce) {
   EXPECT_EQ(escalation_.ask(at(4000)), Step::none);
 }
 
+TEST_F(Asked, ByNobodyACommandThatWasTerminatedIsKilledAllTheSame) {
+  escalation_.terminated(at(0));
+  EXPECT_EQ(escalation_.pass(at(4999)), Step::none);
+  EXPECT_EQ(escalation_.pass(at(5000)), Step::kill);
+}
+
+TEST(Target, IsEndedByWhoKeepsIt) {
+  Target target(shell("exec sleep 60"));
+  target.start();
+  target.end();
+  run_to_the_end(target);
+  EXPECT_EQ(target.exit()->signal, SIGTERM);
+}
+
 TEST_F(Asked, WithinASecondIsTheSame) {
   escalation_.ask(at(0));
   EXPECT_EQ(escalation_.ask(at(999)), Step::none);

@@ -77,9 +77,11 @@ void LiveKeeping::look_for_applications() {
 void LiveKeeping::on_request(Target& target) { target.interrupt(SIGUSR1); }
 
 void LiveKeeping::poll(Target& target) {
-  if (is_wanted_ && !listen(milliseconds{0})) {
+  if (const auto news = target.take_news()) tell("note " + *news);
+  if (!is_wanted_) return;
+  if (!listen(milliseconds{0})) {
     is_wanted_ = false;
-    target.interrupt(SIGTERM);
+    target.end();
     return;
   }
   look_for_applications();

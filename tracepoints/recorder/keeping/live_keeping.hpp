@@ -15,8 +15,9 @@ namespace cie::record {
 
 // Talks over a socket, in lines: it tells "url URL" when a reader may connect, and waits for
 // "start"; then come "applications N" when that number changes, "lost CHANNEL EVENTS PACKETS" at
-// the end, "exit TEXT" for the command, and "failed TEXT" if anything goes wrong. The peer's end of
-// the socket closed means stop.
+// the end, "exit TEXT" for the command, and "failed TEXT" if anything goes wrong; "note TEXT" at any
+// time, for the user. The peer's end of the socket closed means stop: a command that goes on is
+// killed.
 class LiveKeeping final : public Keeping {
  public:
   explicit LiveKeeping(const Options& options);

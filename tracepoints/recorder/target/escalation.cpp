@@ -15,6 +15,11 @@ Escalation::Step Escalation::ask(Clock::time_point now) noexcept {
   return Step::terminate;
 }
 
+void Escalation::terminated(Clock::time_point now) noexcept {
+  if (!asked_) asked_ = now;
+  if (!terminated_) terminated_ = now;
+}
+
 Escalation::Step Escalation::pass(Clock::time_point now) noexcept {
   if (terminated_) {
     if (is_killed_ || now - *terminated_ < kUntilKilled) return Step::none;

@@ -22,6 +22,8 @@ class Escalation {
 
   // Somebody asks for the end.
   Step ask(Clock::time_point now) noexcept;
+  // It was terminated without being asked.
+  void terminated(Clock::time_point now) noexcept;
   // Nobody does, and time passes.
   Step pass(Clock::time_point now) noexcept;
 

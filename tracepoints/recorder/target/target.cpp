@@ -26,11 +26,10 @@ void Target::start() {
   ChildOptions child;
   // LTTng's default gives up after 3 s and lets the application run untraced.
   child.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
-  const bool is_watched_live = options_.live_socket >= 0;
-  if (options_.ros2 == Ros2Events::profile && !is_watched_live) {
+  if (options_.ros2 == Ros2Events::profile && !is_watched_live()) {
     child.environment.emplace_back(kProfileVariable, kRos2Profile);
   }
-  child.dies_with_parent = is_watched_live;
+  child.dies_with_parent = is_watched_live();
   command_.emplace(options_.command, child);
 }
 
@@ -84,8 +83,8 @@ void Target::escalate(Escalation::Step step) {
       interrupt(SIGTERM);
       return;
     case Escalation::Step::kill:
-      news_ = fmt::format("killed \"{}\" (pid {}), which did not end; what was recorded is kept",
-                          options_.command.front(), pid());
+      news_ = fmt::format("killed \"{}\" (pid {}), which did not end{}", options_.command.front(),
+                          pid(), is_watched_live() ? "" : "; what was recorded is kept");
       interrupt(SIGKILL);
       return;
   }
@@ -106,6 +105,11 @@ void Target::interrupt(int signal) noexcept {
   } else {
     is_interrupted_ = true;
   }
+}
+
+void Target::end() noexcept {
+  interrupt(SIGTERM);
+  if (is_command()) escalation_.terminated(Escalation::Clock::now());
 }
 
 std::optional<ExitStatus> Target::exit() { return command_ ? command_->poll() : std::nullopt; }

@@ -33,6 +33,9 @@ class Target {
   std::optional<std::string> take_news() noexcept { return std::exchange(news_, std::nullopt); }
   // Passes a command the signal; what is attached to is over.
   void interrupt(int signal) noexcept;
+  // Nobody waits for it any longer: sends a command SIGTERM, and later SIGKILL if it goes on. What
+  // is attached to is over.
+  void end() noexcept;
 
   bool is_command() const noexcept { return !options_.command.empty(); }
   // Of the command that was started.
@@ -48,6 +51,8 @@ class Target {
   }
 
  private:
+  // By cie live, which keeps nothing.
+  bool is_watched_live() const noexcept { return options_.live_socket >= 0; }
   void pass_on(const ReceivedSignal& signal);
   void escalate(Escalation::Step step);
 
