@@ -137,10 +137,11 @@ class Watch {
 
   std::string line_of(const analysis::AnalysisResult& result, std::optional<SourceState> state) {
     auto snapshot = monitor_.describe(result, steady_clock::now());
-    if (state) snapshot.state = *state;
+    const auto why_lost = sessions_.why_lost();
+    if (state || why_lost) snapshot.state = state.value_or(SourceState::lost);
     snapshot.source = options_.url;
     snapshot.watched = options_.watched;
-    snapshot.message = message_;
+    snapshot.message = message_.empty() ? why_lost.value_or("") : message_;
     snapshot.hosts = sessions_.hosts(result.report);
     return json_line(snapshot, true);
   }

@@ -1,9 +1,6 @@
 #include "sessions.hpp"
 
-#include <cie/analysis/analyzer.hpp>
-
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace cie::live {
@@ -15,10 +12,6 @@ using std::chrono::milliseconds;
 
 // Machines come and go rarely; each look is a connection.
 constexpr milliseconds kBetweenLooks{1000};
-// A traced process tells its clock every second.
-constexpr milliseconds kSilence{3000};
-
-bool is_over(const HostView& view) { return view.state == SourceState::ended; }
 
 }  // namespace
 
@@ -26,53 +19,45 @@ Sessions::Sessions(std::string url, analysis::Analyzer& analyzer)
     : url_(std::move(url)),
       follows_all_(url_.find("/host/") == std::string::npos),
       input_(analyzer) {
-  if (!follows_all_) sessions_.emplace_back().url = url_;
+  if (!follows_all_) states_.add(url_, Clock::now());
+  readers_.resize(states_.size());
 }
 
-void Sessions::connect(Session& session) {
-  session.reader = std::make_unique<LiveReader>(session.url, input_);
-  session.view.state = SourceState::waiting;
-  session.view.message.clear();
-  session.heard = Clock::now();
+void Sessions::connect(std::size_t session) {
+  readers_[session] = std::make_unique<LiveReader>(states_.url(session), input_);
+  states_.connected(session);
 }
 
-void Sessions::lose(Session& session, const std::string& why) {
-  session.reader.reset();
-  session.view.state = SourceState::lost;
-  session.view.message = why;
+void Sessions::drop(std::size_t session) {
+  if (!readers_[session]) return;
+  states_.read(session, readers_[session]->traces());
+  readers_[session].reset();
+}
+
+void Sessions::lose(std::size_t session, const std::string& why) {
+  if (readers_[session]) readers_[session]->give_up();
+  drop(session);
+  states_.lost(session, why, Clock::now());
 }
 
 void Sessions::look_for_sessions() {
   if (Clock::now() < next_look_) return;
   next_look_ = Clock::now() + kBetweenLooks;
-  std::vector<analysis::LiveSession> there;
   try {
-    there = analysis::live_sessions(url_);
+    states_.found(analysis::live_sessions(url_), Clock::now());
   } catch (const UnreadableTrace& error) {
-    for (auto& session : sessions_) {
-      if (!is_over(session.view)) lose(session, error.what());
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (!states_.is_over(i)) lose(i, error.what());
     }
     throw;
   }
-  for (const auto& found : there) {
-    const auto known = std::ranges::find(sessions_, found.url, &Session::url);
-    auto& session = known != sessions_.end() ? *known : sessions_.emplace_back();
-    session.url = found.url;
-    session.view.host = found.host;
-    session.view.session = found.name;
-    if (session.reader || is_over(session.view)) continue;
+  readers_.resize(states_.size());
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (readers_[i] || states_.is_over(i) || !states_.is_there(i)) continue;
     try {
-      connect(session);
+      connect(i);
     } catch (const UnreadableTrace& error) {  // it may have ended meanwhile, or have a reader
-      lose(session, error.what());
-    }
-  }
-  // What broke and is not there any more does not come back: a machine that does has a new one.
-  for (auto& session : sessions_) {
-    const bool is_there =
-        std::ranges::find(there, session.url, &analysis::LiveSession::url) != there.end();
-    if (session.view.state == SourceState::lost && !is_there) {
-      session.view.state = SourceState::ended;
+      lose(i, error.what());
     }
   }
 }
@@ -80,50 +65,36 @@ void Sessions::look_for_sessions() {
 LiveReader::Step Sessions::step() {
   if (follows_all_) {
     look_for_sessions();
-  } else if (!sessions_.front().reader && !is_over(sessions_.front().view)) {
-    connect(sessions_.front());
+  } else if (!readers_.front() && !states_.is_over(0)) {
+    connect(0);
   }
   auto result = LiveReader::Step::nothing;
-  for (auto& session : sessions_) {
-    if (!session.reader) continue;
+  for (std::size_t i = 0; i < readers_.size(); ++i) {
+    if (!readers_[i]) continue;
     try {
-      const auto step = session.reader->step();
-      if (step == LiveReader::Step::events) {
-        session.heard = Clock::now();
-        session.view.state = SourceState::streaming;
-        result = step;
-      } else if (step == LiveReader::Step::end) {
-        session.reader.reset();
-        session.view.state = SourceState::ended;
+      const auto step = readers_[i]->step();
+      if (step == LiveReader::Step::end) {
+        drop(i);
+        states_.ended(i, Clock::now());
+        continue;
       }
+      const bool has_events = step == LiveReader::Step::events;
+      states_.followed(i, has_events, Clock::now());
+      if (has_events) result = step;
     } catch (const UnreadableTrace& error) {
-      lose(session, error.what());
+      lose(i, error.what());
       if (!follows_all_) throw;
     }
   }
-  const bool is_end = !sessions_.empty() &&
-                      std::ranges::all_of(sessions_, [](const auto& s) { return is_over(s.view); });
-  return is_end ? LiveReader::Step::end : result;
+  return states_.is_over() ? LiveReader::Step::end : result;
 }
 
 std::vector<HostView> Sessions::hosts(const analysis::Report& report) {
-  std::vector<HostView> views;
-  if (!follows_all_) return views;
-  for (auto session = sessions_.begin(); session != sessions_.end(); ++session) {
-    auto& view = session->view;
-    const bool has_successor = std::any_of(std::next(session), sessions_.end(),
-                                           [&](const auto& s) { return s.view.host == view.host; });
-    if (is_over(view) && has_successor) continue;
-    const auto silent = Clock::now() - session->heard;
-    view.silent_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(silent).count();
-    if (view.state == SourceState::streaming && silent > kSilence) view.state = SourceState::silent;
-    const bool is_cut = is_over(view) && std::ranges::any_of(report.processes, [&](const auto& p) {
-                          return p.host == view.host && !p.has_ended;
-                        });
-    if (is_cut) view.message = "its processes had not ended: cut off, or switched off";
-    views.push_back(view);
+  if (!follows_all_) return {};
+  for (std::size_t i = 0; i < readers_.size(); ++i) {
+    if (readers_[i]) states_.read(i, readers_[i]->traces());
   }
-  return views;
+  return states_.hosts(report, Clock::now());
 }
 
 }  // namespace cie::live

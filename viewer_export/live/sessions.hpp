@@ -3,10 +3,12 @@
 
 #include <cie/analysis/live_reader.hpp>
 
+#include "session_states.hpp"
 #include "snapshot.hpp"
 
-#include <chrono>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,34 +21,33 @@ class Sessions {
   // `analyzer` is borrowed.
   Sessions(std::string url, analysis::Analyzer& analyzer);
 
-  // Connects to what there is to connect to, and reads what has come. `end`: every session ended.
+  // Connects to what there is to connect to, and reads what has come. `end`: every session ended,
+  // and of those that were lost and are not there any more none has a successor in good time.
   // Throws UnreadableTrace when the connection to the relay daemon, or to the only session, cannot
   // be made or is lost; call again to try again.
   analysis::LiveReader::Step step();
   // Before the analyzer's: feeds it what follows from all that was read.
   void finish() { input_.finish(); }
 
-  // What became of each, with what the report knows of their processes; without those that ended
-  // and were followed by another one of their machine. Empty where one session is followed.
+  // None is read now, and some are tried again or waited for: why; empty otherwise.
+  std::optional<std::string> why_lost() const { return states_.why_lost(); }
+  // What became of each, with what the report knows of their processes; without those that had
+  // ended when another one of their machine began. Empty where one session is followed.
   std::vector<HostView> hosts(const analysis::Report& report);
 
  private:
-  using Clock = std::chrono::steady_clock;
-  struct Session {
-    std::string url;
-    HostView view;
-    std::unique_ptr<analysis::LiveReader> reader;  // null: not connected, or ended
-    Clock::time_point heard = Clock::now();
-  };
+  using Clock = SessionStates::Clock;
 
   void look_for_sessions();
-  void connect(Session& session);
-  void lose(Session& session, const std::string& why);
+  void connect(std::size_t session);
+  void drop(std::size_t session);
+  void lose(std::size_t session, const std::string& why);
 
   std::string url_;
   bool follows_all_;
   analysis::LiveInput input_;
-  std::vector<Session> sessions_;
+  SessionStates states_;
+  std::vector<std::unique_ptr<analysis::LiveReader>> readers_;  // null: not connected, or ended
   Clock::time_point next_look_{};
 };
 

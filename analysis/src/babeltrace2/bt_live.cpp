@@ -123,6 +123,10 @@ LiveReader::LiveReader(const std::string& url, LiveInput& input)
 
 LiveReader::~LiveReader() = default;
 
+void LiveReader::give_up() { graph_->decoder.give_up(); }
+
+std::vector<std::uint32_t> LiveReader::traces() const { return graph_->decoder.traces(); }
+
 LiveReader::Step LiveReader::step() {
   switch (bt_graph_run_once(const_cast<bt_graph*>(graph_->graph.get()))) {
     case BT_GRAPH_RUN_ONCE_STATUS_OK:

@@ -5,6 +5,7 @@
 #include "bt_fields.hpp"
 #include "vocabulary/tracer_clock.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -127,12 +128,27 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
                       of_trace->domain == Domain::kernel ? has_inheritance(trace) : std::nullopt});
 }
 
-void MessageDecoder::stream_end(const bt_stream* stream) {
-  const auto& state = stream_of(stream);
+void MessageDecoder::stream_end(Stream& stream) {
+  const auto time = std::max(stream.last, stream.packet_begin.value_or(stream.last));
   const EventHead head{
-      .time = state.last, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}};
-  if (!state.has_packet_times && state.has_begun) input_.push(head, PacketEnd{});
+      .time = time, .stream = stream.index, .cpu = stream.cpu, .pid = {}, .tid = {}};
+  const bool is_open = stream.has_packet_times ? stream.packet_begin.has_value() : stream.has_begun;
+  if (is_open) input_.push(head, PacketEnd{});
   input_.push(head, StreamEnd{});
+  stream.has_ended = true;
+}
+
+void MessageDecoder::give_up() {
+  for (auto& [stream, state] : streams_) {
+    if (!state.has_ended) stream_end(state);
+  }
+}
+
+std::vector<std::uint32_t> MessageDecoder::traces() const {
+  std::vector<std::uint32_t> numbers;
+  for (const auto& [trace, state] : traces_)
+    numbers.push_back(state->number);
+  return numbers;
 }
 
 void MessageDecoder::packet_begin(const bt_message* message) {
@@ -145,14 +161,16 @@ void MessageDecoder::packet_begin(const bt_message* message) {
   if (!state.has_packet_times) return;
   const auto time =
       time_of(bt_message_packet_beginning_borrow_default_clock_snapshot_const(message));
+  state.packet_begin = time;
   input_.push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
               PacketBegin{});
 }
 
 void MessageDecoder::packet_end(const bt_message* message) {
   const auto* packet = bt_message_packet_end_borrow_packet_const(message);
-  const auto& state = stream_of(bt_packet_borrow_stream_const(packet));
+  auto& state = stream_of(bt_packet_borrow_stream_const(packet));
   if (!state.has_packet_times) return;
+  state.packet_begin.reset();
   const auto time = time_of(bt_message_packet_end_borrow_default_clock_snapshot_const(message));
   input_.push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
               PacketEnd{});
@@ -257,7 +275,7 @@ void MessageDecoder::consume(const bt_message* message) {
       stream_begin(bt_message_stream_beginning_borrow_stream_const(message));
       break;
     case BT_MESSAGE_TYPE_STREAM_END:
-      stream_end(bt_message_stream_end_borrow_stream_const(message));
+      stream_end(stream_of(bt_message_stream_end_borrow_stream_const(message)));
       break;
     case BT_MESSAGE_TYPE_PACKET_BEGINNING:
       packet_begin(message);

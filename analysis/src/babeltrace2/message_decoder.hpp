@@ -10,8 +10,10 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include <babeltrace2/babeltrace.h>
 
@@ -23,6 +25,10 @@ class MessageDecoder {
   explicit MessageDecoder(AnalyzerInput& input) : input_(input) {}
 
   void consume(const bt_message* message);
+  // No more messages come, though streams have not ended: they end with what came last.
+  void give_up();
+  // Numbers of the traces that messages were of, as StreamBegin tells them.
+  std::vector<std::uint32_t> traces() const;
 
  private:
   // One class of events: where its payload and contexts have what we read.
@@ -49,12 +55,14 @@ class MessageDecoder {
     Timestamp last;
     bool has_packet_times = false;
     bool has_begun = false;
+    std::optional<Timestamp> packet_begin;  // of the one that has not ended
+    bool has_ended = false;
   };
 
   Stream& stream_of(const bt_stream* stream);
   EventPlan& plan_of(const bt_event_class* event_class);
   void stream_begin(const bt_stream* stream);
-  void stream_end(const bt_stream* stream);
+  void stream_end(Stream& stream);
   void packet_begin(const bt_message* message);
   void packet_end(const bt_message* message);
   void event(const bt_message* message);

@@ -66,6 +66,7 @@ struct ProcessFacts {
   std::uint64_t announcements = 0;  // run_begin of moment announce
   bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
   std::string name{};           // command name where known
+  std::vector<std::uint32_t> traces{};  // of its first event and of each run_begin
   // Of a process that only ROS 2's tracers tell of.
   bool is_told_by_ros2 = false;
   std::optional<EventRef> ros2_begin{};  // rcl_init, before which nothing was

@@ -412,7 +412,8 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
         .name = process.name,
         .executor = std::nullopt,
         .complete = is_complete(context, runs, index),
-        .host_index = process.host};
+        .host_index = process.host,
+        .traces = process.traces};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

@@ -1,5 +1,7 @@
 #include "registry.hpp"
 
+#include <algorithm>
+
 namespace cie::analysis {
 
 HostIndex Registry::host(std::string_view name, std::string_view clock_uuid) {
@@ -47,9 +49,19 @@ std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
   const auto* found = process_by_pid_.find({scope(host), *head.pid});
   const auto index = found != nullptr ? *found : new_process(host, *head.pid);
   auto& process = model_.processes[at(index)];
-  if (!process.first_seen) process.first_seen = ref(head);
+  if (!process.first_seen) {
+    process.first_seen = ref(head);
+    note_trace(head, process);
+  }
   emitters_.process_seen(index, ref(head));
   return index;
+}
+
+void Registry::note_trace(const EventHead& head, ProcessFacts& process) const {
+  if (at(head.stream) >= model_.streams.size()) return;
+  const auto trace = model_.streams[at(head.stream)].trace;
+  if (std::ranges::find(process.traces, trace) == process.traces.end())
+    process.traces.push_back(trace);
 }
 
 std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {

@@ -225,6 +225,7 @@ class Registry {
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
+  void note_trace(const EventHead& head, ProcessFacts& process) const;
   ThreadIndex new_thread(ProcessIndex process, std::int64_t tid);
   std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
   std::uint32_t group(ProcessIndex process, GroupId id, const EventHead& head);

@@ -57,6 +57,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   auto& process = model_.processes[at(index)];
   note_speaker(head, index);
   process.executor = event.executor;
+  note_trace(head, process);
   if (event.moment == RunMoment::announce) ++process.announcements;
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   if (!event.spec_sha256.empty() && event.spec_sha256 != process.spec_sha256) {

@@ -253,6 +253,27 @@ class Session(unittest.TestCase):
         self.assertEqual(program.process.returncode, 0, err)
         self.assertEqual(json.loads(out.splitlines()[-1])["source"]["state"], "ended")
 
+    def test_what_begins_anew_when_the_relay_daemon_is_back_is_followed_and_known_to_come_after_a_gap(self):
+        self.relay.create("before")
+        program = self.follow(self.relay.url)
+        program.snapshot()
+        self.relay.command("start")
+        Running(self, app("--until-signal", "--period-us", 2000))
+        seen = program.until(lambda s: callback(s, TIMER) and callback(s, TIMER)["total"]["instances"] > 100)
+        self.relay.relayd.kill()
+        self.relay.relayd.wait()
+        lost = program.until(lambda s: s["source"]["state"] == "lost")
+        self.assertEqual([host["state"] for host in lost["hosts"]], ["lost"])
+        subprocess.run(["lttng", "--no-sessiond", "destroy", "--no-wait", "before"], check=False, capture_output=True)
+        self.relay.start_relay()
+        program.until(lambda s: s["source"]["message"] == "the relay daemon does not have it any more")
+        self.relay.create("after")
+        self.relay.command("start")
+        later = program.until(lambda s: callback(s, TIMER)["total"]["instances"]
+                              > callback(seen, TIMER)["total"]["instances"] + 1000)
+        self.assertEqual({host["session"]: host["state"] for host in later["hosts"]}, {"after": "streaming"})
+        self.assertIn("host-gap", [defect["kind"] for defect in later["defects"]])
+
     def test_a_relay_daemon_that_hangs_or_dies_is_told_and_waited_for(self):
         url = self.relay.create("mine")
         program = self.follow(url)

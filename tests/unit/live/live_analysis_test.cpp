@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -135,6 +136,22 @@ TEST_F(Live, AStreamThatEndedCutsNothingOff) {
   push(5, 1, StreamEnd{});
   instance(10);
   EXPECT_EQ(analyzer_.look().report.callbacks.at(0).instances, 1U);
+}
+
+TEST_F(Live, AProcessIsOfTheTraceThatShowsItAndOfThoseThatItAnnouncesItselfIn) {
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    StreamBegin begin;
+    begin.trace = 7 + i;
+    push(0, i, begin);
+  }
+  push(10, 0, CallbackStart{});
+  RunBegin announcement;
+  announcement.moment = RunMoment::announce;
+  announcement.pid = 1;
+  push(11, 1, announcement);
+  push(12, 1, announcement);
+  push(13, 2, CallbackStart{});
+  EXPECT_EQ(analyzer_.look().report.processes.at(0).traces, (std::vector<std::uint32_t>{7, 8}));
 }
 
 TEST_F(Live, LossesAreCountedInBoundedMemory) {

@@ -60,6 +60,11 @@ class LiveReader {
 
   // Throws UnreadableTrace when the session does not exist or the connection is lost.
   Step step();
+  // The connection is lost for good: the analyzer is told that what has not ended does so with what
+  // came last, so that what another reader brings is known to come after a gap.
+  void give_up();
+  // Numbers of the traces that it has read, as those of ProcessReport.
+  std::vector<std::uint32_t> traces() const;
 
  private:
   struct Graph;

@@ -143,6 +143,7 @@ struct ProcessReport {
   std::optional<std::string> tracetools{};  // their version
   std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
   HostIndex host_index{};                   // as observers are told it; not part of the JSON
+  std::vector<std::uint32_t> traces{};      // of its first event and each run_begin; neither
 };
 
 struct CallbackThread {
