@@ -215,15 +215,16 @@ const violation = (v, ...says) =>
 // Why it fails, a line for each rule: the gravest first, as the snapshot has them.
 function drawReasons() {
   const most = 3;
-  const byRule = new Map();
-  for (const v of state.snapshot.verdicts.filter(v => v.verdict === "FAIL"))
-    byRule.set(v.rule, [...(byRule.get(v.rule) ?? []), v]);
-  const rules = [...byRule.values()];
-  const lines = rules
-    .slice(0, most)
-    .map(([first, ...others]) =>
-      violation(first, others.length ? ` (${plural(others.length + 1, "subject")})` : "", `: ${first.says}`),
+  const rules = state.snapshot.violations;
+  const firstOf = rule => state.snapshot.verdicts.find(v => v.verdict === "FAIL" && v.rule === rule);
+  const lines = rules.slice(0, most).map(({rule, name, subjects}) => {
+    const says = firstOf(rule)?.says; // the list is cut
+    return violation(
+      {rule, name},
+      subjects > 1 ? ` (${plural(subjects, "subject")})` : "",
+      says === undefined ? "" : `: ${says}`,
     );
+  });
   if (rules.length > most)
     lines.push(el("li", {}, el("a", {href: "#violations"}, `and ${plural(rules.length - most, "more rule")}`)));
   byId("reasons").hidden = !lines.length;

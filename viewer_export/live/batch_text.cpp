@@ -88,12 +88,9 @@ std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyl
 // "FAIL M2 one-callback-per-thread (4)": the gravest rule, and how many subjects violate it.
 std::string verdict_words(const Snapshot& s) {
   std::string text(analysis::label(s.verdict));
-  const auto gravest = std::ranges::find(s.verdicts, Verdict::fail, &VerdictView::verdict);
-  if (gravest == s.verdicts.end()) return text;
-  const auto subjects = std::ranges::count_if(s.verdicts, [&](const VerdictView& v) {
-    return v.verdict == Verdict::fail && v.rule == gravest->rule;
-  });
-  return text + fmt::format(" {} {} ({})", gravest->rule, gravest->name, subjects);
+  if (s.violations.empty()) return text;
+  const auto& gravest = s.violations.front();
+  return text + fmt::format(" {} {} ({})", gravest.rule, gravest.name, gravest.subjects);
 }
 
 }  // namespace
@@ -106,15 +103,17 @@ std::string clock_time(std::int64_t realtime_ns) {
 }
 
 std::vector<std::string> headline(const Snapshot& s) {
-  const auto violations = std::ranges::count(s.verdicts, Verdict::fail, &VerdictView::verdict);
+  std::uint64_t violations = 0;
+  for (const auto& rule : s.violations)
+    violations += rule.subjects;
   const auto lost = s.lost_events ? std::to_string(*s.lost_events)
                                   : fmt::format("unknown ({} packets)", s.lost_packets);
   std::vector<std::string> lines{
       fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
                   verdict_words(s)),
       fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}",
-                  viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
-                  s.events, s.events_per_second,
+                  viewer_export::counted(violations, "violation"), lost, s.events,
+                  s.events_per_second,
                   s.delay_ns ? ", " + format_duration(*s.delay_ns) + " old" : "",
                   viewer_export::counted(s.callbacks.size(), "callback"))};
   if (!s.message.empty()) lines.push_back(printable(s.message));

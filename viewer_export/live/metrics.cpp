@@ -159,11 +159,10 @@ void write_source(std::string& out, const Snapshot& s) {
 void Metrics::add(const Snapshot& snapshot) {
   for (auto& [rule, violations] : violations_)
     violations.current = 0;
-  for (const auto& verdict : snapshot.verdicts) {
-    if (verdict.verdict != analysis::Verdict::fail) continue;
-    auto& violations = violations_[verdict.rule];
-    violations.name = verdict.name;
-    ++violations.current;
+  for (const auto& rule : snapshot.violations) {
+    auto& violations = violations_[rule.rule];
+    violations.name = rule.name;
+    violations.current = rule.subjects;
   }
   for (const auto& change : snapshot.changes) {
     auto& violations = violations_[change.rule];

@@ -214,6 +214,7 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
     return rule.id == analysis::kDeadlineRule ? std::string() : told_of_violation(judged, rule, of);
   });
   snapshot.verdict = result.verdicts.verdict;
+  snapshot.violations = std::move(noted.violations);
   snapshot.verdicts = std::move(noted.current);
   snapshot.verdicts_left_out = noted.left_out;
   snapshot.changes = std::move(noted.changes);

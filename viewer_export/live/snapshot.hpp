@@ -101,6 +101,13 @@ struct VerdictView {
   std::string says{};  // which subject, and why, by short names
 };
 
+// How many subjects violate a rule.
+struct RuleViolations {
+  std::string rule;
+  std::string name;
+  std::uint64_t subjects = 0;
+};
+
 // A verdict became another one.
 struct VerdictChange {
   std::int64_t time_ns = 0;  // of the trace, when that was noticed
@@ -148,7 +155,8 @@ struct Snapshot {
   std::vector<DefectView> defects;
   std::vector<CallbackView> callbacks;
   std::vector<ThreadView> threads;
-  std::vector<VerdictView> verdicts;  // the gravest first
+  std::vector<RuleViolations> violations{};  // of violated rules, the gravest first
+  std::vector<VerdictView> verdicts;         // the gravest first
   std::uint64_t verdicts_left_out = 0;
   std::vector<VerdictChange> changes;
 };

@@ -93,6 +93,12 @@ void fields(auto& visit, Is<VerdictView> auto& v) {
   visit("says", v.says);
 }
 
+void fields(auto& visit, Is<RuleViolations> auto& v) {
+  visit("rule", v.rule);
+  visit("name", v.name);
+  visit("subjects", v.subjects);
+}
+
 void fields(auto& visit, Is<VerdictChange> auto& c) {
   visit("time_ns", c.time_ns);
   visit("rule", c.rule);
@@ -141,6 +147,7 @@ void fields(auto& visit, Is<Snapshot> auto& s) {
   visit("callbacks", s.callbacks);
   visit("threads", s.threads);
   visit("verdict", s.verdict);
+  visit("violations", s.violations);
   visit("verdicts", s.verdicts);
   visit("verdicts_left_out", s.verdicts_left_out);
   visit("changes", s.changes);

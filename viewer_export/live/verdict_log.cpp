@@ -46,6 +46,12 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, anal
   Noted noted;
   ++round_;
   for (const auto& rule : verdicts.rules) {
+    const auto violations =
+        std::ranges::count(rule.subjects, Verdict::fail, &SubjectVerdict::verdict);
+    if (violations > 0) {
+      noted.violations.push_back(
+          {.rule = rule.id, .name = rule.name, .subjects = static_cast<std::uint64_t>(violations)});
+    }
     for (const auto& subject : rule.subjects) {
       auto& known = known_[verdict_key(rule.id, subject.about, subject.subject)];
       const auto before = known.verdict;
@@ -82,6 +88,8 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, anal
     const auto rank = [](const VerdictView& v) { return viewer_export::rank_of(v.rule); };
     return a.verdict != b.verdict ? a.verdict > b.verdict : rank(a) < rank(b);
   });
+  std::ranges::stable_sort(noted.violations, {},
+                           [](const RuleViolations& v) { return viewer_export::rank_of(v.rule); });
   if (noted.current.size() > kMaxListed) {
     noted.left_out = noted.current.size() - kMaxListed;
     noted.current.resize(kMaxListed);

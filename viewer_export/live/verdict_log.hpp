@@ -29,8 +29,9 @@ class VerdictLog {
   // before. Verdicts that were never other than undecided are no change: a system that was just
   // attached to is undecided in much.
   struct Noted {
-    std::vector<VerdictView> current;  // violations first
-    std::uint64_t left_out = 0;        // beyond kMaxListed
+    std::vector<RuleViolations> violations;  // all of them, the gravest rule first
+    std::vector<VerdictView> current;        // violations first
+    std::uint64_t left_out = 0;              // beyond kMaxListed
     std::vector<VerdictChange> changes;
   };
   static constexpr std::size_t kMaxListed = 200;

@@ -90,7 +90,8 @@ TEST(Metrics, OneSeriesForCallbacksOfOneName) {
 TEST(Metrics, ViolationsAreCountedAsTheyBeginAndAsTheyAre) {
   Metrics metrics;
   auto s = snapshot();
-  s.verdicts = {violation("thread 1"), violation("thread 2")};
+  s.verdicts = {violation("thread 1")};  // a list that was cut
+  s.violations = {{.rule = "M2", .name = "one", .subjects = 2}};
   s.changes = {{.time_ns = 1,
                 .rule = "M2",
                 .name = "one",
@@ -101,6 +102,7 @@ TEST(Metrics, ViolationsAreCountedAsTheyBeginAndAsTheyAre) {
   metrics.add(s);
   EXPECT_TRUE(has_line(metrics.text(), R"(cie_rule_violations{rule="M2",name="one"} 2)"));
   s.verdicts.clear();
+  s.violations.clear();
   s.changes[0].to = analysis::Verdict::pass;
   metrics.add(s);
   EXPECT_TRUE(has_line(metrics.text(), R"(cie_rule_violations{rule="M2",name="one"} 0)"));

@@ -45,6 +45,7 @@ Snapshot first_snapshot() {
   thread.callbacks = {"/a"};
   thread.cpu_percent = 3;
   s.threads = {thread};
+  s.violations = {{.rule = "M2", .name = "one-callback-per-thread", .subjects = 1}};
   s.verdicts = {{.rule = "M2",
                  .name = "one-callback-per-thread",
                  .subject = "thread 5",
@@ -263,17 +264,14 @@ TEST_F(PagesTest, WhereThereAreNoSymbolsViolationsHaveNoneEither) {
 
 TEST_F(PagesTest, TheTopLineNamesTheGravestRuleAndTheCommand) {
   auto failing = first_snapshot();
-  failing.verdicts.push_back(failing.verdicts.front());
-  failing.verdicts.push_back({.rule = "R3",
-                              .name = "deadline",
-                              .subject = "callback /x",
-                              .verdict = analysis::Verdict::fail,
-                              .note = {}});
+  failing.violations.front().subjects = 201;  // more than are listed
+  failing.violations.push_back({.rule = "R3", .name = "deadline", .subjects = 1});
   history_.add(failing);
   const auto text = draw();
   const auto top = text.substr(0, text.find('\n'));
-  EXPECT_NE(top.find("FAIL M2 one-callback-per-thread (2)  cie"), std::string::npos) << top;
-  EXPECT_NE(draw(Size{24, 120}).find("(2)  cie run app.yaml\n"), std::string::npos);
+  EXPECT_NE(top.find("FAIL M2 one-callback-per-thread (201)  cie"), std::string::npos) << top;
+  EXPECT_NE(text.find("202 violations"), std::string::npos) << text;
+  EXPECT_NE(draw(Size{24, 120}).find("(201)  cie run app.yaml\n"), std::string::npos);
   EXPECT_EQ(text.find("net://"), std::string::npos);
 }
 

@@ -53,6 +53,7 @@ Snapshot full() {
                 .role = "callback",
                 .callbacks = {"a"},
                 .cpu_percent = 12.5}};
+  s.violations = {{.rule = "M2", .name = "n", .subjects = 201}};
   s.verdicts = {{.rule = "M2",
                  .name = "n",
                  .subject = "thread 2",
@@ -80,6 +81,7 @@ TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
   EXPECT_EQ(back.callbacks.at(0).logical_id, "a\x1b[2J\"\n\xEF\xBF\xBD");
   EXPECT_EQ(back.time_ns, std::numeric_limits<std::int64_t>::max());
   EXPECT_FALSE(back.lost_events);
+  EXPECT_EQ(back.violations.at(0).subjects, 201U);
   EXPECT_EQ(back.hosts.at(0).host, "y\"");
   EXPECT_EQ(back.hosts.at(0).state, SourceState::ended);
   EXPECT_EQ(back.hosts.at(0).silent_ns, 11);

@@ -55,6 +55,26 @@ TEST(VerdictLog, ListsTheGravestRuleFirst) {
   EXPECT_EQ(order, "M2 R3 R2 ");
 }
 
+TEST(VerdictLog, CountsTheViolationsThatItDoesNotList) {
+  auto verdicts = violated("callback plan", 3);
+  auto& subjects = verdicts.rules.front().subjects;
+  subjects.resize(VerdictLog::kMaxListed + 7, subjects.front());
+  for (std::uint32_t i = 0; i < subjects.size(); ++i)
+    subjects[i].about.index = i;
+  subjects.back().verdict = Verdict::inconclusive;
+  verdicts.rules.push_back(verdicts.rules.front());
+  verdicts.rules.back().id = "M2";
+  verdicts.rules.push_back({.id = "Q1", .name = "unlost", .subjects = {}});
+  const auto noted = VerdictLog().note(verdicts, {10});
+  EXPECT_EQ(noted.current.size(), VerdictLog::kMaxListed);
+  EXPECT_EQ(noted.left_out, VerdictLog::kMaxListed + 2 * 7);
+  ASSERT_EQ(noted.violations.size(), 2U);
+  EXPECT_EQ(noted.violations[0].rule, "M2");
+  EXPECT_EQ(noted.violations[0].subjects, VerdictLog::kMaxListed + 7 - 1);
+  EXPECT_EQ(noted.violations[1].rule, "R2");
+  EXPECT_EQ(noted.violations[1].subjects, VerdictLog::kMaxListed + 7 - 1);
+}
+
 TEST(VerdictLog, SaysWhyByTheEventThatKnows) {
   auto verdicts = violated("callback plan", 3);
   verdicts.rules.front().id = "R3";
