@@ -31,6 +31,12 @@ std::string CpuUsage::task(const analysis::ThreadReport& thread) const {
          std::to_string(thread.tid);
 }
 
+bool CpuUsage::is_gone(analysis::ProcessIndex process) const {
+  struct stat status {};
+  return is_local(process) &&
+         ::stat((proc_ + '/' + std::to_string(local_.at(process))).c_str(), &status) != 0;
+}
+
 bool CpuUsage::is_gone(const analysis::ThreadReport& thread) const {
   struct stat status {};
   return is_local(thread.process) && ::stat(task(thread).c_str(), &status) != 0;

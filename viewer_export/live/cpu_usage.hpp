@@ -22,6 +22,8 @@ class CpuUsage {
   std::optional<double> of(const analysis::ThreadReport& thread);
   // The process is one of this machine and pid namespace.
   bool is_local(analysis::ProcessIndex process) const;
+  // A process of this machine that has ended, whatever it told of that.
+  bool is_gone(analysis::ProcessIndex process) const;
   // A thread of this machine that has ended.
   bool is_gone(const analysis::ThreadReport& thread) const;
   // Ends the round: forgets threads that were not asked for.

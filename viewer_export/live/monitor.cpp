@@ -103,19 +103,28 @@ Timestamp Monitor::HostClock::present(steady_clock::time_point now) {
   return latest + analysis::Duration{duration_cast<nanoseconds>(now - seen->second).count()};
 }
 
+// Since its last instance; where it had none, since the end of its process was seen.
+analysis::Duration Monitor::OfCallback::age(Timestamp now, steady_clock::time_point time) const {
+  if (last_end_ns) return now - Timestamp{*last_end_ns};
+  return {duration_cast<nanoseconds>(time - end_seen.value_or(time)).count()};
+}
+
 void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::time_point time,
                                  Snapshot& snapshot) {
   const analysis::ReportRows rows(report);
   for (const auto& known : report.callbacks) {
     const auto& process = rows.process_of(known);
-    const auto now = clocks_[process.host_index].present(time);
+    const auto clock = clocks_.find(process.host_index);
+    const auto now = clock != clocks_.end() ? clock->second.present(time) : Timestamp{};
     CallbackView view;
-    view.has_ended = process.has_ended;
+    view.has_ended = process.has_ended || cpu_.is_gone(known.process);
     auto found = callbacks_.find(known.index);
     if (found == callbacks_.end() && view.has_ended) continue;
     auto& mine = found != callbacks_.end() ? found->second : callbacks_[known.index];
-    if (view.has_ended && mine.last_end_ns && now.ns - *mine.last_end_ns > kKeptAfterEndNs) {
-      callbacks_.erase(found);
+    if (!view.has_ended) mine.end_seen.reset();
+    if (view.has_ended && !mine.end_seen) mine.end_seen = time;
+    if (view.has_ended && mine.age(now, time).ns > kKeptAfterEndNs) {
+      callbacks_.erase(known.index);
       continue;
     }
     view.index = static_cast<std::uint32_t>(known.index);
@@ -151,10 +160,8 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
   }
 }
 
-void Monitor::describe_threads(const analysis::Report& report, steady_clock::time_point now,
-                               Snapshot& snapshot) {
+void Monitor::describe_threads(const analysis::Report& report, Snapshot& snapshot) {
   const analysis::ReportRows rows(report);
-  cpu_.begin(report, now);
   for (const auto& thread : report.threads) {
     if (cpu_.is_gone(thread)) continue;
     const auto& process = rows.process_of(thread);
@@ -168,14 +175,14 @@ void Monitor::describe_threads(const analysis::Report& report, steady_clock::tim
          .callbacks = thread.callbacks,
          .cpu_percent = cpu_.of(thread)});
   }
-  cpu_.end();
 }
 
 Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock::time_point now) {
   const auto& report = result.report;
   Snapshot snapshot;
   snapshot.sequence = ++sequence_;
-  const auto latest = clocks_[heard_].latest;
+  const auto heard = clocks_.find(heard_);
+  const auto latest = heard != clocks_.end() ? heard->second.latest : Timestamp{};
   snapshot.time_ns = latest.ns;
   snapshot.realtime_ns =
       duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -193,11 +200,13 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
   for (auto& [host, clock] : clocks_) {
     const auto present = clock.present(now);
     auto window_ns = Rolling::covered(present).ns;
-    if (clock.first.ns != 0) window_ns = std::min(window_ns, (present - clock.first).ns);
+    window_ns = std::min(window_ns, (present - clock.first).ns);
     snapshot.window_ns = std::max(snapshot.window_ns, window_ns);
   }
+  cpu_.begin(report, now);
   describe_callbacks(report, now, snapshot);
-  describe_threads(report, now, snapshot);
+  describe_threads(report, snapshot);
+  cpu_.end();
   const bool is_here = std::any_of(report.processes.begin(), report.processes.end(),
                                    [this](const analysis::ProcessReport& p) {
                                      return p.host_index == heard_ && cpu_.is_local(p.index);

@@ -27,7 +27,8 @@ class Monitor final : public analysis::Observer {
 
   // Instances that `recent` of a callback holds at most.
   static constexpr std::size_t kMaxRecent = 32;
-  // Callbacks of a process that ended are shown this long after their last instance.
+  // Callbacks of a process that ended are shown this long after their last instance, or, where they
+  // never ran, after its end was noticed.
   static constexpr std::int64_t kKeptAfterEndNs = 60'000'000'000;
 
   bool waits_for_proof() const override { return false; }  // what is going on is shown now
@@ -46,7 +47,11 @@ class Monitor final : public analysis::Observer {
     bool is_exact = true;
     std::optional<std::int64_t> last_response_ns;
     std::optional<std::int64_t> last_end_ns;
+    std::optional<std::chrono::steady_clock::time_point> end_seen;  // of its process
     std::deque<RecentInstance> recent;
+
+    analysis::Duration age(analysis::Timestamp now,
+                           std::chrono::steady_clock::time_point time) const;
   };
   // What the clock of a host shows: times of several hosts have nothing in common.
   struct HostClock {
@@ -59,8 +64,7 @@ class Monitor final : public analysis::Observer {
   };
   void describe_callbacks(const analysis::Report& report, std::chrono::steady_clock::time_point now,
                           Snapshot& snapshot);
-  void describe_threads(const analysis::Report& report, std::chrono::steady_clock::time_point now,
-                        Snapshot& snapshot);
+  void describe_threads(const analysis::Report& report, Snapshot& snapshot);
 
   std::unordered_map<analysis::CallbackIndex, OfCallback> callbacks_;
   VerdictLog verdicts_;

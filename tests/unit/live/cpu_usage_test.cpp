@@ -71,14 +71,17 @@ TEST_F(CpuUsageTest, OfAnotherMachineIsWhatItsKernelTold) {
   thread_.busy_ns.reset();
   EXPECT_FALSE(ask(usage, seconds(3)));
   EXPECT_FALSE(usage.is_gone(thread_)) << "nobody here can know";
+  EXPECT_FALSE(usage.is_gone(thread_.process));
 }
 
 TEST_F(CpuUsageTest, AThreadThatEndedIsGone) {
   CpuUsage usage(directory_.path().string());
   usage.begin(report_, {});
   EXPECT_FALSE(usage.is_gone(thread_));
+  EXPECT_FALSE(usage.is_gone(thread_.process));
   fs::remove_all(directory_.path() / "7");
   EXPECT_TRUE(usage.is_gone(thread_));
+  EXPECT_TRUE(usage.is_gone(thread_.process)) << "though it did not tell";
 }
 
 }  // namespace

@@ -206,6 +206,39 @@ TEST(Monitor, WhatEndedIsForgottenAfterAWhile) {
   EXPECT_TRUE(monitor.describe(result, now + std::chrono::seconds(90)).callbacks.empty());
 }
 
+TEST(Monitor, WhatNeverRanIsForgottenAsLongAfterItsEndWasNoticed) {
+  Watched watched(R"(
+    callback plan timer period=100 deadline=30
+    callback drive subscription topic=/t
+    100 start plan release=100
+    120 end plan)");
+  Monitor& monitor = watched.monitor;
+  const auto now = std::chrono::steady_clock::now();
+  EXPECT_EQ(watched.until(119).callbacks.size(), 2U) << "it runs";
+  const auto end = watched.trace.events.back().head.time.ns;
+  EXPECT_EQ(watched.until(end).callbacks.size(), 2U) << "it has ended";
+  const auto result = watched.analyzer.look();
+  EXPECT_EQ(monitor.describe(result, now + std::chrono::seconds(59)).callbacks.size(), 2U);
+  EXPECT_TRUE(monitor.describe(result, now + std::chrono::seconds(90)).callbacks.empty());
+  EXPECT_TRUE(monitor.describe(result, now + std::chrono::seconds(91)).callbacks.empty());
+}
+
+TEST(Monitor, TheWindowBeginsWithTheFirstInstanceThoughASnapshotWasBeforeIt) {
+  constexpr std::int64_t kBegin = 1'000'000'000'000;
+  Watched watched(R"(
+    callback plan timer period=100
+    1000000000000 start plan release=1000000000000
+    1000000000120 end plan)");
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_EQ(watched.until(kBegin - 1).window_ns, 0);
+  while (watched.next < watched.trace.events.size())
+    watched.analyzer.consume(watched.trace.events[watched.next++]);
+  const auto result = watched.analyzer.look();
+  EXPECT_EQ(watched.monitor.describe(result, begun).window_ns, 120);
+  EXPECT_EQ(watched.monitor.describe(result, begun + std::chrono::seconds(2)).window_ns,
+            2'000'000'120);
+}
+
 TEST(Monitor, WindowsAreByTheClockOfEachHost) {
   constexpr const char* kTwoHosts = R"(
   process robot pid=100
