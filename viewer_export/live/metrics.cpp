@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -49,19 +50,28 @@ std::string labels_of(const CallbackView& c, std::string_view bound = {}) {
   return labels_of({{"host", c.host}, {"pid", pid}, {"callback", c.logical_id}, {"le", bound}});
 }
 
+void add_counts(CallbackView& sum, const CallbackView& c) {
+  for (std::size_t i = 0; i < sum.counts.size(); ++i)
+    sum.counts[i] += c.counts[i];
+  sum.response_sum_ns += c.response_sum_ns;
+  sum.total_late += c.total_late;
+  if (c.total_missed) sum.total_missed = sum.total_missed.value_or(0) + *c.total_missed;
+}
+
 // Callbacks that share all labels (registered again under the same name) are one series.
-std::vector<CallbackView> merged(const Snapshot& snapshot) {
+// `gone`: what those of a series counted that are not in the snapshot any more.
+std::vector<CallbackView> merged(const Snapshot& snapshot,
+                                 const std::map<std::string, CallbackView>& gone) {
   std::map<std::string, CallbackView> by_labels;
   for (const auto& c : snapshot.callbacks) {
     const auto [found, is_new] = by_labels.try_emplace(labels_of(c), c);
     if (is_new) continue;
-    auto& known = found->second;
-    for (std::size_t i = 0; i < known.counts.size(); ++i)
-      known.counts[i] += c.counts[i];
-    known.response_sum_ns += c.response_sum_ns;
-    known.total_late += c.total_late;
-    if (c.total_missed) known.total_missed = known.total_missed.value_or(0) + *c.total_missed;
-    known.deadline_ns = c.deadline_ns;
+    add_counts(found->second, c);
+    found->second.deadline_ns = c.deadline_ns;
+  }
+  for (const auto& [labels, former] : gone) {
+    if (const auto found = by_labels.find(labels); found != by_labels.end())
+      add_counts(found->second, former);
   }
   std::vector<CallbackView> result;
   result.reserve(by_labels.size());
@@ -169,13 +179,31 @@ void Metrics::add(const Snapshot& snapshot) {
     violations.name = change.name;
     violations.total += change.to == analysis::Verdict::fail ? 1 : 0;
   }
+  keep_counts_of_what_is_gone(snapshot);
   latest_ = snapshot;
+}
+
+// A callback whose process ended is shown for a while; one of the next process of that pid, as in a
+// container that starts again, goes on counting where it stopped.
+void Metrics::keep_counts_of_what_is_gone(const Snapshot& next) {
+  std::set<std::uint32_t> indices;
+  std::set<std::string> series;
+  for (const auto& callback : next.callbacks) {
+    indices.insert(callback.index);
+    series.insert(labels_of(callback));
+  }
+  for (const auto& callback : latest_.callbacks) {
+    if (indices.contains(callback.index)) continue;
+    const auto [found, is_new] = gone_.try_emplace(labels_of(callback), callback);
+    if (!is_new) add_counts(found->second, callback);
+  }
+  std::erase_if(gone_, [&series](const auto& entry) { return !series.contains(entry.first); });
 }
 
 std::string Metrics::text() const {
   std::string out;
   write_source(out, latest_);
-  write_callbacks(out, merged(latest_));
+  write_callbacks(out, merged(latest_, gone_));
   write_threads(out, latest_.threads);
   describe(out, "cie_rule_violations", "gauge", "Subjects that violate a rule of cie verify now.");
   for (const auto& [rule, violations] : violations_) {

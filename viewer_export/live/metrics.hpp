@@ -23,7 +23,10 @@ class Metrics {
     std::uint64_t current = 0;  // subjects that violate the rule now
     std::uint64_t total = 0;    // times that one became a violation
   };
+  void keep_counts_of_what_is_gone(const Snapshot& next);
+
   Snapshot latest_;
+  std::map<std::string, CallbackView> gone_;  // their sums, by the labels of a series that is there
   std::map<std::string, Violations> violations_;  // by rule
 };
 

@@ -87,6 +87,36 @@ TEST(Metrics, OneSeriesForCallbacksOfOneName) {
       text, R"(cie_callback_response_time_seconds_count{host="h",pid="7",callback="/a"} 18)"));
 }
 
+TEST(Metrics, CountersOfASeriesGoOnWhenTheFirstOfItsProcessesIsForgotten) {
+  constexpr const char* kLate = R"(cie_callback_late_total{host="h",pid="7",callback="/a"} )";
+  constexpr const char* kMissed =
+      R"(cie_callback_missed_releases_total{host="h",pid="7",callback="/a"} )";
+  constexpr const char* kCount =
+      R"(cie_callback_response_time_seconds_count{host="h",pid="7",callback="/a"} )";
+  Metrics metrics;
+  auto s = snapshot();
+  auto& before = s.callbacks.front();
+  before.index = 0;
+  auto next = before;  // the next process of that pid
+  next.index = 1;
+  s.callbacks.push_back(next);
+  metrics.add(s);
+  s.callbacks.erase(s.callbacks.begin());
+  s.callbacks.front().total_late += 1;
+  for (int twice = 0; twice < 2; ++twice) {
+    metrics.add(s);
+    EXPECT_TRUE(has_line(metrics.text(), kLate + std::to_string(5 + 6)));
+    EXPECT_TRUE(has_line(metrics.text(), kMissed + std::to_string(6 + 6)));
+    EXPECT_TRUE(has_line(metrics.text(), kCount + std::to_string(9 + 9)));
+  }
+  s.callbacks.clear();
+  metrics.add(s);
+  EXPECT_EQ(metrics.text().find(kLate), std::string::npos);
+  s.callbacks = {next};
+  metrics.add(s);
+  EXPECT_TRUE(has_line(metrics.text(), kLate + std::to_string(5))) << "a series that begins anew";
+}
+
 TEST(Metrics, ViolationsAreCountedAsTheyBeginAndAsTheyAre) {
   Metrics metrics;
   auto s = snapshot();
