@@ -75,6 +75,25 @@ MessageDecoder::Stream& MessageDecoder::stream_of(const bt_stream* stream) {
   return streams_.at(stream);
 }
 
+// A silent stream of applications is taken for one without events until it has one. Of the kernel's,
+// an instance's parts may have been in it.
+std::optional<bool> MessageDecoder::take_has_events(const bt_stream* stream, Domain domain) {
+  const auto found = foretold_.find(stream);
+  const auto what = found == foretold_.end() ? Foretold::unknown : found->second;
+  if (found != foretold_.end()) foretold_.erase(found);
+  switch (what) {
+    case Foretold::events:
+      return true;
+    case Foretold::nothing:
+      return false;
+    case Foretold::silence:
+      return domain == Domain::user ? std::optional(false) : std::nullopt;
+    case Foretold::unknown:
+      break;
+  }
+  return std::nullopt;
+}
+
 void MessageDecoder::stream_begin(const bt_stream* stream) {
   const auto* trace = bt_stream_borrow_trace_const(stream);
   auto& of_trace = traces_[trace];
@@ -124,6 +143,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
                   .clock_offset_ns = offset_ns,
                   .path = name != nullptr ? std::string_view(name) : std::string_view{},
                   .is_snapshot = of_trace->is_snapshot,
+                  .has_events = take_has_events(stream, of_trace->domain),
                   .has_inheritance =
                       of_trace->domain == Domain::kernel ? has_inheritance(trace) : std::nullopt});
 }

@@ -8,6 +8,7 @@
 #include "bt_handles.hpp"
 #include "vocabulary/vocabulary.hpp"
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,9 +22,19 @@ namespace cie::analysis::bt {
 
 class MessageDecoder {
  public:
+  // What somebody knows of a stream that has not begun here.
+  enum class Foretold : std::uint8_t {
+    events,   // it has some
+    nothing,  // it has none
+    silence,  // none for long
+    unknown
+  };
+
   // `input` is borrowed and fed.
   explicit MessageDecoder(AnalyzerInput& input) : input_(input) {}
 
+  // Before its beginning is consumed.
+  void foretell(const bt_stream* stream, Foretold what) { foretold_[stream] = what; }
   void consume(const bt_message* message);
   // No more messages come, though streams have not ended: they end with what came last.
   void give_up();
@@ -61,6 +72,7 @@ class MessageDecoder {
 
   Stream& stream_of(const bt_stream* stream);
   EventPlan& plan_of(const bt_event_class* event_class);
+  std::optional<bool> take_has_events(const bt_stream* stream, Domain domain);
   void stream_begin(const bt_stream* stream);
   void stream_end(Stream& stream);
   void packet_begin(const bt_message* message);
@@ -71,6 +83,7 @@ class MessageDecoder {
 
   AnalyzerInput& input_;
   std::unordered_map<const bt_stream*, Stream> streams_;
+  std::unordered_map<const bt_stream*, Foretold> foretold_;  // of streams about to begin
   std::unordered_map<const bt_event_class*, EventPlan> plans_;
   std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;
   std::map<std::pair<const bt_trace*, std::uint64_t>, std::uint32_t> channels_;

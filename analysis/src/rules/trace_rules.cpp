@@ -154,6 +154,13 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   return only(std::move(judgement));
 }
 
+// Some instance is counted, or listed.
+bool has_runs(const Model& model) {
+  return std::ranges::any_of(model.callbacks, [](const CallbackFacts& callback) {
+    return callback.instances + callback.cut_instances + callback.open_count > 0;
+  });
+}
+
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
   Judgement judgement(NamedSubject::trace());
@@ -171,6 +178,9 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
       missing("no " + std::string(requirement.event) + " in it; " +
               std::string(requirement.remedy));
     }
+  }
+  if (events.by_name.contains("callback_start") && !has_runs(context.model)) {
+    missing("no run of a callback lies within what all streams cover");
   }
   const std::array<std::pair<std::string_view, std::uint64_t>, 2> contexts{
       {{"vpid", events.cie_without_pid}, {"vtid", events.cie_without_tid}}};
@@ -252,7 +262,8 @@ const Rule kRequiredEvents{
     "callbacks known, and the same two. Whatever else a rule needs, that rule asks for.\n"
     "Why it matters: Without them there is nothing to judge, and a rule that judges nothing "
     "must not look as if it passed.\n"
-    "Inconclusive when one of them is absent: the message names it and how to enable it.\n"
+    "Inconclusive when one of them is absent: the message names it and how to enable it; or when no "
+    "run of a callback lies within what all streams cover.\n"
     "Remedy: record with cie record, or enable the named events and contexts.",
     judge_required_events,
     {.is_about_trace = true}};

@@ -55,7 +55,9 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
   states_[head.stream].channel = &channel;
-  states_[head.stream].is_idle = event.has_events == false;
+  // Of a running system nobody knows ahead.
+  const bool is_silent = is_live_ && event.domain == Domain::user && !event.has_events;
+  states_[head.stream].is_idle = event.has_events == false || is_silent;
   coverage_.begin(head, event, host);
   update(channel);
 }
@@ -78,8 +80,27 @@ std::optional<std::int32_t> RecordingTracker::apply(const EventHead& head,
   if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);
   if (facts->begin) return begins_anew;
   facts->begin = head.time;
+  auto& state = states_[head.stream];
+  if (state.is_idle && state.channel != nullptr && !is_live_)
+    state.counted_from = state.channel->window.begin;
   update(channels_[facts->channel]);
   return begins_anew;
+}
+
+// What was counted before it began may lack events of its own.
+void RecordingTracker::wake(StreamIndex index, StreamState& state) {
+  state.is_idle = false;
+  const auto* facts = stream(index);
+  if (facts == nullptr) return;
+  if (state.counted_from && facts->begin && *state.counted_from < *facts->begin) {
+    add_loss(Loss{.kind = LossKind::discarded_packets,
+                  .domain = facts->domain,
+                  .host = facts->host,
+                  .begin = *state.counted_from,
+                  .end = *facts->begin,
+                  .note = facts->path});
+  }
+  update(channels_[facts->channel]);
 }
 
 void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) {

@@ -50,8 +50,12 @@ class RecordingTracker {
   void apply(const EventHead& head, const SessionGap& event);
   void apply(const EventHead& head, const TimeRegression& event);
   void add_loss(Loss loss);
-  void count_events(StreamIndex stream, std::uint64_t count) noexcept {
-    if (auto* state = states_.find(stream)) state->events += count;
+  void count_events(StreamIndex stream, std::uint64_t count) {
+    auto* state = states_.find(stream);
+    if (state == nullptr) return;
+    state->events += count;
+    if (state->is_idle) [[unlikely]]
+      wake(stream, *state);
   }
 
   // Window of the channel that a stream belongs to.
@@ -91,11 +95,15 @@ class RecordingTracker {
   };
   struct StreamState {
     bool ended = false;
-    bool is_idle = false;              // known ahead: it covers everything up to its end
+    bool is_idle = false;              // as far as known: it covers everything up to its end
     std::uint64_t events = 0;          // its facts' number, once finish() has been called
     const Channel* channel = nullptr;  // null: not begun
+    // Idle as it was, it narrowed no window: instances were counted since then when it began.
+    std::optional<Timestamp> counted_from;
   };
   StreamFacts* stream(StreamIndex index);
+  // A stream that was taken for idle has an event after all.
+  void wake(StreamIndex index, StreamState& state);
   bool has_foreign_kernel() const;
   void update(Channel& channel);
   // What all streams of the channel cover; empty begin: some of them have not begun.

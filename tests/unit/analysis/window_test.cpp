@@ -15,9 +15,15 @@ constexpr CallbackId kCallback{1};
 // what a test says. Instances are written into stream 0.
 class TwoStreams : public testing::Test, private Observer {
  protected:
-  explicit TwoStreams(const StreamBegin& second = {}) : analyzer_(AnalysisOptions{}, this) {
-    push(0, 0, StreamBegin{});
+  explicit TwoStreams(const StreamBegin& second = {}, const StreamBegin& first = {})
+      : analyzer_(AnalysisOptions{}, this) {
+    push(0, 0, first);
     push(0, 1, second);
+  }
+  static StreamBegin idle() {
+    StreamBegin begin;
+    begin.has_events = false;
+    return begin;
   }
   void push(std::int64_t time, std::uint32_t stream, const EventBody& body) {
     analyzer_.consume(
@@ -92,13 +98,6 @@ TEST_F(TwoStreams, AnEmptyStreamDoesNotNarrowTheWindow) {
 class OneIsIdle : public TwoStreams {
  protected:
   OneIsIdle() : TwoStreams(idle()) {}
-
- private:
-  static StreamBegin idle() {
-    StreamBegin begin;
-    begin.has_events = false;
-    return begin;
-  }
 };
 
 // The only packet of an idle CPU begins with the tracer's last flush.
@@ -131,6 +130,50 @@ TEST_F(OneIsIdle, NothingIsKnownOfItsCpuAfterItsEnd) {
   const auto report = analyzer_.finish().report;
   EXPECT_EQ(report.callbacks.at(0).instances, 1U);
   EXPECT_EQ(report.trace.end, Timestamp{40});
+}
+
+// Taken for idle, as it was silent for so long: what was counted meanwhile may lack its events.
+TEST_F(OneIsIdle, ThatHasAnEventAfterAllNarrowsTheWindowAndIsToldOf) {
+  constexpr std::int64_t kLate =
+      10'000'000'000;  // when nobody waits for what is announced any more
+  push(0, 0, PacketBegin{});
+  start(5);
+  end(8);
+  push(kLate, 0, OtherEvent{});
+  push(kLate + 20, 1, PacketBegin{});
+  start(kLate + 25);
+  push(kLate + 30, 1, OtherEvent{});
+  end(kLate + 40);
+  push(kLate + 100, 1, PacketEnd{});
+  push(kLate + 100, 1, StreamEnd{});
+  push(kLate + 300, 0, PacketEnd{});
+  push(kLate + 300, 0, StreamEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 2U);
+  EXPECT_EQ(report.trace.begin, Timestamp{kLate + 20});
+  EXPECT_EQ(std::ranges::count(report.defects, DefectKind::discarded_packets, &TraceDefect::kind),
+            1);
+}
+
+class BothAreIdle : public TwoStreams {
+ protected:
+  BothAreIdle() : TwoStreams(idle(), idle()) {}
+};
+
+// Streams of a process that is started while others run.
+TEST_F(BothAreIdle, WhatBeginsBeforeAnythingWasCountedLosesNothing) {
+  push(0, 0, PacketBegin{});
+  push(1, 1, PacketBegin{});
+  start(5);
+  end(8);
+  push(9, 1, OtherEvent{});
+  push(100, 0, PacketEnd{});
+  push(100, 1, PacketEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.trace.begin, Timestamp{1});
+  EXPECT_EQ(std::ranges::count(report.defects, DefectKind::discarded_packets, &TraceDefect::kind),
+            0);
 }
 
 class OneIsLeftOut : public TwoStreams {

@@ -67,6 +67,17 @@ TEST(RequiredEvents, NamesWhatIsAbsentAndHowToEnableIt) {
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("enable cie:thread_init"));
 }
 
+TEST(RequiredEvents, IsInconclusiveWhereNoRunLiesWithinTheWindow) {
+  auto trace = trace_of(kOneCallback);
+  for (auto& event : trace.events) {
+    if (std::holds_alternative<PacketBegin>(event.body)) event.head.time = Timestamp{1'000};
+    if (std::holds_alternative<PacketEnd>(event.body)) event.head.time = Timestamp{2'000};
+  }
+  const Verified verified(trace);
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("no run of a callback lies within"));
+}
+
 TEST(RequiredEvents, NamesMissingContexts) {
   auto trace = trace_of(kOneCallback);
   for (auto& event : trace.events)

@@ -19,7 +19,8 @@ class MessageFeeder {
   MessageFeeder(const MessageFeeder&) = delete;
   MessageFeeder& operator=(const MessageFeeder&) = delete;
 
-  // `message` is borrowed for the call. Messages that are no events or packets are ignored.
+  // Shares `message`, if need be: the analyzer is fed once it is known which streams have events, or
+  // at last by finish(). Messages that are no events or packets are ignored.
   void consume(const bt_message* message);
   // Before the analyzer's: feeds it what follows from all messages.
   void finish();
