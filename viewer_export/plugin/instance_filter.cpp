@@ -3,12 +3,16 @@
 #include <cie/analysis/report.hpp>
 
 #include <algorithm>
+#include <deque>
 #include <new>
+#include <string_view>
+#include <tuple>
+#include <utility>
 
 namespace cie::viewer_export {
 namespace {
 
-// Fields of the event, in their order. Times are of the trace's clock, without its offset.
+// Fields of the event, in their order. Times are of the host's clock, without its offset.
 enum Member : std::uint64_t {
   kLogicalId,
   kPid,
@@ -22,7 +26,7 @@ enum Member : std::uint64_t {
   kExecution,
   kPreempted,
   kBlocked,
-  kMembers
+  kHost
 };
 
 template <typename T>
@@ -57,15 +61,10 @@ void set_number(bt_field* payload, Member member, std::int64_t value) {
       bt_field_structure_borrow_member_field_by_index(payload, member), value);
 }
 
-template <typename Value>
-void set_optional(bt_field* payload, Member member, const std::optional<Value>& value) {
+void set_optional(bt_field* payload, Member member, const std::optional<std::int64_t>& value) {
   auto* option = bt_field_structure_borrow_member_field_by_index(payload, member);
   bt_field_option_set_has_field(option, value ? 1 : 0);
-  if (value) bt_field_integer_signed_set_value(bt_field_option_borrow_field(option), value->ns);
-}
-
-std::uint64_t cycles(std::int64_t time) {
-  return static_cast<std::uint64_t>(std::max<std::int64_t>(time, 0));
+  if (value) bt_field_integer_signed_set_value(bt_field_option_borrow_field(option), *value);
 }
 
 }  // namespace
@@ -73,21 +72,33 @@ std::uint64_t cycles(std::int64_t time) {
 InstanceFilter::InstanceFilter(bt_self_message_iterator* self, bt_message_iterator* upstream)
     : self_(self), upstream_(upstream), analyzer_({}, this), feeder_(analyzer_) {}
 
-void InstanceFilter::on_instance(const analysis::Instance& instance) {
-  const auto end = instance.end.value_or(instance.start).ns;
-  last_time_ = std::max(last_time_, end);  // open ones are told at the trace's end
-  rows_.push_back(Row{.instance = instance, .time = last_time_});
+bool InstanceFilter::InOrder::operator()(const Row& a, const Row& b) const {
+  const auto key = [](const Row& row) {
+    const auto& instance = row.instance;
+    return std::tuple(instance.state == analysis::InstanceState::open, row.time, instance.start,
+                      instance.process, instance.tid, instance.name, instance.seq);
+  };
+  return key(a) < key(b);
 }
 
-void InstanceFilter::note_clock(const bt_message* message) {
-  if (clock_offset_s_ || bt_message_get_type(message) != BT_MESSAGE_TYPE_STREAM_BEGINNING) return;
-  const auto* stream = bt_message_stream_beginning_borrow_stream_const(message);
-  const auto* clock =
-      bt_stream_class_borrow_default_clock_class_const(bt_stream_borrow_class_const(stream));
-  if (clock == nullptr) return;
-  std::int64_t seconds = 0;
-  bt_clock_class_get_offset(clock, &seconds, &clock_offset_cycles_);
-  clock_offset_s_ = seconds;
+void InstanceFilter::on_instance(const analysis::Instance& instance) {
+  Row row{.instance = KeptInstance::of(instance), .time = instance.end.value_or(instance.start).ns};
+  row.instance.name = names_.number(instance.logical_id, instance.callback);
+  rows_->add(row);
+}
+
+// How the hosts' clocks are related is known only now.
+void InstanceFilter::finish() {
+  feeder_.finish();
+  finished_ = std::make_unique<const Finished>(analyzer_.finish());
+  const auto& clock = finished_->clock;
+  if (!clock.is_shifted()) return;
+  auto moved = make_rows();
+  rows_->drain([&](Row row) {
+    row.time = clock.of(finished_->rows.process_of(row.instance).host_index, row.time);
+    moved->add(row);
+  });
+  rows_ = std::move(moved);
 }
 
 void InstanceFilter::make_payload(bt_trace_class* trace_class, bt_event_class* event_class) {
@@ -119,6 +130,7 @@ void InstanceFilter::make_payload(bt_trace_class* trace_class, bt_event_class* e
   add("execution_ns", option());
   add("preempted_ns", option());
   add("blocked_ns", option());
+  add("host", text());
   if (bt_event_class_set_payload_field_class(event_class, payload.get()) !=
       BT_EVENT_CLASS_SET_FIELD_CLASS_STATUS_OK) {
     throw std::bad_alloc();
@@ -131,7 +143,12 @@ void InstanceFilter::make_stream() {
       checked(bt_trace_class_create(component)));
   const Ref<bt_clock_class, bt_clock_class_put_ref> clock(
       checked(bt_clock_class_create(component)));
-  bt_clock_class_set_offset(clock.get(), clock_offset_s_.value_or(0), clock_offset_cycles_);
+  // Cycles are nanoseconds here, whatever the recording's clocks count.
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const auto offset = finished_->clock.realtime_offset().value_or(0);
+  const auto below = offset % kSecond < 0 ? kSecond : 0;
+  bt_clock_class_set_offset(clock.get(), offset / kSecond - (below == 0 ? 0 : 1),
+                            static_cast<std::uint64_t>(offset % kSecond + below));
   const Ref<bt_stream_class, bt_stream_class_put_ref> stream_class(
       checked(bt_stream_class_create(trace_class.get())));
   if (bt_stream_class_set_default_clock_class(stream_class.get(), clock.get()) !=
@@ -155,68 +172,70 @@ bt_message_iterator_next_status InstanceFilter::pull() {
   bt_message_array_const messages = nullptr;
   std::uint64_t count = 0;
   const auto status = bt_message_iterator_next(upstream_.get(), &messages, &count);
-  if (status == BT_MESSAGE_ITERATOR_NEXT_STATUS_END) {
-    feeder_.finish();
-    analyzer_.finish();
-    is_complete_ = true;
-  }
+  if (status == BT_MESSAGE_ITERATOR_NEXT_STATUS_END) finish();
   if (status != BT_MESSAGE_ITERATOR_NEXT_STATUS_OK) return status;
   using MessageRef = Ref<const bt_message, bt_message_put_ref>;
   std::deque<MessageRef> batch;  // every message must be put, whatever happens to the others
   for (std::uint64_t i = 0; i < count; ++i)
     batch.emplace_back(messages[i]);
-  for (const auto& message : batch) {
-    note_clock(message.get());
+  for (const auto& message : batch)
     feeder_.consume(message.get());
-  }
   return status;
+}
+
+std::uint64_t InstanceFilter::next_time(const Row& row) {
+  const auto time = static_cast<std::uint64_t>(std::max<std::int64_t>(row.time, 0));
+  last_time_ = std::max(last_time_, time);  // open ones are told at the trace's end
+  return last_time_;
 }
 
 const bt_message* InstanceFilter::make_event(const Row& row) {
   auto* message = checked(bt_message_event_create_with_packet_and_default_clock_snapshot(
-      self_, event_class_.get(), packet_.get(), cycles(row.time)));
+      self_, event_class_.get(), packet_.get(), next_time(row)));
   const Ref<const bt_message, bt_message_put_ref> owner(message);
   auto* payload = bt_event_borrow_payload_field(bt_message_event_borrow_event(message));
-  const auto& instance = row.instance;
-  set_text(payload, kLogicalId, instance.logical_id);
-  set_number(payload, kPid, instance.pid);
+  const auto instance = finished_->taken_back.corrected(row.instance);
+  const auto& process = finished_->rows.process_of(instance);
+  set_text(payload, kLogicalId, names_.name(instance.name));
+  set_number(payload, kPid, process.pid);
   set_number(payload, kTid, instance.tid);
   set_number(payload, kSeq, static_cast<std::int64_t>(instance.seq));
   set_text(payload, kState, name_of(instance.state));
-  set_number(payload, kStart, instance.start.ns);
-  set_optional(payload, kEnd, instance.end);
-  set_optional(payload, kRelease, instance.release);
+  set_number(payload, kStart, instance.start);
+  set_optional(payload, kEnd, instance.number(KeptInstance::end));
+  set_optional(payload, kRelease, instance.number(KeptInstance::release));
   set_text(payload, kReleaseSource, analysis::label(instance.release_source));
-  set_optional(payload, kExecution, instance.execution);
-  set_optional(payload, kPreempted, instance.preempted);
-  set_optional(payload, kBlocked, instance.blocked);
+  set_optional(payload, kExecution, instance.number(KeptInstance::execution));
+  set_optional(payload, kPreempted, instance.number(KeptInstance::preempted));
+  set_optional(payload, kBlocked, instance.number(KeptInstance::blocked));
+  set_text(payload, kHost, process.host);
   bt_message_get_ref(message);
   return message;
 }
 
-// All events are in one packet; a stream without any has none. nullptr: more must come in first, or
-// the stream has ended.
+// All events are in one packet; a stream without any has none. nullptr: the stream has ended.
 const bt_message* InstanceFilter::next_message() {
   switch (step_) {
     case Step::begin:
       make_stream();
       step_ = Step::before_packet;
       return checked(bt_message_stream_beginning_create(self_, stream_.get()));
-    case Step::before_packet:
-      if (rows_.empty()) return is_complete_ ? end_of_stream() : nullptr;
+    case Step::before_packet: {
+      const auto* first = rows_->front();
+      if (first == nullptr) return end_of_stream();
       step_ = Step::in_packet;
       return checked(bt_message_packet_beginning_create_with_default_clock_snapshot(
-          self_, packet_.get(), cycles(rows_.front().time)));
+          self_, packet_.get(), next_time(*first)));
+    }
     case Step::in_packet:
-      if (!rows_.empty()) {
-        const auto* event = make_event(rows_.front());
-        rows_.pop_front();
+      if (const auto* row = rows_->front()) {
+        const auto* event = make_event(*row);
+        rows_->pop();
         return event;
       }
-      if (!is_complete_) return nullptr;
       step_ = Step::after_packet;
       return checked(bt_message_packet_end_create_with_default_clock_snapshot(self_, packet_.get(),
-                                                                              cycles(last_time_)));
+                                                                              last_time_));
     case Step::after_packet:
       return end_of_stream();
     case Step::ended:
@@ -234,7 +253,7 @@ bt_message_iterator_class_next_method_status InstanceFilter::next(bt_message_arr
                                                                   std::uint64_t capacity,
                                                                   std::uint64_t* count) {
   *count = 0;
-  while (rows_.empty() && !is_complete_) {
+  while (finished_ == nullptr) {
     const auto status = pull();
     if (status != BT_MESSAGE_ITERATOR_NEXT_STATUS_OK &&
         status != BT_MESSAGE_ITERATOR_NEXT_STATUS_END) {

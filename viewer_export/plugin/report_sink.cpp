@@ -4,7 +4,6 @@
 #include <cie/viewer_export/report_writers.hpp>
 
 #include <exception>
-#include <iostream>
 #include <stdexcept>
 #include <string_view>
 
@@ -92,23 +91,20 @@ bt_component_class_sink_consume_method_status ReportSink::consume() {
 
 void ReportSink::finish() {
   feeder_->finish();
-  const auto result = analyzer_->finish();
-  const auto write = [this, &result](std::ostream& out) {
-    if (format_ == "json") {
-      write_report_json(out, result.report);
-    } else if (format_ == "csv") {
-      write_report_csv(out, result.report);
-    } else {
-      write_report_text(out, result.report, &result.verdicts, TextStyle{});
-    }
-    out.flush();
-  };
-  if (output_.empty()) {
-    write(std::cout);
-    return;
+  auto result = analyzer_->finish();
+  // What a recording's manifest names may be gone: nobody reads it here, so nothing is known to be
+  // complete, and no rule's pass is told.
+  result.report.trace.complete = false;
+  const bool is_told = result.verdicts.verdict != analysis::Verdict::pass;
+  OutputFile file(output_.empty() ? "-" : output_);
+  if (format_ == "json") {
+    write_report_json(file.stream(), result.report);
+  } else if (format_ == "csv") {
+    write_report_csv(file.stream(), result.report);
+  } else {
+    write_report_text(file.stream(), result.report, is_told ? &result.verdicts : nullptr,
+                      TextStyle{});
   }
-  OutputFile file(output_);
-  write(file.stream());
   file.commit();
 }
 

@@ -5,10 +5,14 @@ import json
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "browser"))
+from other_host import on_host  # pylint: disable=wrong-import-position
 
 CIE, PLUGINS, EXAMPLES, MAN, ROS2 = sys.argv[1:6]
 ISOLATED = f"{EXAMPLES}/isolated_ok/trace"
@@ -22,14 +26,36 @@ def babeltrace2(*arguments, expect=0):
     return done.stdout if expect == 0 else done.stderr
 
 
+def add_idle_cpu(trace):
+    """A stream of a third CPU with one empty packet, which begins and ends with the last flush."""
+    last_flush = 983_145_000_000
+    first = pathlib.Path(trace, "ust/uid/0/64-bit/channel0_1")
+    packet = bytearray(first.read_bytes()[:88])
+    struct.pack_into("<Q", packet, 28, 2)  # stream_instance_id
+    struct.pack_into("<QQQQ", packet, 36, 88 * 8, 88 * 8, last_flush, last_flush)
+    struct.pack_into("<QQI", packet, 68, 0, 0, 2)  # packet_seq_num, events_discarded, cpu_id
+    first.with_name("channel0_2").write_bytes(packet)
+
+
+def set_clock(trace, frequency, offset):
+    for metadata in pathlib.Path(trace).rglob("metadata"):
+        text = metadata.read_text(encoding="utf-8")
+        changed = re.sub(r"\boffset = \d+;", f"offset = {offset};",
+                         text.replace("freq = 1000000000;", f"freq = {frequency};"))
+        assert changed != text
+        metadata.write_text(changed, encoding="utf-8")
+
+
 def cie(*arguments):
     return subprocess.run([CIE, *arguments], capture_output=True, text=True, check=True,
                           timeout=200).stdout
 
 
 def report_of(text):
+    """What both say of a trace: the sink reads no manifest, so it knows of nothing that it is complete."""
     report = json.loads(text)
     report["trace"].pop("paths")
+    report["trace"].pop("complete")
     return report
 
 
@@ -38,6 +64,29 @@ class ReportSink(unittest.TestCase):
         for trace in ISOLATED, MULTI, f"{ROS2}/isolated", f"{ROS2}/multi_threaded":
             told = babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"')
             self.assertEqual(report_of(told), report_of(cie("report", trace, "-f", "json")))
+
+    def test_an_idle_cpu_narrows_no_window(self):
+        with tempfile.TemporaryDirectory() as folder:
+            trace = shutil.copytree(ISOLATED, f"{folder}/trace")
+            add_idle_cpu(trace)
+            told = report_of(babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"'))
+            self.assertEqual(told, report_of(cie("report", trace, "-f", "json")))
+            self.assertEqual(sum(c["instances"] for c in told["callbacks"]), 72)
+
+    def test_what_a_manifest_would_tell_is_not_known(self):
+        told = babeltrace2(ISOLATED, "-c", "sink.cie.report")
+        self.assertIn("whether it is complete is not known", " ".join(told.split()))
+        self.assertNotIn("PASS", told)
+        told = babeltrace2(ISOLATED, "-c", "sink.cie.report", "-p", 'format="json"')
+        self.assertIs(json.loads(told)["trace"]["complete"], False)
+        self.assertIn("FAIL", babeltrace2(MULTI, "-c", "sink.cie.report"))
+
+    def test_a_full_disk_is_an_error(self):
+        for redirection in (">/dev/full", ">&-"):
+            done = subprocess.run(["sh", "-c", f'"$@" {redirection}', "sh", "babeltrace2", f"--plugin-path={PLUGINS}",
+                                   ISOLATED, "-c", "sink.cie.report"], capture_output=True, text=True, check=False, timeout=200)
+            self.assertEqual(done.returncode, 1, redirection)
+            self.assertIn("cannot write standard output", done.stderr)
 
     def test_text_is_the_default(self):
         self.assertIn("response time", babeltrace2(ISOLATED, "-c", "sink.cie.report"))
@@ -84,20 +133,59 @@ class InstanceFilter(unittest.TestCase):
                  for name, text, number, inner in self.FIELD.findall(line)} for line in lines]
 
     def test_gives_the_instances_that_the_command_lists(self):
-        for trace in ISOLATED, MULTI:
+        for trace in ISOLATED, MULTI, f"{ROS2}/client_in_group", f"{ROS2}/multi_threaded":
             rows = csv.DictReader(io.StringIO(cie("instances", trace, "-f", "csv")))
             wanted = sorted((r["logical_id"], r["pid"], r["tid"], r["seq"], r["start_ns"],
-                             r["end_ns"], r["release_ns"], r["release_source"], r["execution_ns"])
+                             r["end_ns"], r["release_ns"], r["release_source"], r["execution_ns"], r["host"])
                             for r in rows)
             given = sorted((e["logical_id"], e["pid"], e["tid"], e["seq"], e["start_ns"],
                             e.get("end_ns", ""), e.get("release_ns", ""), e["release_source"],
-                            e.get("execution_ns", "")) for e in self.events(trace))
+                            e.get("execution_ns", ""), e["host"]) for e in self.events(trace))
             self.assertEqual(given, wanted)
             self.assertTrue(given)
 
     def test_in_order_of_time(self):
-        ends = [int(e["end_ns"]) for e in self.events(ISOLATED) if "end_ns" in e]
-        self.assertEqual(ends, sorted(ends))
+        for trace in ISOLATED, f"{ROS2}/client_in_group", f"{ROS2}/multi_threaded":
+            events = self.events(trace)
+            ends = [int(e["end_ns"]) for e in events if "end_ns" in e]
+            self.assertEqual(ends, sorted(ends))
+            self.assertTrue(all("end_ns" in e for e in events[:len(ends)]), "open ones are last")
+
+    def test_an_idle_cpu_narrows_no_window(self):
+        with tempfile.TemporaryDirectory() as folder:
+            trace = shutil.copytree(ISOLATED, f"{folder}/trace")
+            add_idle_cpu(trace)
+            self.assertEqual([e["state"] for e in self.events(trace)], ["complete"] * 72)
+
+    TIME = re.compile(r"\[(\d+)\.(\d{9})\]")
+
+    def times(self, *traces):
+        """Of the events: nanoseconds since 1970, and what they tell."""
+        told = babeltrace2(*map(str, traces), "-c", "filter.cie.instances", "-c", "sink.text.pretty", "-p",
+                           "clock-seconds=true").splitlines()
+        return [(int("".join(self.TIME.match(line).groups())),
+                 {name: text or number or inner for name, text, number, inner in self.FIELD.findall(line)}) for line in told]
+
+    def test_of_a_clock_that_counts_half_nanoseconds(self):
+        with tempfile.TemporaryDirectory() as folder:
+            trace = shutil.copytree(ISOLATED, f"{folder}/trace")
+            set_clock(trace, 2_000_000_000, 1_500_000_001)
+            events = self.times(trace)
+            self.assertEqual(len(events), 72)
+            for time, event in events:
+                self.assertEqual(time, int(event["end_ns"]) + 1_700_000_000_000_000_000 + 750_000_000)
+
+    def test_hosts_have_clocks_of_their_own(self):
+        """Of two hosts the second one was booted 5 s later: its clock shows less at the same time."""
+        later = 5_000_000_000
+        with tempfile.TemporaryDirectory() as folder:
+            other = on_host(ISOLATED, "other", f"{folder}/other", later)
+            events = self.times(ISOLATED, other)
+        self.assertEqual(len(events), 2 * 72)
+        self.assertEqual([time for time, _ in events], sorted(time for time, _ in events))
+        offset = 1_700_000_000_123_456_789
+        for time, event in events:
+            self.assertEqual(time - int(event["end_ns"]), offset + (later if event["host"] == "other" else 0))
 
     def test_becomes_a_trace_of_its_own(self):
         if not re.search(r" 2\.0\.", babeltrace2("--version")):
