@@ -133,6 +133,42 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
             "  look: cie view 'recordings/run 1'\n");
 }
 
+analysis::SubjectVerdict judged(analysis::SubjectKind kind, const char* subject, Verdict verdict) {
+  return {.about = {.kind = kind},
+          .subject = subject,
+          .verdict = verdict,
+          .evidence = {{.event = "x", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = "n"}}};
+}
+
+TEST(VerifyScreen, CountsOfCallbacksCallbacksAlone) {
+  using analysis::SubjectKind;
+  const analysis::VerdictReport verdicts{
+      .verdict = Verdict::fail,
+      .rules = {{.id = "Q1",
+                 .name = "no-queue-overflow",
+                 .verdict = Verdict::fail,
+                 .subjects = {judged(SubjectKind::callback, "callback /a", Verdict::fail),
+                              judged(SubjectKind::callback, "callback /b", Verdict::pass),
+                              judged(SubjectKind::trace, "trace", Verdict::inconclusive)}}}};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              StartsWith("FAIL  run 1: 1 of 2 callbacks lost messages\n"));
+}
+
+TEST(VerifyScreen, NamesViolatedRulesThatAreUndecidedOfSomeSubjects) {
+  using analysis::SubjectKind;
+  analysis::VerdictReport verdicts{.verdict = Verdict::fail, .rules = {}};
+  for (const char* id : {"M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9", "S1", "S2",
+                         "S3", "S4", "S5", "E1", "E2", "E3", "R1", "R2", "R3", "R4"}) {
+    verdicts.rules.push_back(
+        {.id = id,
+         .name = "rule",
+         .verdict = Verdict::fail,
+         .subjects = {judged(SubjectKind::thread, "thread 1", Verdict::fail),
+                      judged(SubjectKind::thread, "thread 2", Verdict::inconclusive)}});
+  }
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()), HasSubstr("\n  undecided: M2 M3 "));
+}
+
 // Where it is undecided whether something is missing, no finding names it.
 TEST(VerifyScreen, NamesWhatTheSpecHasAndTheRecordingHasNot) {
   const auto spec = SchedulingSpec::parse(

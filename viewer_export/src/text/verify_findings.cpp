@@ -246,9 +246,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
     Told told;
   };
   std::vector<Ranked> ranked;
-  std::size_t applicable = 0;
   for (const auto& subject : rule.subjects) {
-    applicable += subject.verdict == Verdict::not_applicable ? 0 : 1;
     if (counts(subject, Verdict::fail))
       ranked.push_back({&subject, told_of(judged, rule, subject)});
   }
@@ -260,8 +258,15 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
                   .rows = {},
                   .order = {},
                   .worst = {}};
-  const auto kind = ranked.empty() ? SubjectKind::trace : ranked.front().subject->about.kind;
-  finding.subjects = counted_subjects(ranked.size(), applicable, kind);
+  // A rule may doubt the trace besides, which is none of the callbacks that it judged.
+  std::set<SubjectKind> kinds;
+  for (const auto& item : ranked)
+    kinds.insert(item.subject->about.kind);
+  const auto kind = kinds.size() == 1 ? std::optional(*kinds.begin()) : std::nullopt;
+  const auto applicable = std::ranges::count_if(rule.subjects, [kind](const auto& subject) {
+    return subject.verdict != Verdict::not_applicable && (!kind || subject.about.kind == *kind);
+  });
+  finding.subjects = counted_subjects(ranked.size(), static_cast<std::size_t>(applicable), kind);
   std::map<std::string_view, std::size_t> places;  // of rows, by what they say
   for (const auto& [subject, told] : ranked) {
     const auto [place, is_new] = places.try_emplace(told.detail, finding.rows.size());

@@ -145,8 +145,8 @@ class VerifyScreen {
 
   Lines undecided(std::size_t room) const {
     if (doubts_.empty() || room == 0) return {};
-    const auto ids = joined(head_.rules_with(Verdict::inconclusive), style_.columns - 13);
-    if (!findings_.empty() && room < 3) return {"  undecided: " + ids};
+    if (!findings_.empty() && room < 3)
+      return {"  undecided: " + joined(rules_with_doubts(), style_.columns - 13)};
     Lines lines;
     if (!findings_.empty()) lines.push_back("  undecided");
     const std::string indent = findings_.empty() ? "  " : "     ";
@@ -173,6 +173,18 @@ class VerifyScreen {
       append(lines, std::move(reason));
     }
     return lines;
+  }
+
+  // Undecided, or violated and undecided of some subjects.
+  std::vector<std::string> rules_with_doubts() const {
+    std::vector<std::string> ids;
+    for (const auto& rule : judged_.verdicts.rules) {
+      const bool is_in_doubt = std::ranges::any_of(doubts_, [&rule](const Doubt& doubt) {
+        return std::ranges::find(doubt.rules, rule.id) != doubt.rules.end();
+      });
+      if (is_in_doubt) ids.push_back(rule.id);
+    }
+    return ids;
   }
 
   // "T2 T3 T4 … 5 more".
