@@ -144,9 +144,18 @@ class Sql(unittest.TestCase):
             for logical_id, pid, missed, deadline, judged, late, _ in recording.sqlite.ask(QUESTIONS["misses"]):
                 callback = recording.callbacks[logical_id, pid]
                 self.assertEqual(missed, callback["missed_releases"])
-                self.assertEqual(late is None, deadline is None or judged == 0)
-                if late is not None:
-                    self.assertEqual(late > 0, callback["response_time_ns"]["max"] > deadline)
+                self.assertEqual((deadline, judged, late), (callback["response_deadline_ns"], callback["instances"],
+                                                            callback["late"]))
+
+    def test_misses_are_of_the_deadlines_of_the_spec(self):
+        (self.folder / "deadline.yaml").write_text(
+            "callback_groups:\n  - {id: '/a/plan@Timer(20000000)', response_deadline: 1us}\n", encoding="utf-8")
+        cie("export", TRACES[0], "--to", "sqlite", "--spec", self.folder / "deadline.yaml", "-o", self.folder / "late.db")
+        engine = engines.Sqlite(self.folder / "late.db")
+        self.addCleanup(engine.close)
+        answer = {row[0]: row[3:6] for row in engine.ask(QUESTIONS["misses"])}
+        deadline, judged, late = answer["/a/plan@Timer(20000000)"]
+        self.assertEqual((deadline, late), (1000, judged), "every run of it takes longer than 1 us")
 
     def test_time_spent_is_the_reports(self):
         parts = ("execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns")

@@ -177,6 +177,7 @@ TEST(SchedulabilityJson, HoldsEverything) {
   write_schedulability_json(out, sample(), analyzed());
   const auto json = nlohmann::json::parse(out.str());
   EXPECT_EQ(json["schema"], "cie.schedulability/1");
+  EXPECT_EQ(json["callbacks"][1]["method"], nullptr);  // of the callback without a bound
   EXPECT_EQ(json["finding"], true);
   const auto& callback = json["callbacks"][0];
   EXPECT_EQ(callback["execution"],

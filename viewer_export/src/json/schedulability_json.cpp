@@ -30,7 +30,9 @@ Json json_of(const CallbackSchedulability& callback, const analysis::ProcessRepo
           {"runs_measured", callback.runs_measured},
           {"period", json_of(callback.period)},
           {"deadline", json_of(callback.deadline)},
-          {"method", analysis::label(callback.method)},
+          {"method", callback.method == analysis::BoundMethod::none
+                         ? Json(nullptr)
+                         : Json(analysis::label(callback.method))},
           {"bound_ns", optional_json(callback.bound_ns)},
           {"reason", callback.bound_ns ? Json(nullptr) : Json(callback.reason)},
           {"observed_ns", optional_json(callback.observed_ns)},
