@@ -6,14 +6,88 @@
 #include "ctf/salvage/metadata_rebuild.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
+#include <set>
 #include <string>
-#include <system_error>
 
 namespace cie::analysis {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kMaxTraces = 100'000;
+// A link may lead to a place that has nothing to do with the recording.
+constexpr std::size_t kMaxBehindLinks = 10'000;
+
+// What one walk through directories has seen.
+class Walk {
+ public:
+  explicit Walk(Directories& directories) : directories_(directories) {}
+
+  // Real directories before those that links lead to, so that each has its own name.
+  void run(const fs::path& path) {
+    std::error_code error;
+    enter(fs::canonical(path, error), path, 0);
+    real_ = known_.size();
+    for (std::size_t next = 0; next < links_.size() && !directories_.error; ++next) {
+      const auto link = links_[next];
+      const auto target = fs::canonical(link.path, error);
+      if (error) continue;  // gone meanwhile
+      const auto place = fs::canonical(link.path.parent_path(), error);
+      if (error || target == place || is_below(place, target)) continue;
+      enter(target, link.path, link.depth);
+      if (known_.size() - real_ > kMaxBehindLinks)
+        fail(link.path, std::make_error_code(std::errc::too_many_symbolic_link_levels));
+    }
+  }
+
+ private:
+  struct Link {
+    fs::path path;
+    int depth;
+  };
+
+  void fail(const fs::path& path, const std::error_code& error) {
+    if (directories_.error) return;
+    directories_.error = error;
+    directories_.failed = path;
+  }
+  bool is_full() const {
+    const bool is_far = real_ != 0 && known_.size() - real_ > kMaxBehindLinks;
+    return is_far || directories_.error || known_.size() > kMaxDirectories;
+  }
+  // `depth`: of what lies in it.
+  void enter(const fs::path& canonical, const fs::path& path, int depth) {
+    if (!known_.insert(canonical).second) return;
+    directories_.found.push_back(path);
+    if (depth > kMaxDepth) return;
+    std::error_code error;
+    fs::directory_iterator entry(path, error);
+    std::vector<fs::path> below;
+    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+      std::error_code ignored;
+      if (!entry->is_directory(ignored)) continue;
+      if (entry->is_symlink(ignored)) {
+        links_.push_back({entry->path(), depth + 1});
+      } else {
+        below.push_back(entry->path());
+      }
+    }
+    if (error) fail(path, error);
+    for (const auto& directory : below) {
+      if (is_full()) return;
+      enter(canonical / directory.filename(), directory, depth + 1);
+    }
+  }
+
+  static constexpr std::size_t kMaxDirectories = 1'000'000;
+
+  Directories& directories_;
+  std::set<fs::path> known_;  // canonical
+  std::size_t real_ = 0;      // of them, before the first link was followed
+  std::vector<Link> links_;
+};
 
 // Of a recording that another machine received, this one has the manifest.
 std::string why_there_is_none(const std::filesystem::path& directory) {
@@ -33,8 +107,18 @@ std::string why_there_is_none(const std::filesystem::path& directory) {
 
 }  // namespace
 
+bool is_below(const fs::path& path, const fs::path& directory) {
+  const auto [end, rest] = std::ranges::mismatch(directory, path);
+  return end == directory.end() && rest != path.end();
+}
+
+Directories directories_in(const fs::path& path) {
+  Directories directories;
+  Walk(directories).run(path);
+  return directories;
+}
+
 void require_trace_directory(const std::filesystem::path& trace) {
-  namespace fs = std::filesystem;
   const auto shown = trace.string();
   std::error_code error;
   const auto status = fs::status(trace, error);
@@ -50,31 +134,22 @@ void require_trace_directory(const std::filesystem::path& trace) {
 }
 
 std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path) {
-  namespace fs = std::filesystem;
   require_trace_directory(path);
   const auto shown = path.string();
-  std::error_code error;
   std::vector<fs::path> found;
-  const auto take = [&found](const fs::path& directory) {
+  const auto directories = directories_in(path);
+  if (directories.error) {
+    const bool is_itself = directories.failed == path;
+    throw UnreadableTrace("cannot read trace " + shown + ": " +
+                          (is_itself ? "" : "cannot list " + directories.failed.string() + ": ") +
+                          directories.error.message());
+  }
+  for (const auto& directory : directories.found) {
     std::error_code ignored;
     const bool is_trace =
         fs::is_regular_file(directory / "metadata", ignored) || ctf::has_packets(directory);
     if (is_trace) found.push_back(directory);
-  };
-  take(path);
-  fs::recursive_directory_iterator entry(path, error);
-  if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
-  fs::path last;  // which an error on the way to the next one is about
-  for (const fs::recursive_directory_iterator end; entry != end; entry.increment(error)) {
-    last = entry->path();
-    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
-    std::error_code ignored;
-    if (entry->is_directory(ignored)) take(entry->path());
     if (found.size() > kMaxTraces) break;
-  }
-  if (error) {
-    throw UnreadableTrace("cannot read trace " + shown + ": cannot list " + last.string() + ": " +
-                          error.message());
   }
   if (found.empty()) {
     throw UnreadableTrace("cannot read trace " + shown + ": " + why_there_is_none(path));

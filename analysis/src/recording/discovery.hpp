@@ -2,12 +2,24 @@
 #pragma once
 
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 namespace cie::analysis {
 
 // So many directories deep below what the user named.
 inline constexpr int kMaxDepth = 16;
+
+bool is_below(const std::filesystem::path& path, const std::filesystem::path& directory);
+
+// Directories at and below `path`, each once, in no order. Links to directories are followed, but not
+// to one that the link lies in: not in circles, and never through the whole file system.
+struct Directories {
+  std::vector<std::filesystem::path> found;
+  std::error_code error;         // none: all could be listed
+  std::filesystem::path failed;  // else which could not
+};
+Directories directories_in(const std::filesystem::path& path);
 
 // Directories below `path` (itself included) that hold a file "metadata", or packets that have lost
 // theirs, in order of their names.

@@ -20,11 +20,6 @@ bool has_part(const fs::path& path, const char* part) {
   return std::ranges::any_of(path.parent_path(), [part](const fs::path& p) { return p == part; });
 }
 
-bool is_below(const fs::path& path, const fs::path& directory) {
-  const auto [end, rest] = std::ranges::mismatch(directory, path);
-  return end == directory.end() && rest != path.end();
-}
-
 // Why the file is not the one that was recorded; empty: it is.
 std::string difference(const fs::path& file, const RecordedFile& recorded,
                        bool is_content_checked) {
@@ -124,12 +119,10 @@ std::optional<Recording> recording_at(const fs::path& directory, const std::stri
 // looked for.
 std::vector<fs::path> directories_with_manifest(const fs::path& trace) {
   std::vector<fs::path> found;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(trace, error);
-  if (error) return found;
-  for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
-    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
-    if (entry->path().filename() == kManifestName) found.push_back(entry->path().parent_path());
+  for (const auto& directory : directories_in(trace).found) {
+    std::error_code ignored;
+    if (fs::exists(fs::symlink_status(directory / kManifestName, ignored)))
+      found.push_back(directory);
     if (found.size() > kMaxRecordings) break;
   }
   std::ranges::sort(found);

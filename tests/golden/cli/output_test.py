@@ -61,6 +61,37 @@ class Unreadable(Folder):
         self.assert_unreadable("x" * 10_000)
 
 
+class Links(Folder):
+    """Traces may lie behind links: each is read once, whatever leads there."""
+
+    def instances(self, path):
+        told = cie("instances", path)
+        self.assertEqual(told.returncode, 0, told)
+        return told.stdout
+
+    def test_are_followed(self):
+        os.mkdir(self.path("run"))
+        for name in "kernel", "ust":
+            os.symlink(os.path.join(TRACE, name), self.path("run", name))
+        self.assertEqual(self.instances(self.path("run")), self.instances(TRACE))
+
+    def test_lead_to_each_trace_once(self):
+        shutil.copytree(TRACE, self.path("runs", "1"))
+        os.symlink("1", self.path("runs", "latest"))
+        os.symlink("../../1/ust", self.path("runs", "1", "ust", "again"))
+        os.symlink("1/kernel", self.path("runs", "kernel"))
+        self.assertEqual(self.instances(self.path("runs")), self.instances(TRACE))
+
+    def test_are_not_followed_in_circles_nor_upwards(self):
+        shutil.copytree(TRACE, self.path("run"))
+        for number, target in enumerate((".", "..", "../run", "/", "nowhere")):
+            os.symlink(target, self.path("run", f"{number}"))
+        os.symlink("b", self.path("run", "a"))
+        os.symlink("a", self.path("run", "b"))
+        shutil.copytree(TRACE, self.path("other"))
+        self.assertEqual(self.instances(self.path("run")), self.instances(TRACE))
+
+
 class Output(Folder):
     def test_a_file_is_what_standard_output_would_be(self):
         for arguments in (("report", TRACE), ("report", TRACE, "-f", "json"), ("report", TRACE, "-f", "csv"),
