@@ -152,8 +152,11 @@ std::function<std::string(const std::string&)> one_of(std::vector<std::string> v
 
 std::string unexpected_argument(const CLI::App& app) {
   const auto unknown = app.remaining();
-  if (unknown.empty()) return {};
-  const auto& first = unknown.front();
+  // CLI11 keeps the mark behind which everything is an argument.
+  const auto left = std::find_if(unknown.begin(), unknown.end(),
+                                 [](const std::string& word) { return word != "--"; });
+  if (left == unknown.end()) return {};
+  const auto& first = *left;
   if (!first.starts_with('-')) return fmt::format("one argument too many: \"{}\"", first);
   const auto name = first.substr(0, first.find('='));
   return fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(app)));

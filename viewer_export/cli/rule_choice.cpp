@@ -1,9 +1,12 @@
 #include "rule_choice.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "command_line.hpp"
 #include "rule_pages.hpp"
 
 #include <algorithm>
+#include <string>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -30,6 +33,10 @@ RuleChoice::RuleChoice(const std::string& only, const std::string& skip)
         "--only and --skip exclude each other: name the rules that count, or those "
         "that do not");
   }
+  const auto pages = analysis::rule_pages();
+  if (std::ranges::none_of(pages,
+                           [this](const auto& rule) { return is_chosen(std::string(rule.id)); }))
+    throw UsageError("--skip leaves no rule: nothing would be checked");
 }
 
 bool RuleChoice::is_chosen(const std::string& id) const {

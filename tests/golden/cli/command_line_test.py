@@ -122,6 +122,16 @@ class Usage(Folder):
         self.assert_usage_error(("verify", TRACE, "--only", "M2", "--skip", "M3"),
                                 "--only and --skip exclude each other: name the rules that count, or those that do not")
 
+    def test_no_rule_is_no_pass(self):
+        everything = [r["id"] for r in json.loads(cie("verify", TRACE, "-f", "json").stdout)["rules"]]
+        self.assert_usage_error(("verify", TRACE, "--skip", ",".join(everything)),
+                                "--skip leaves no rule: nothing would be checked")
+
+    def test_behind_two_dashes_all_are_arguments(self):
+        shutil.copytree(TRACE, self.path("-dash"))
+        told = cie("instances", "--", "-dash", cwd=self.folder)
+        self.assertEqual((told.returncode, told.stdout), (0, cie("instances", TRACE).stdout), told.stderr)
+
     def test_what_is_left_out_has_no_say(self):
         violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
         self.assertEqual(cie("verify", violating).returncode, 1)

@@ -93,6 +93,21 @@ class Links(Folder):
 
 
 class Output(Folder):
+    def test_of_a_recording_replaces_none_of_its_files(self):
+        run = shutil.copytree(TRACE, self.path("run"))
+        self.write("run/manifest.json", b'{\n  "schema": "cie.recording/1",\n  "tool": {}}\n')
+        self.write("run/kernel/index", b"\xc1\xf1\xdc\xc1\0\0\0\1")
+        os.symlink("run/kernel/metadata", self.path("link"))
+        for name in ("run/kernel/metadata", "run/kernel/channel0_0", "run/manifest.json", "run/kernel/index", "link"):
+            before = self.read(name)
+            for arguments in (("report", run), ("instances", run), ("verify", run), ("export", run, "--to", "perfetto")):
+                result = cie(*arguments, "-o", self.path(name))
+                self.assertEqual((result.returncode, result.stdout), (2, b""), (arguments, name))
+                self.assertIn(b"is a file of a recording", result.stderr)
+            self.assertEqual(self.read(name), before)
+        self.write("run/report.txt", b"old")
+        self.assertEqual(cie("report", TRACE, "-o", self.path("run/report.txt")).returncode, 0)
+
     def test_a_file_is_what_standard_output_would_be(self):
         for arguments in (("report", TRACE), ("report", TRACE, "-f", "json"), ("report", TRACE, "-f", "csv"),
                           ("instances", TRACE), ("instances", TRACE, "-f", "jsonl"), ("events", TRACE), ("verify", TRACE),
