@@ -166,6 +166,7 @@ void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
 
 void ChainTracker::on_path(ChainNode& node, const EventRef& end) {
   const auto walked = walk(node);
+  if (walked == Walk::missing) interrupt(scratch_);
   if (walked != Walk::whole && walked != Walk::too_long) return;
   if (walked == Walk::whole) {
     if (auto* chain = chain_of(scratch_)) {
@@ -176,6 +177,19 @@ void ChainTracker::on_path(ChainNode& node, const EventRef& end) {
     if (auto* chain = chain_of(scratch_)) chain->goes_on = true;
   }
   ++model_.unlisted_chain_instances;
+}
+
+// It may be an instance of each chain that ends like this and is no shorter: the next one of these
+// follows one that is not known.
+void ChainTracker::interrupt(const Nodes& known) {
+  for (auto* path : ended_by_[known.front()->callback]) {
+    const auto& callbacks = path->first;
+    const bool may_be_it =
+        callbacks.size() >= known.size() &&
+        std::equal(known.begin(), known.end(), callbacks.rbegin(),
+                   [](const ChainNode* node, CallbackIndex hop) { return node->callback == hop; });
+    if (may_be_it) path->second.progress.has_last = false;
+  }
 }
 
 void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Timestamp taken) {
@@ -291,7 +305,9 @@ ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
     lately.not_kept = std::move(path);
     return nullptr;
   }
-  lately.path = &*paths_.try_emplace(std::move(path)).first;
+  const auto [found, is_new] = paths_.try_emplace(std::move(path));
+  lately.path = &*found;
+  if (is_new) ended_by_[nodes.back()->callback].push_back(lately.path);
   return &lately.path->second;
 }
 

@@ -48,8 +48,9 @@ class ChainTracker {
   }
   // Whether an instance that took this message (0: none) may continue a chain, or be all of one. Of
   // others nothing is told but what they publish.
-  bool may_be_of_chain(std::uint64_t writer_gid, std::int64_t source_timestamp) const noexcept {
-    return has_spec_ || (writer_gid != 0 && source_timestamp != 0);
+  bool may_be_of_chain(std::uint64_t writer_gid, std::int64_t source_timestamp,
+                       bool is_writer_undecided) const noexcept {
+    return has_spec_ || (writer_gid != 0 && source_timestamp != 0) || is_writer_undecided;
   }
   // Such an instance began: looks up what it took.
   void link(ChainNode& node);
@@ -159,11 +160,14 @@ class ChainTracker {
   // spec names. Missing: a publication between them is unseen without excuse.
   enum class Walk : std::uint8_t { other, missing, whole, too_long };
   Walk walk(ChainNode& node, const Chain& chain);
-  // Likewise, as far back as anything is known. Too long: there are more than are kept.
+  // Likewise, as far back as anything is known: where a publication is missing, the last one first.
+  // Too long: there are more than are kept.
   Walk walk(ChainNode& node);
   // An instance was completed, where no spec names chains.
   void on_path(ChainNode& node, const EventRef& end);
   void on_specified(ChainNode& node, const EventRef& end, Chain& chain);
+  // Of an instance that was completed no more is known than these, the last one first.
+  void interrupt(const Nodes& known);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);
   // What to add to times of the first callback's host for those of the last one's. Empty: their
@@ -197,6 +201,7 @@ class ChainTracker {
   std::vector<Chain> specified_;
   Paths paths_;
   ByIndex<CallbackIndex, Lately> lately_;
+  ByIndex<CallbackIndex, std::vector<Paths::value_type*>> ended_by_;       // those of paths_
   using EdgeKey = std::pair<CallbackIndex, std::optional<CallbackIndex>>;  // to, from
   std::map<EdgeKey, MessageEdgeFacts> edges_;
   Nodes scratch_;

@@ -180,7 +180,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   const auto& window = recording_.window_of(head.stream);
   live->is_in_window = window.begin && *window.begin <= head.time;
   if (live->is_in_window) live->read = chains_.add_read(index, head.time);
-  if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp))
+  if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp, live->is_writer_undecided))
     chains_.link(*node_of(*live));
   const bool is_pause =
       !on_thread.last_activity || head.time - *on_thread.last_activity > TimerGrid::kPrompt;

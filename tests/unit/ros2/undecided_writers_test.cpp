@@ -44,6 +44,7 @@ class Scans {
     add(start + 120'000, "callback_end pid=2 tid=2 callback=0x50");
     return *this;
   }
+  Ros2Result analyze_without_spec() const { return analyze_ros2(text_); }
   Ros2Result analyze() const {
     return analyze_ros2(text_, -1, R"yaml(
 callback_groups: []
@@ -77,6 +78,20 @@ TEST(Ros2UndecidedWriters, AMessageOfWhicheverPublisherLeavesAChainUndecided) {
   EXPECT_THAT(result.evidence("Q2"),
               testing::HasSubstr("the publish of the message taken here is not known"));
   EXPECT_THAT(result.chains(), ElementsAre("scan: 5"));
+}
+
+// From one start of the timer to the next end of the chain it is a period and 120 us.
+TEST(Ros2UndecidedWriters, AgesAndReactionsDoNotGoAcrossOneWithoutASpec) {
+  Scans scans;
+  for (std::int64_t k = 1; k <= 6; ++k)
+    scans.round(k, k == 3);
+  const auto result = scans.analyze_without_spec();
+  ASSERT_THAT(result.chains(), ElementsAre("/a@Timer(10000000) -> /b@Subscription(/t): 5"));
+  const auto& chain = result.analysis.report.chains.front();
+  ASSERT_TRUE(chain.data_age && chain.reaction_time);
+  EXPECT_EQ(chain.data_age->count, 3U) << "1 to 2, 4 to 5, 5 to 6";
+  EXPECT_EQ(chain.data_age->max, 10'120'000);
+  EXPECT_EQ(chain.reaction_time->max, 10'120'000);
 }
 
 TEST(Ros2UndecidedWriters, MessagesThatFitNoPublishAnyMoreLeaveAChainUndecided) {
