@@ -1,6 +1,7 @@
 // Which publication a callback took: chains, releases.
 #include "ros2_text.hpp"
 
+#include <algorithm>
 #include <string>
 #include <tuple>
 
@@ -457,6 +458,37 @@ TEST(Ros2Messages, AgnocastNumbersMessages) {
     21 agnocast:agnocast_callable_start pid=2 callable=0x92
     24 agnocast:agnocast_callable_end pid=2 callable=0x92)");
   EXPECT_THAT(result.chains(), ElementsAre(kChain));
+}
+
+// Two machines run the same application, so their messages have the same numbers.
+TEST(Ros2Messages, AgnocastDoesNotLeaveItsMachine) {
+  const auto both = [](const std::string& rest) { return rest + "\n" + rest + " boot=other\n"; };
+  std::string text;
+  for (
+      const auto* event : {
+          "0 agnocast:agnocast_node_init node_handle=0x10 node_name=a namespace=/",
+          "0 agnocast:agnocast_publisher_init publisher_handle=0x60 node_handle=0x10 topic_name=/t queue_depth=1",
+          "1 agnocast:agnocast_timer_init timer_handle=0x21 node_handle=0x10 callback=0x8 callback_group=0x70 symbol=tick period=100",
+          "3 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/t queue_depth=2 pid_callback_info_id=77",
+          "10 agnocast:agnocast_create_timer_callable callable=0x91 timer_handle=0x21",
+          "11 agnocast:agnocast_callable_start callable=0x91",
+          "12 agnocast:agnocast_publish publisher_handle=0x60 entry_id=5",
+          "13 agnocast:agnocast_callable_end callable=0x91",
+          "20 agnocast:agnocast_create_callable callable=0x92 entry_id=5 pid_callback_info_id=77",
+          "21 agnocast:agnocast_callable_start callable=0x92",
+          "24 agnocast:agnocast_callable_end callable=0x92",
+      })
+    text += both(event);
+  const auto result = analyze_ros2(text);
+  const auto& report = result.analysis.report;
+  const auto process_of = [&report](analysis::CallbackIndex callback) {
+    return std::ranges::find(report.callbacks, callback, &analysis::CallbackReport::index)->process;
+  };
+  ASSERT_EQ(report.edges.size(), 2U);
+  for (const auto& edge : report.edges) {
+    ASSERT_TRUE(edge.from);
+    EXPECT_EQ(process_of(*edge.from), process_of(edge.to));
+  }
 }
 
 }  // namespace

@@ -124,7 +124,7 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   // Machines may be called alike: then their boots tell them apart.
   auto host = std::string(event.host) + '\0' + std::string(event.clock_uuid);
-  stream_of(head) = {.host = &hosts_[std::move(host)],
+  stream_of(head) = {.host = &host_of(std::move(host)),
                      .offset_ns = event.clock_offset_ns,
                      .is_kernel = event.domain == Domain::kernel};
 }
@@ -212,13 +212,20 @@ void EventTranslator::forget_what_runs(Host& host) {
 EventTranslator::Stream& EventTranslator::new_stream(std::size_t index) {
   if (index >= streams_.size()) streams_.resize(index + 1);
   auto& stream = streams_[index];
-  stream.host = &hosts_[{}];
+  stream.host = &host_of({});
   return stream;
+}
+
+EventTranslator::Host& EventTranslator::host_of(std::string name_and_clock) {
+  const auto [found, is_new] = hosts_.try_emplace(std::move(name_and_clock));
+  if (is_new) found->second.number = static_cast<std::uint32_t>(hosts_.size());
+  return found->second;
 }
 
 void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pid,
                            std::int64_t tid) {
   auto& process = host.processes[pid];
+  process.host = host.number;
   emitting = {
       .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
 }

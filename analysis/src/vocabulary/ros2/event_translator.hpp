@@ -53,6 +53,7 @@ class EventTranslator final : public Translator {
     Timestamp next_end = kNever;
     Timestamp session_begin{};  // after a gap; what spoke before and speaks again went on meanwhile
     bool is_losing() const noexcept { return next_end != kNever; }
+    std::uint32_t number = 0;
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
     Host* host = nullptr;      // of hosts_
@@ -128,6 +129,7 @@ class EventTranslator final : public Translator {
     return is_known ? streams_[index] : new_stream(index);
   }
   Stream& new_stream(std::size_t index);
+  Host& host_of(std::string name_and_clock);
   // Of an event that has a pid.
   const EmittingThread& emitting_thread(Host& host, const EventHead& head) {
     const auto pid = *head.pid;

@@ -80,7 +80,8 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
     if (entry != process.agnocast_entries.end()) {
-      const auto origin = links_.find_entry(callback.source, entry->second);
+      const auto origin =
+          links_.find_entry(callback.source, {.host = process.host, .number = entry->second});
       process.agnocast_entries.erase(entry);
       return {.origin = origin};
     }

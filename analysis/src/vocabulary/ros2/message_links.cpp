@@ -96,12 +96,13 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   return {.gid = may_be_unknown ? entry.sole_publisher : 0, .stamp = source_timestamp};
 }
 
-MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {
+MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,
+                                              const WrittenMessage::Entry& entry) const {
   const auto found = topics_.find(topic);
   if (found == topics_.end()) return {};
   const auto& publications = found->second.publications;
   const auto each = std::find_if(publications.rbegin(), publications.rend(),
-                                 [entry](const auto& p) { return p.message->entry == entry; });
+                                 [&entry](const auto& p) { return p.message->entry == entry; });
   if (each == publications.rend()) return {};
   return {.gid = each->message->gid, .stamp = each->message->stamp};
 }

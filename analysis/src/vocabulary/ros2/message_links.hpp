@@ -27,7 +27,13 @@ struct WrittenMessage {
   std::optional<std::int64_t> name{};  // by which the model knows it, if not by `stamp`
   std::int64_t from = 0;               // the writing lies between these two (CLOCK_REALTIME)
   std::int64_t until = std::numeric_limits<std::int64_t>::max();
-  std::optional<std::int64_t> entry{};  // agnocast's number of the message
+  // Agnocast's number of the message; each machine counts its own.
+  struct Entry {
+    std::uint32_t host = 0;
+    std::int64_t number = 0;
+    bool operator==(const Entry&) const = default;
+  };
+  std::optional<Entry> entry{};
   // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one
   // message: any other timestamp between its two is of another writer.
   std::optional<std::int64_t> taken_as{};
@@ -49,7 +55,7 @@ class MessageLinks {
     bool is_undecided = false;  // no publisher, and some of the recorded publications may be it
   };
   Origin find(const std::string& topic, std::int64_t source_timestamp);
-  Origin find_entry(const std::string& topic, std::int64_t entry) const;
+  Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
 
   // Publications may have been lost: whoever alone publishes on a topic may have written what no
   // publication fits.

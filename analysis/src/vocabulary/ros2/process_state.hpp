@@ -101,6 +101,7 @@ struct LastEvent {
 
 struct Process {
   LastEvent last{};
+  std::uint32_t host = 0;  // its number
   Directory directory{};
   std::unordered_map<std::int64_t, Thread> threads{};
   std::map<std::pair<Address, std::uint64_t>, QueuedMessage> queues{};  // by buffer and index
