@@ -188,6 +188,19 @@ TEST(Ros2Identity, EqualNamesAreNumberedInOrderOfCreation) {
   EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 2 to 2\n/a@Timer(5)#2: 1 of 1 to 1\n");
 }
 
+TEST(Ros2Identity, APeriodThatWasNotToldIsUnknown) {
+  const std::string rest = R"(
+    2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    3 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    10 callback_start callback=0x30
+    11 callback_end callback=0x30)";
+  const std::string node = "0 rcl_node_init node_handle=0x10 node_name=a namespace=/\n";
+  EXPECT_THAT(analyze_ros2(node + rest).logical_ids(), ElementsAre("/a@Timer(?)"));
+  EXPECT_THAT(
+      analyze_ros2(node + "1 rcl_timer_init timer_handle=0x20 period=0\n" + rest).logical_ids(),
+      ElementsAre("/a@Timer(0)"));
+}
+
 // Whether the second one takes the first one's place or lives beside it.
 TEST(Ros2Identity, CallbacksOfTwoNodesOfOneNameAreNumbered) {
   for (const auto* second : {"0x10", "0x11"}) {

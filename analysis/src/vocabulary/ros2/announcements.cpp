@@ -44,7 +44,7 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                     .logical_id = logical_id,
                     .source = callback.source,
                     .symbol = callback.symbol,
-                    .period_ns = callback.period_ns,
+                    .period_ns = callback.period_ns.value_or(0),
                     .queue_depth = callback.queue_depth,
                     .first_expiry = callback.first_expiry,
                     .is_identified = callback.is_identified},

@@ -327,9 +327,10 @@ std::string_view Directory::node_name(const Callback& callback) const {
 
 std::string Directory::plain_id(const Callback& callback) const {
   const bool is_timer = callback.kind == CallbackKind::timer;
-  const std::string source = callback.source.empty() ? "?" : callback.source;
+  const bool is_known = is_timer ? callback.period_ns.has_value() : !callback.source.empty();
+  const auto what = is_timer ? std::to_string(callback.period_ns.value_or(0)) : callback.source;
   return cie::logical_id(node_name(callback), callback.kind.value_or(CallbackKind::waitable),
-                         is_timer ? std::to_string(callback.period_ns) : source);
+                         is_known ? what : "?");
 }
 
 std::string Directory::logical_id(Callback& callback) const {

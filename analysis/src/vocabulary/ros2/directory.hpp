@@ -57,7 +57,7 @@ struct Callback {
   std::optional<NodeId> node{};
   std::string source{};
   std::string symbol{};
-  std::uint64_t period_ns = 0;
+  std::optional<std::uint64_t> period_ns{};
   std::optional<Timestamp> first_expiry{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
@@ -148,7 +148,7 @@ class Directory {
     CallbackKind kind = CallbackKind::timer;
     std::optional<NodeId> node{};
     std::string source{};
-    std::uint64_t period_ns = 0;
+    std::optional<std::uint64_t> period_ns{};
     std::optional<Timestamp> first_expiry{};
     std::uint32_t queue_depth = 0;
     Address rmw_subscription = 0;
