@@ -83,7 +83,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   const auto* runs = event.callback == kNoCallback ? running(who) : nullptr;
   if (may_be_of_unseen(head, who, event)) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
-  } else if (runs != nullptr && may_have_ended(head, *runs)) {
+  } else if (runs != nullptr && (event.is_runner_unknown || may_have_ended(head, *runs))) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
     leave_undecided({.thread = *who.thread,
                      .callback = runs->callback,

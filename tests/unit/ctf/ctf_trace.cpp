@@ -36,7 +36,8 @@ std::string line_of(const Event& event) {
           [&](const PacketEnd&) { return at + "packet ends"; },
           [&](const Discarded& e) {
             return at + "lost " + (e.count ? std::to_string(*e.count) : "some") +
-                   (e.packets ? " packets" : " events") + " until " + std::to_string(e.end.ns);
+                   (e.packets ? " packets" : " events") + " until " + std::to_string(e.end.ns) +
+                   (e.last_with_room ? ", after " + std::to_string(e.last_with_room->ns) : "");
           },
           [](const DamagedPacket& e) {
             // Without the machine's path: "… at byte 5: reason".

@@ -87,6 +87,20 @@ TEST(Packets, DiscardedEventsAreCountedFromTheFirstPacketOn) {
                           "210 tick on 0", "290 lost 5 events until 390", "310 tick on 0"));
 }
 
+// LTTng discards what a packet has no room for. Events of 6 bytes, a header of 5 of them: at 1128 the
+// packet's last kilobyte is still free, at 1129 it is not.
+TEST(Packets, EventsAreDiscardedWhenThePacketHasNoRoomForThem) {
+  PacketText packet{.begin = 1000, .end = 2000, .discarded = 1};
+  constexpr std::size_t kTicks = 300;
+  for (std::uint64_t i = 0; i < kTicks; ++i)
+    packet.ticks.push_back({.time = 1000 + i});
+  static_assert((kTicks - 1'024 / 6 - 1) == 129);
+  EXPECT_EQ(lines_of(bytes_of(packet)).front(), "1000 lost 1 events until 2000, after 1128");
+  packet.padding = 2000;
+  EXPECT_EQ(lines_of(bytes_of(packet)).front(), "1000 lost 1 events until 2000")
+      << "it has room in the end";
+}
+
 TEST(Packets, DiscardedCounterWraps) {
   auto packets = three();
   packets[0].discarded = 0xffff'ffff;

@@ -117,6 +117,28 @@ TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
   EXPECT_EQ(links.find(kTopic, 150'000).gid, 7U) << "that publication may have been lost";
 }
 
+TEST(MessageLinks, WhatSomebodyUnannouncedPublishedIsUndecided) {
+  MessageLinks links;
+  links.add_unannounced(100'000);
+  EXPECT_TRUE(links.find(kTopic, 100'000).is_undecided);
+  EXPECT_FALSE(links.find(kTopic, 100'001).is_undecided);
+  links.add_publisher(kTopic, 7);
+  links.add(kTopic, stamped(7, 50'000));
+  EXPECT_TRUE(links.find(kTopic, 100'000).is_undecided);
+  EXPECT_FALSE(links.find(kTopic, 100'001).is_undecided);
+}
+
+// With one publisher it would be that one's.
+TEST(MessageLinks, WhatFitsNoCallIsUndecidedWhereOneOfSeveralPublishersMayHaveLostIt) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 7);
+  links.add_publisher(kTopic, 8);
+  links.add(kTopic, stamped(7, 100'000));
+  EXPECT_FALSE(links.find(kTopic, 150'000).is_undecided) << "of another writer";
+  links.lose();
+  EXPECT_TRUE(links.find(kTopic, 150'000).is_undecided);
+}
+
 // Not looked at are only those of which none can be it: the same as looking at all that are kept.
 TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
   std::mt19937 random(14);

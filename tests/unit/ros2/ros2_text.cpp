@@ -275,10 +275,17 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     // NOLINTNEXTLINE(cert-err34-c): a line of this file's tests
     if (std::sscanf(line_text.c_str(), "%ld lost until=%ld", &lost_from, &lost_until) == 2) {
       head = {.time = {}, .stream = {}, .cpu = head.cpu, .pid = {}, .tid = {}};
+      if (line_text.find(" stream=2") != std::string::npos) head.stream = kSecondStream;
+      std::optional<Timestamp> last_with_room;
+      const std::string room = " room=";
+      if (const auto at = line_text.find(room); at != std::string::npos)
+        last_with_room = Timestamp{std::stoll(line_text.substr(at + room.size()))};
       consume(lost_from, Discarded{.begin = Timestamp{lost_from},
                                    .end = Timestamp{lost_until},
                                    .count = 1,
-                                   .packets = false});
+                                   .packets = false,
+                                   .last_with_room = last_with_room});
+      head.stream = {};
       continue;
     }
     // NOLINTNEXTLINE(cert-err34-c): as above

@@ -1,7 +1,8 @@
 // Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] [boot=NAME] [stream=2] FIELD=VALUE
 // …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
 // With a boot it is of another machine, which is called "robot" like the first.
-// `TIME lost until=TIME`: a packet that begins there tells that events were lost until its end.
+// `TIME lost until=TIME [room=TIME] [stream=2]`: a packet that begins there tells that events were lost until its end,
+// behind the last event with room for another one if that is told.
 // `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.
 // `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.
 // `TIME kernel_lost TIME`: it has a hole until then. `0 kernel_without_inheritance`: it declares no sched_pi_setprio.

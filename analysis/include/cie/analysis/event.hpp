@@ -86,6 +86,8 @@ struct Discarded {
   Timestamp end;
   std::optional<std::uint64_t> count;  // empty: unknown how many
   bool packets = false;                // whole packets rather than events
+  // Until this event of its stream the packet had room for more. Empty: that is not known.
+  std::optional<Timestamp> last_with_room{};
 };
 // A packet that cannot be read and was skipped.
 struct DamagedPacket {
@@ -277,6 +279,8 @@ struct Publish {
   // The instance that it is of, if not the one that its thread runs.
   CallbackId callback = kNoCallback;
   std::uint64_t callback_seq = 0;
+  // What its thread ran may have ended since, unseen.
+  bool is_runner_unknown = false;
 };
 struct SampleLost {
   static constexpr EventPhase kPhase = EventPhase::callback;

@@ -64,6 +64,10 @@ class EventCursor {
   }
   Payload payload() const noexcept { return Payload(fields_.data()); }
 
+  // Bits of the packet before the contexts and fields of an event that is being walked over.
+  std::uint64_t position_of(const Fixed& event) const noexcept {
+    return (base_ + static_cast<std::uint64_t>(event.body - bits_.data)) * 8;
+  }
   // After `damaged`: why, and where in the packet.
   std::string reason() const;
   std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }

@@ -286,6 +286,26 @@ std::optional<std::uint64_t> PacketScanner::last_clock(const Packet& packet) {
   return has_readable_events(packet, clock) ? std::optional(clock) : std::nullopt;
 }
 
+std::optional<std::uint64_t> PacketScanner::last_clock_with_room(const Found& found) {
+  const auto& packet = *found.packet;
+  if (found.is_outside || packet.size <= kRoom) return std::nullopt;
+  const auto limit = (packet.size - kRoom) * 8;
+  if (packet.content_end <= limit) return std::nullopt;
+  auto clock = packet.begin.value_or(0);
+  probe_.begin(packet, clock);
+  for (;;) {
+    probe_.walk_fixed([&](const EventCursor::Fixed& event) {
+      if (probe_.position_of(event) > limit) return false;
+      clock = event.clock;
+      return true;
+    });
+    const bool has_room = probe_.next() == EventCursor::Step::event && probe_.position() <= limit;
+    if (!has_room) return clock;
+    clock = probe_.clock();
+    if (!probe_.read_body()) return clock;
+  }
+}
+
 PacketScanner::Found PacketScanner::next() {
   Found found;
   const auto note = [&](std::uint64_t offset) {

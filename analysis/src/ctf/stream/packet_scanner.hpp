@@ -40,6 +40,12 @@ class PacketScanner {
   bool has_events(const Packet& packet);
   std::optional<std::uint64_t> last_clock(const Packet& packet);
 
+  // For the packet found last, before it is read: the clock at the last event behind whose header it
+  // had kRoom left, more than most events take. Empty: it has that in the end, or nobody looked at
+  // its events. Tracers that discard events do so only when a packet has no room for them.
+  std::optional<std::uint64_t> last_clock_with_room(const Found& found);
+  static constexpr std::uint64_t kRoom = 1024;  // bytes
+
   // For the packet found last.
   Window& window() noexcept { return window_; }
   Frame& frame() noexcept { return frame_; }

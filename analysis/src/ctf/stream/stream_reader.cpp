@@ -108,6 +108,7 @@ void StreamReader::load_packet() {
   packet_.reset();
   cursor_.reset();
   gap_ = {};
+  PacketScanner::Found found;
   while (file_ < files_.size() && !packet_) {
     const auto& current = files_[file_];
     if (!scanner_) {
@@ -115,7 +116,7 @@ void StreamReader::load_packet() {
                                                  identity_.piece, identity_.window);
       trace_ = current.trace.get();
     }
-    const auto found = scanner_->next();
+    found = scanner_->next();
     if (found.damage) note_damage(*found.damage);
     if (!found.packet) {
       note_position(current.file.size());
@@ -129,7 +130,7 @@ void StreamReader::load_packet() {
   if (packet_) {
     ++packets_;
     note_position(packet_->offset);
-    count_losses();
+    count_losses(found);
     if (!last_end_ && packet_->begin) stand_at(time_of(*packet_->begin));
     step_ = gap_.is_any() ? Step::gap : Step::packet_begin;
     if (step_ == Step::packet_begin && packet_->begin) stand_at(time_of(*packet_->begin));
@@ -138,13 +139,18 @@ void StreamReader::load_packet() {
   }
 }
 
-void StreamReader::count_losses() {
+void StreamReader::count_losses(const PacketScanner::Found& found) {
   if (const auto& discarded = packet_->discarded) {
     // Tracers count from 0: what the first packet has was lost before or in it. LTTng may note a
     // packet's count after a later one's: then nothing new was lost.
     const auto last = last_discarded_.value_or(0);
     if (!last_discarded_ || !discarded->is_behind(last)) {
-      if (const auto lost = discarded->since(last); lost > 0) gap_.discarded_events = lost;
+      if (const auto lost = discarded->since(last); lost > 0) {
+        gap_.discarded_events = lost;
+        const bool is_of_this_packet =
+            last_discarded_ || (packet_->sequence && packet_->sequence->value == 0);
+        if (is_of_this_packet) gap_.last_with_room = scanner_->last_clock_with_room(found);
+      }
       last_discarded_ = discarded->value;
     }
   }
@@ -180,11 +186,14 @@ void StreamReader::emit_gap(EventWriter& writer) {
                        .has_foreign_metadata = true});
   }
   if (gap_.discarded_events) {
+    std::optional<Timestamp> last_with_room;
+    if (gap_.last_with_room) last_with_room = time_of(*gap_.last_with_room);
     emit(writer, here,
          Discarded{.begin = here,
                    .end = next_end.value_or(here),
                    .count = gap_.discarded_events,
-                   .packets = false});
+                   .packets = false,
+                   .last_with_room = last_with_room});
   }
   if (gap_.discarded_packets) {
     emit(writer, here,

@@ -101,7 +101,8 @@ class StreamReader {
     std::vector<Damage> damages;
     std::optional<std::uint64_t> discarded_events;
     std::optional<std::uint64_t> discarded_packets;
-    std::optional<std::string> foreign;  // why the packet's metadata is not its own
+    std::optional<std::uint64_t> last_with_room;  // see Discarded; cycles
+    std::optional<std::string> foreign;           // why the packet's metadata is not its own
     bool is_any() const noexcept {
       return !damages.empty() || discarded_events || discarded_packets || foreign;
     }
@@ -112,7 +113,7 @@ class StreamReader {
   bool is_new(const Packet& packet) const;
   bool take(const PacketScanner::Found& found);
   void note_damage(const Damage& damage);
-  void count_losses();
+  void count_losses(const PacketScanner::Found& found);
   void emit_event(EventWriter& writer);
   void emit_gap(EventWriter& writer);
   void emit_packet_begin(EventWriter& writer);

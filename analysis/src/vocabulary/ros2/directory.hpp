@@ -51,7 +51,9 @@ struct Callback {
   CallbackId id{};
   std::optional<CallbackKind> kind{};  // empty: made before the recording began
   bool is_told = false;
-  std::uint32_t number = 0;  // among those of its logical id; 0: not told yet
+  bool is_taking_told = false;  // it was given what `rmw_take` told of, so far as anything
+  bool is_queue_told = false;   // likewise what a buffer did
+  std::uint32_t number = 0;     // among those of its logical id; 0: not told yet
   std::uint64_t next_seq = 0;
   Address rmw_subscription = 0;  // rmw's handle; 0: it has none, or that is not told
   std::optional<NodeId> node{};

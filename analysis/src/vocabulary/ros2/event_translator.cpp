@@ -96,28 +96,32 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
   }
   for (auto& event : events) {
     const auto& head = event.head;
-    std::visit(Overloaded{[&](const StreamBegin& e) {
-                            apply(head, e);
-                            session_gaps_.apply(head, e);
-                          },
-                          [&](const StreamEnd& e) { session_gaps_.apply(head, e); },
-                          [&](const PacketBegin&) { end_gap(event, batch); },
-                          [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
-                          [&](const RunBegin&) { note_own(head); },
-                          [&](const ThreadInit&) { note_own(head); },
-                          [&](const CallbackInit& e) {
-                            note_own(head);
-                            apply(head, e);
-                          },
-                          [&](const PublisherInit& e) { apply(head, e); },
-                          [&](CallbackStart& e) {
-                            note_own(head);
-                            complete(head, e);
-                          },
-                          [&](const Discarded& e) { lose(head, e.end); },
-                          [&](const DamagedPacket& e) { lose(head, e.end.value_or(head.time)); },
-                          [](const auto&) {}},
-               event.body);
+    std::visit(
+        Overloaded{
+            [&](const StreamBegin& e) {
+              apply(head, e);
+              session_gaps_.apply(head, e);
+            },
+            [&](const StreamEnd& e) { session_gaps_.apply(head, e); },
+            [&](const PacketBegin&) { end_gap(event, batch); },
+            [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
+            [&](const RunBegin&) { note_own(head); }, [&](const ThreadInit&) { note_own(head); },
+            [&](const CallbackInit& e) {
+              note_own(head);
+              apply(head, e);
+            },
+            [&](const PublisherInit& e) { apply(head, e); },
+            [&](CallbackStart& e) {
+              note_own(head);
+              complete(head, e);
+            },
+            [&](const Discarded& e) {
+              const auto from = e.last_with_room ? *e.last_with_room + Duration{1} : head.time;
+              lose(head, from, e.end);
+            },
+            [&](const DamagedPacket& e) { lose(head, head.time, e.end.value_or(head.time)); },
+            [](const auto&) {}},
+        event.body);
   }
 }
 
@@ -162,53 +166,6 @@ void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
   event.source_timestamp_realtime_ns = origin.stamp;
 }
 
-// Where in that time is not told. LTTng loses events behind the last one of the packet that tells
-// of it, so what runs is forgotten once more with the first event after it.
-void EventTranslator::lose(const EventHead& head, Timestamp until) {
-  const auto& stream = stream_of(head);
-  if (stream.is_kernel) return;
-  auto& host = *stream.host;
-  host.losing_until.push_back(until);
-  host.next_end = std::min(host.next_end, until);
-  links_.lose();
-  forget_what_runs(host);
-}
-
-void EventTranslator::end_losses(Host& host, Timestamp now) {
-  std::erase_if(host.losing_until, [now](Timestamp end) { return end <= now; });
-  host.next_end = kNever;
-  for (const auto end : host.losing_until)
-    host.next_end = std::min(host.next_end, end);
-  forget_what_runs(host);
-}
-
-// Nothing is open across it. Who goes on is known by what follows.
-void EventTranslator::end_gap(const Event& packet_begin, EventBatch& batch) {
-  const auto& head = packet_begin.head;
-  const auto gap = session_gaps_.apply(head, PacketBegin{});
-  if (!gap) return;
-  auto& host = *stream_of(head).host;
-  host.session_begin = gap->end;
-  forget_what_runs(host);
-  batch.derive(&packet_begin, head, *gap);
-}
-
-// To another CPU, and perhaps back: where it goes on, its end and another start may be lost.
-void EventTranslator::move(const EventHead& head, ros2::Thread& thread) {
-  if (!thread.open.empty() && thread.open.back().stream != head.stream) thread.open.clear();
-}
-
-void EventTranslator::forget_what_runs(Host& host) {
-  for (auto& [pid, process] : host.processes) {
-    for (auto& [tid, thread] : process.threads)
-      thread = {.is_named = thread.is_named};
-    process.queues.clear();
-    process.handed_over.clear();
-    for (const auto address : std::exchange(process.callables, {}))
-      process.directory.forget_address(address);
-  }
-}
-
 EventTranslator::Stream& EventTranslator::new_stream(std::size_t index) {
   if (index >= streams_.size()) streams_.resize(index + 1);
   auto& stream = streams_[index];
@@ -239,7 +196,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   auto& start = *begun.event;
   const bool is_its = fields.number<Address>(0) == begun.address && start.head.tid == head.tid &&
                       start.head.pid == head.pid && start.head.stream == head.stream &&
-                      start.head.cpu == head.cpu && !begun.emitting->host->is_losing();
+                      start.head.cpu == head.cpu && head.time < begun.emitting->host->next_look;
   if (!is_its) return false;
   std::get<CallbackStart>(start.body).end = head.time;
   begun.emitting->process->last.time = head.time;
@@ -280,8 +237,6 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
-  if (head.time >= host.next_end) [[unlikely]]
-    end_losses(host, head.time);
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
   if (process.has_spoken && process.last.time < host.session_begin) [[unlikely]]
@@ -289,8 +244,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   process.last.time = head.time;
   process.last.stream = head.stream;
   process.last.tid = emitting.tid;
-  if (host.is_losing()) [[unlikely]]
-    move(head, *emitting.thread);
+  if (head.time >= host.next_look) [[unlikely]]
+    look_at_losses(host, head, emitting);
   const bool has_spoken = std::exchange(process.has_spoken, true);
   const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,
@@ -414,6 +369,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   const auto seq = callback.next_seq++;
   Taken message;
   const bool may_have_taken = !thread.taken.is_empty() || !thread.dequeued.is_empty() ||
+                              callback.is_taking_told || callback.is_queue_told ||
                               callback.kind == CallbackKind::service ||
                               !process.agnocast_entries.empty();
   if (may_have_taken) {
@@ -424,8 +380,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   thread.handed_over = {};
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
-  thread.open.push_back(RunningCallback{
-      .address = address, .callback = &callback, .seq = seq, .stream = head.stream});
+  thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
   if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
   thread.requested.reset();
   auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);

@@ -44,15 +44,24 @@ class EventTranslator final : public Translator {
 
  private:
   static constexpr Timestamp kNever{std::numeric_limits<std::int64_t>::max()};
+  static constexpr StreamIndex kNone{std::numeric_limits<std::uint32_t>::max()};
+  // Events of a stream are lost somewhere between these two.
+  struct Loss {
+    StreamIndex stream{};
+    Timestamp from;
+    Timestamp until;
+  };
   struct Host {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
     bool has_clock = false;
     std::int64_t realtime_ahead = 0;  // of what tracers read of CLOCK_REALTIME: it was set since
-    // Until when each stream that is losing events does so; the first of these, or never.
-    std::vector<Timestamp> losing_until{};
-    Timestamp next_end = kNever;
+    std::vector<Loss> losses{};       // that have not ended
+    Timestamp next_bound = kNever;    // of these, to come
+    bool is_losing = false;           // one has begun
+    StreamIndex only_loser = kNone;   // the one stream that does, if there is no other
+    // From when on an event has to be looked at for losses: from each, while something is lost.
+    Timestamp next_look = kNever;
     Timestamp session_begin{};  // after a gap; what spoke before and speaks again went on meanwhile
-    bool is_losing() const noexcept { return next_end != kNever; }
     std::uint32_t number = 0;
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
@@ -87,13 +96,14 @@ class EventTranslator final : public Translator {
   void complete(const EventHead& head, CallbackStart& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
-  void lose(const EventHead& head, Timestamp until);
-  static void end_losses(Host& host, Timestamp now);
+  void lose(const EventHead& head, Timestamp from, Timestamp until);
+  // Before the event of that thread is translated: what may have ended unseen is open no more.
+  static void look_at_losses(Host& host, const EventHead& head, const EmittingThread& emitting);
+  // Begins and ends of losses.
+  static void pass_bounds(Host& host, Timestamp now);
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
   static void forget_what_runs(Host& host);
-  // Events are being lost: in whichever stream the thread goes on.
-  static void move(const EventHead& head, ros2::Thread& thread);
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);
@@ -121,7 +131,7 @@ class EventTranslator final : public Translator {
     std::optional<Timestamp> release{};
   };
   // `start`: its fields.
-  Taken taken_by(const ros2::Callback& callback, ros2::Address address, const Payload& start,
+  Taken taken_by(ros2::Callback& callback, ros2::Address address, const Payload& start,
                  ros2::Context context);
   Stream& stream_of(const EventHead& head) {
     const auto index = static_cast<std::size_t>(head.stream);

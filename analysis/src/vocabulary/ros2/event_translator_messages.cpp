@@ -74,7 +74,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 }
 
 // The message that a callback which starts was given; none if it is unknown.
-EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback, Address address,
+EventTranslator::Taken EventTranslator::taken_by(ros2::Callback& callback, Address address,
                                                  const Payload& start, Context context) {
   auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
   if (!process.agnocast_entries.empty()) {
@@ -91,14 +91,18 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
   if (callback.kind == CallbackKind::service) {
     return {.origin = services_.requested(callback, context)};
   }
+  // What told of its message before tells no more: that event was lost.
+  const auto none = [](bool is_told) { return Taken{.origin = {.is_undecided = is_told}}; };
   if (const auto queued = thread.dequeued.give(&callback)) {
+    callback.is_queue_told = true;
     return {.origin = queued->message.origin_on(callback.source), .release = queued->release};
   }
   // A message from within the process was taken from no writer: that was another one.
   const bool is_intra_process = start.number<int>(1) != 0;
-  if (is_intra_process) return {};
+  if (is_intra_process) return none(callback.is_queue_told);
   const auto stamp = thread.taken.give(callback.rmw_subscription);
-  if (!stamp) return {};
+  if (!stamp) return none(callback.is_taking_told);
+  callback.is_taking_told = true;
   return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *stamp}
                                             : links_.find(callback.source, *stamp)};
 }

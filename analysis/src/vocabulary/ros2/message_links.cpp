@@ -58,9 +58,21 @@ void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   entry.sole_publisher = entry.publishers == 1 ? gid : 0;
 }
 
+void MessageLinks::add_unannounced(std::int64_t source_timestamp) {
+  if (unannounced_.size() >= kMaxPublications) unannounced_.pop_front();
+  unannounced_.push_back(source_timestamp);
+}
+
+bool MessageLinks::is_unannounced(std::int64_t source_timestamp) const {
+  return std::find(unannounced_.rbegin(), unannounced_.rend(), source_timestamp) !=
+         unannounced_.rend();
+}
+
 MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t source_timestamp) {
   const auto found = topics_.find(topic);
-  if (found == topics_.end()) return {.gid = 0, .stamp = source_timestamp};
+  if (found == topics_.end()) {
+    return {.gid = 0, .stamp = source_timestamp, .is_undecided = is_unannounced(source_timestamp)};
+  }
   auto& entry = found->second;
   entry.settle();
   const auto& publications = entry.publications;
@@ -88,12 +100,15 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     entry.note_fit();
     return {.gid = within->gid, .stamp = within->stamp};
   }
-  if (candidates > 1 || entry.has_come_apart(source_timestamp))
-    return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
+  const bool is_undecided =
+      candidates > 1 || is_unannounced(source_timestamp) || entry.has_come_apart(source_timestamp);
+  if (is_undecided) return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
-  return {.gid = may_be_unknown ? entry.sole_publisher : 0, .stamp = source_timestamp};
+  return {.gid = may_be_unknown ? entry.sole_publisher : 0,
+          .stamp = source_timestamp,
+          .is_undecided = has_lost_ && entry.publishers > 1};
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,

@@ -57,6 +57,9 @@ class MessageLinks {
   Origin find(const std::string& topic, std::int64_t source_timestamp);
   Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
 
+  // A message of that source timestamp was published by somebody who was never announced.
+  void add_unannounced(std::int64_t source_timestamp);
+
   // Publications may have been lost: whoever alone publishes on a topic may have written what no
   // publication fits.
   void lose() noexcept { has_lost_ = true; }
@@ -65,6 +68,8 @@ class MessageLinks {
 
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
+
+  bool is_unannounced(std::int64_t source_timestamp) const;
 
   struct Written {
     std::shared_ptr<WrittenMessage> message;
@@ -94,6 +99,7 @@ class MessageLinks {
     std::int64_t last_misfit = 0;
   };
   std::unordered_map<std::string, Topic> topics_;
+  std::deque<std::int64_t> unannounced_;  // source timestamps
   std::uint64_t publishers_ = 0;
   bool has_lost_ = false;
 };

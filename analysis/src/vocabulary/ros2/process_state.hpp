@@ -33,7 +33,6 @@ struct RunningCallback {
   Address address = 0;
   Callback* callback = nullptr;
   std::uint64_t seq = 0;
-  StreamIndex stream{};
 };
 
 // A call of a service: the model's gid of the client, and the call's number.
@@ -86,7 +85,8 @@ struct Thread {
   std::optional<Request> requested{};
   std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
   bool is_waiting = false;
-  bool is_named = false;  // it was told what the tracer calls it
+  bool is_named = false;                 // it was told what the tracer calls it
+  std::optional<StreamIndex> seen_in{};  // since something is being lost
 };
 
 // Of a process. Written member by member: a copy of a whole head waits for the reader that wrote

@@ -131,12 +131,17 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
   } else {
     announce(publisher, publishing.head, context.process, context.sink);
     emit(publishing.head,
-         Publish{.publisher = publisher.id,
-                 .seq = publisher.next_seq++,
-                 .source_timestamp_realtime_ns = publication.stamp},
+         Publish{
+             .publisher = publisher.id,
+             .seq = publisher.next_seq++,
+             .source_timestamp_realtime_ns = publication.stamp,
+             .is_runner_unknown = context.thread.open.empty() && !context.process.has_own_events},
          context.sink);
   }
-  if (publisher.topic.empty()) return {};
+  if (publisher.topic.empty()) {
+    if (publication.is_exact) links_.add_unannounced(publication.stamp);
+    return {};
+  }
   publication.gid = publisher.gid;
   context.thread.writing = links_.add(publisher.topic, publication);
   return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};

@@ -1,0 +1,90 @@
+// What was lost, and what is known no more because of it.
+#include "event_translator.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr Timestamp kAlways{std::numeric_limits<std::int64_t>::min()};
+
+// What it was writing was written some time before it is seen again: no message is taken for that.
+void forget(ros2::Thread& thread) {
+  if (thread.writing) thread.writing->until = thread.writing->from;
+  thread = {.is_named = thread.is_named};
+}
+
+// What one thread leaves for another one.
+void forget_what_is_handed_on(ros2::Process& process) {
+  process.queues.clear();
+  process.handed_over.clear();
+  for (const auto address : std::exchange(process.callables, {}))
+    process.directory.forget_address(address);
+}
+
+}  // namespace
+
+void EventTranslator::lose(const EventHead& head, Timestamp from, Timestamp until) {
+  const auto& stream = stream_of(head);
+  if (stream.is_kernel) return;
+  auto& host = *stream.host;
+  host.losses.push_back({.stream = head.stream, .from = from, .until = std::max(from, until)});
+  host.next_bound = std::min(host.next_bound, from);
+  host.next_look = std::min(host.next_look, from);
+  links_.lose();
+}
+
+void EventTranslator::pass_bounds(Host& host, Timestamp now) {
+  std::erase_if(host.losses, [now](const Loss& loss) { return loss.until <= now; });
+  host.next_bound = kNever;
+  host.is_losing = false;
+  for (const auto& loss : host.losses) {
+    const bool has_begun = loss.from <= now;
+    host.next_bound = std::min(host.next_bound, has_begun ? loss.until : loss.from);
+    if (!has_begun) continue;
+    const bool is_only = !host.is_losing || host.only_loser == loss.stream;
+    host.only_loser = is_only ? loss.stream : kNone;
+    host.is_losing = true;
+  }
+  host.next_look = host.is_losing ? kAlways : host.next_bound;
+  forget_what_runs(host);
+}
+
+// A stream that loses events has no room for them: it loses the end of what it shows the begin of
+// only with all ends that follow. So what is seen to begin and to end in it belongs together, unless
+// the thread was elsewhere meanwhile. In whichever other stream a thread is seen, it may have been
+// in that one since, unseen.
+void EventTranslator::look_at_losses(Host& host, const EventHead& head,
+                                     const EmittingThread& emitting) {
+  if (head.time >= host.next_bound) pass_bounds(host, head.time);
+  if (!host.is_losing) return;
+  auto& thread = *emitting.thread;
+  const bool was_seen_all_the_time =
+      head.stream == host.only_loser && thread.seen_in == head.stream;
+  if (!was_seen_all_the_time) forget(thread);
+  thread.seen_in = head.stream;
+  forget_what_is_handed_on(*emitting.process);
+}
+
+// Nothing is open across it. Who goes on is known by what follows.
+void EventTranslator::end_gap(const Event& packet_begin, EventBatch& batch) {
+  const auto& head = packet_begin.head;
+  const auto gap = session_gaps_.apply(head, PacketBegin{});
+  if (!gap) return;
+  auto& host = *stream_of(head).host;
+  host.session_begin = gap->end;
+  forget_what_runs(host);
+  batch.derive(&packet_begin, head, *gap);
+}
+
+void EventTranslator::forget_what_runs(Host& host) {
+  for (auto& [pid, process] : host.processes) {
+    for (auto& [tid, thread] : process.threads)
+      forget(thread);
+    forget_what_is_handed_on(process);
+  }
+}
+
+}  // namespace cie::analysis
