@@ -1,7 +1,7 @@
 // The first minute: verdict, worst callback, what is missing.
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
-import {laneOf, partsOf, waitedFor, worstRun} from "./instances.js";
+import {knowsWhomItWaitedFor, laneOf, partsOf, waitedFor, worstRun} from "./instances.js";
 import {
   claims,
   fullName,
@@ -82,10 +82,11 @@ const why = (lane, i, [, kind, ns]) => {
   }
   if (kind !== "wait") return "";
   const others = waitedFor(lane, i);
+  const isAll = knowsWhomItWaitedFor(lane, i);
   const sum = others.reduce((all, [, part]) => all + part, 0);
-  if (sum < ns / 5) return sum === 0 ? ", though no callback ran on its thread" : "";
+  if (sum < ns / 5) return sum === 0 && isAll ? ", though no callback ran on its thread" : "";
   const [first, part] = others[0];
-  return `, while its thread ran ${first === lane ? "an earlier release of itself" : first.title} for ${time(part)}${others.length > 1 ? ` and ${plural(others.length - 1, "other")} for ${time(sum - part)}` : ""}`;
+  return `, while its thread ran ${first === lane ? "an earlier release of itself" : first.title} for ${isAll ? "" : "at least "}${time(part)}${others.length > 1 ? ` and ${plural(others.length - 1, "other")} for ${time(sum - part)}` : ""}`;
 };
 // Whether each callback that ran had a thread of its own: a line for what is known, and one for what is not.
 const isolation = () => {

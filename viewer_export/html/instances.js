@@ -106,6 +106,23 @@ export const waitedFor = (lane, i) => {
   }
   return found.sort((a, b) => b[1] - a[1]);
 };
+// Whether waitedFor() knows all that its thread ran meanwhile: every run of its process is drawn, on a thread that is
+// known, and none whose end is not recorded may have reached into the wait.
+export const knowsWhomItWaitedFor = (lane, i) => {
+  const {process} = lane.callbackReport;
+  const isWhole = c => c.isolation !== null && c.cut + c.runs_not_seen === 0;
+  const tid = lane.tid(i);
+  const to = lane.start[i];
+  const from = to - lane.wait[i];
+  const mayReach = (other, k) =>
+    Number.isNaN(other.duration[k]) && other.tid(k) === tid && other.start[k] < to && !(other.notAfter(k) <= from);
+  return (
+    report.callbacks.every(c => c.process !== process || isWhole(c)) &&
+    lanes.lanes
+      .filter(other => other.callbackReport.process === process)
+      .every(other => other.count === other.of && !other.start.some((_, k) => mayReach(other, k)))
+  );
+};
 // Where an instance's response time went: [what, its class, ns]. The parts add up to it.
 export const partsOf = (lane, i) => {
   const parts = [["start latency", "wait", lane.wait[i]]];

@@ -4,11 +4,12 @@ import {defects} from "./defects.js";
 // The page of a report.
 import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
-import {decode, findLimits, laneOf, waitedFor, worstRun} from "./instances.js";
+import {decode, findLimits, knowsWhomItWaitedFor, laneOf, waitedFor, worstRun} from "./instances.js";
 import {matrix} from "./matrix.js";
 import {fullName, lanes, page, report} from "./recording.js";
 import {threads} from "./threads.js";
 import {timeline} from "./timeline.js";
+import {time} from "./words.js";
 
 decode()
   .then(() => {
@@ -44,4 +45,4 @@ decode()
   });
 
 // For the browser's console, and for tests.
-export {findLimits, fullName, lanes, timeline, waitedFor};
+export {findLimits, fullName, knowsWhomItWaitedFor, lanes, time, timeline, waitedFor};

@@ -199,6 +199,16 @@ class Contents(Page):
             waiting += bool(others)
         self.assertGreater(waiting, 0)
 
+    def test_of_runs_that_are_not_drawn_nothing_is_known(self):
+        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+        known = "cie.lanes.lanes.map(l => cie.knowsWhomItWaitedFor(l, l.count - 1))"
+        self.assertEqual(set(self.browser.evaluate(known)), {True})
+        self.do("cie.lanes.lanes[0].of += 1")
+        self.assertEqual(set(self.browser.evaluate(known)), {False})
+        self.do("""(() => { const [lane] = cie.lanes.lanes; lane.of -= 1; lane.duration[lane.count - 2] = Number.NaN; cie.findLimits(lane); })()""")
+        self.assertIn(True, self.browser.evaluate(known), "what began before it waited for none of it")
+        self.assertIn(False, self.browser.evaluate("cie.lanes.lanes.flatMap(l => [...l.start.keys()].map(i => cie.knowsWhomItWaitedFor(l, i)))"))
+
     def test_the_graph_is_that_of_the_edges(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"
         self.page(trace)
