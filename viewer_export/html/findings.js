@@ -88,6 +88,8 @@ const why = (lane, i, [, kind, ns]) => {
   const [first, part] = others[0];
   return `, while its thread ran ${first === lane ? "an earlier release of itself" : first.title} for ${isAll ? "" : "at least "}${time(part)}${others.length > 1 ? ` and ${plural(others.length - 1, "other")} for ${time(sum - part)}` : ""}`;
 };
+const hasNamedThreads = c =>
+  c.threads.reduce((runs, t) => runs + t.instances, 0) >= c.instances && c.threads.length > 0;
 // Whether each callback that ran had a thread of its own: a line for what is known, and one for what is not.
 const isolation = () => {
   const all = report.callbacks;
@@ -140,13 +142,16 @@ const isolation = () => {
       ),
     );
   }
-  if (unknown.length)
-    lines.push(
-      sentence(
-        "INCONCLUSIVE",
-        `The trace does not name the threads of ${plural(unknown.length, "callback")}: ${named(unknown)}.`,
-      ),
-    );
+  const say = (list, text) => list.length && lines.push(sentence("INCONCLUSIVE", `${text(list)}: ${named(list)}.`));
+  say(
+    unknown.filter(c => !hasNamedThreads(c)),
+    list => `The trace does not name the threads of ${plural(list.length, "callback")}`,
+  );
+  say(
+    unknown.filter(hasNamedThreads),
+    list =>
+      `Whether ${plural(list.length, "callback")} had a thread of ${list.length === 1 ? "its" : "their"} own is not known, for the thread may also have served a client or an action of ROS 2`,
+  );
   return lines;
 };
 // Rules of timing demand that callbacks keep up; all others are about how they are run.

@@ -37,7 +37,7 @@ export const matrix = () => {
     el(
       "p",
       {class: "soft"},
-      "A row for each callback, a column for each thread. Isolated: one mark in its row, one in its column; crossed red marks are not.",
+      "A row for each callback, a column for each thread. Isolated: one mark in its row, one in its column; crossed red marks are not, of hollow ones it is not known.",
     ),
     scrolled(
       "Matrix of callbacks and threads",
@@ -82,17 +82,26 @@ export const matrix = () => {
           c.threads.flatMap(t => {
             const at = column.get(t.thread);
             const isAlone = c.threads.length === 1 && load[at] === 1;
+            const isUnknown = isAlone && c.isolation === null;
+            const doubt = isUnknown ? ", perhaps not isolated" : isAlone ? "" : ", not isolated";
             const x = label + at * cell + 1;
             const y = top + r * row + 1;
             const [w, h] = [cell - 2, row - 2];
             return [
               svg(
                 "rect",
-                {class: isAlone ? "f-run" : "f-fail", x, y, width: w, height: h, rx: isAlone ? 2 : 0},
+                {
+                  class: isUnknown ? "f-lost" : isAlone ? "f-run" : "f-fail",
+                  x,
+                  y,
+                  width: w,
+                  height: h,
+                  rx: isAlone ? 2 : 0,
+                },
                 svg(
                   "title",
                   {},
-                  `${fullName(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "run")}${isAlone ? "" : ", not isolated"}`,
+                  `${fullName(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "run")}${doubt}`,
                 ),
               ),
               isAlone || w < 6

@@ -37,6 +37,22 @@ class Isolation(Page):
         self.assertIn(f"?As far as recorded, each of the {len(report['callbacks'])} callbacks had a thread of its own, "
                       "and each of their threads one callback.", self.see("#short li"))
 
+    def test_threads_that_may_have_served_what_nobody_sees_are_named_all_the_same(self):
+        def change(report):
+            report["callbacks"][0].update(isolated=False, isolation=None)
+            report["callbacks"][1].update(isolated=False, isolation=None, threads=[])
+        report = self.shown(change)
+        short = self.see("#short li")
+        self.assertIn("?Whether 1 callback had a thread of its own is not known, for the thread may also have served a client or an action "
+                      f"of ROS 2: {self.names[0]}.", short)
+        self.assertIn(f"?The trace does not name the threads of 1 callback: {self.names[1]}.", short)
+        marks = self.browser.evaluate("""[...document.querySelectorAll("#matrix ~ .scroll rect")].map(r =>
+            [r.getAttribute("class"), r.querySelector("title").textContent])""")
+        name = report["callbacks"][0]["logical_id"]
+        self.assertEqual([(kind, title.endswith(", perhaps not isolated")) for kind, title in marks if title.startswith(name + " on ")],
+                         [("f-lost", True)])
+        self.assertEqual({kind for kind, title in marks if not title.startswith(name + " on ")}, {"f-run"})
+
     def test_timing_is_not_enforcement(self):
         def change(document):
             rules = document["verdicts"]["rules"]
