@@ -1,7 +1,18 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
 import {el, link, scrolled} from "./dom.js";
-import {atLeast, claims, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
+import {
+  atLeast,
+  claims,
+  fullName,
+  isCalled,
+  missedTooMany,
+  name,
+  report,
+  responseTime,
+  section,
+  wordsIn,
+} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
 const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
@@ -79,7 +90,7 @@ export const callbacks = () => {
           return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
         }
         const isBeyond = header === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
-        const isBad = isBeyond || ((header === "late" || header === "missed") && value > 0);
+        const isBad = isBeyond || (header === "late" && value > 0) || (header === "missed" && missedTooMany(c));
         const told = which ? responseTime(c, which) : null;
         const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
         return el(

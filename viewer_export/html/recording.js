@@ -35,6 +35,13 @@ export const isCalled = (c, wanted) => {
   const names = `${name(c)}\n${fullName(c)}`.toLowerCase();
   return wanted.every(word => names.includes(word));
 };
+const tooMany = new Set(
+  verdicts.rules
+    .filter(r => r.id === "R2")
+    .flatMap(r => r.subjects.filter(s => s.verdict === "FAIL" && s.kind === "callback").map(s => s.index)),
+);
+// Whether a timer missed more releases than it may.
+export const missedTooMany = c => tooMany.has(c.index);
 export const wordsIn = text => text.toLowerCase().split(/\s+/).filter(Boolean);
 // A logical id, or a subject or note of a verdict, by short names.
 export const inWords = text => words.get(text) ?? text;

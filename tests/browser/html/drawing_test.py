@@ -53,6 +53,25 @@ class Isolation(Page):
                          [("f-lost", True)])
         self.assertEqual({kind for kind, title in marks if not title.startswith(name + " on ")}, {"f-run"})
 
+    def test_missed_releases_are_held_against_timers_that_may_not_miss_them(self):
+        def missed(verdict):
+            def change(document):
+                timer = next(c for c in document["report"]["callbacks"] if c["kind"] == "timer")
+                timer["missed_releases"] = 2
+                self.timer = timer["logical_id"]
+                rule = next(rule for rule in document["verdicts"]["rules"] if rule["id"] == "R2")
+                rule.update(verdict=verdict, subjects=[{"subject": "callback " + self.timer, "verdict": verdict, "checked": 9,
+                                                        "evidence": [], "kind": "callback", "index": timer["index"], "process": 0}])
+                document["head"].update(claimed=True)
+            self.shown(change, of=None)
+            return next(line for line in self.see("#short li") if "missed: " in line), self.cells("missed")[self.timer]
+        line, cell = missed("PASS")
+        self.assertTrue(line.startswith("\u20132 releases of 1 timer were missed: "), line)
+        self.assertEqual(cell, "2")
+        line, cell = missed("FAIL")
+        self.assertTrue(line.startswith("\u2717"), line)
+        self.assertEqual(cell, "\u2717 2")
+
     def test_timing_is_not_enforcement(self):
         def change(document):
             rules = document["verdicts"]["rules"]
