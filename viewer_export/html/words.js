@@ -4,12 +4,14 @@ export const count = n => n.toLocaleString("en-US").replaceAll(",", "\u202f");
 export const plural = (n, one, many) => `${count(n)} ${n === 1 ? one : many || `${one}s`}`;
 export const percent = x =>
   x >= 0.995 || x < 0.0005 ? `${Math.round(100 * x)}\u202f%` : `${+(100 * x).toPrecision(2)}\u202f%`;
-// Nanoseconds for people: four digits, as the text report has them.
+// Nanoseconds for people: four digits, as the text report has them. From 999.95 on they round to the next unit.
 export const time = ns => {
   if (ns === null || ns === undefined) return "\u2013";
-  const size = Math.abs(ns);
-  const [unit, name] = size < 1e3 ? [1, "ns"] : size < 1e6 ? [1e3, "us"] : size < 1e9 ? [1e6, "ms"] : [1e9, "s"];
-  return `${unit === 1 ? String(Math.round(ns)) : (ns / unit).toPrecision(4)}\u202f${name}`;
+  const size = Math.abs(Math.round(ns));
+  if (size < 1000) return `${Math.round(ns)}\u202fns`;
+  const [unit, name] = size < 999.95e3 ? [1e3, "us"] : size < 999.95e6 ? [1e6, "ms"] : [1e9, "s"];
+  const value = ns / unit;
+  return `${Math.abs(value) < 1000 ? value.toPrecision(4) : value.toFixed(0)}\u202f${name}`;
 };
 // Without the zeros that say how exact it is.
 export const roundTime = ns =>

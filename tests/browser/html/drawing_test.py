@@ -72,6 +72,13 @@ class Isolation(Page):
         self.assertTrue(line.startswith("\u2717"), line)
         self.assertEqual(cell, "\u2717 2")
 
+    def test_times_have_the_unit_that_fits_when_they_are_rounded(self):
+        self.shown(lambda report: None)
+        times = {999: "999 ns", 1000: "1.000 us", 999_949: "999.9 us", 999_951: "1.000 ms", 999_951_000: "1.000 s",
+                 14_400_000_000_000: "14400 s"}
+        for ns, text in times.items():
+            self.assertEqual(self.browser.evaluate(f"cie.time({ns})"), text.replace(" ", "\u202f"))
+
     def test_timing_is_not_enforcement(self):
         def change(document):
             rules = document["verdicts"]["rules"]
