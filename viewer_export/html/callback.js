@@ -170,8 +170,12 @@ const stack = (parts, text) => {
     ),
   );
 };
+// Means over the runs whose execution time is known, which the kernel's record may not tell of all. Means over other
+// runs would not add up with them: start latency is left out where it is not known of the same number.
 const meanParts = c => {
-  const mean = key => (c[key] === null ? 0 : c[key].mean);
+  const known = c.execution_time_ns ?? c.duration_ns;
+  const runs = known === null ? 0 : known.count;
+  const mean = key => (c[key] === null || c[key].count !== runs ? 0 : c[key].mean);
   const parts = [["start latency", "wait", mean("start_latency_ns")]];
   if (c.execution_time_ns === null) parts.push(["duration", "run", mean("duration_ns")]);
   else
@@ -181,7 +185,11 @@ const meanParts = c => {
       ["blocked", "blocked", mean("blocked_ns")],
       ["wake delay", "wake", mean("wake_delay_ns")],
     );
-  return parts.filter(part => part[2] > 0);
+  const isFromStart = c.start_latency_ns !== null && c.start_latency_ns.count !== runs;
+  return {
+    parts: parts.filter(part => part[2] > 0),
+    of: `${runs < c.instances ? ` of ${count(runs)} of ${plural(c.instances, "run")}` : ""}${isFromStart ? ", from start to end" : ""}`,
+  };
 };
 
 // What is shown of the callback beneath the table.
@@ -191,7 +199,7 @@ export const details = index => {
   const lane = laneOf(index);
   const threads = c.threads.map(t => `${t.name || "thread"} ${t.tid} (${plural(t.instances, "run")})`).join(", ");
   const worst = lane ? slowest(lane, 8) : [];
-  const parts = meanParts(c);
+  const {parts, of} = meanParts(c);
   return [
     el("h3", {id: "detail", title: fullName(c)}, name(c)),
     el(
@@ -229,7 +237,9 @@ export const details = index => {
       el(
         "div",
         {},
-        parts.length ? [el("p", {}, "Where the time goes, on average:"), stack(parts, "Where the time goes")] : null,
+        parts.length
+          ? [el("p", {}, `Where the time goes, on average${of}:`), stack(parts, "Where the time goes")]
+          : null,
         c.preempted_by.length
           ? el(
               "p",

@@ -1,6 +1,6 @@
 // What the page was given: one document of the report, the verdicts and what the pictures show.
 import {el} from "./dom.js";
-import {time} from "./words.js";
+import {printable, time} from "./words.js";
 
 export const {
   report,
@@ -12,6 +12,9 @@ export const {
   histograms, // of response times, by row of report.callbacks: [ns, runs] of each bucket
   timeline: lanes,
 } = JSON.parse(document.getElementById("document").textContent);
+// Programs name their threads as they like.
+for (const t of [...report.threads, ...report.callbacks.flatMap(c => [...c.threads, ...c.preempted_by])])
+  if (t.name) t.name = printable(t.name);
 export const page = document.getElementById("page");
 export const severalProcesses = report.processes.length > 1,
   severalHosts = report.trace.hosts.length > 1;

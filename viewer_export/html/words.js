@@ -27,5 +27,26 @@ export const WORD = {
   NOT_APPLICABLE: "does not apply",
 };
 
+// What a browser obeys or hides instead of showing it, as the text report writes it.
+const HIDDEN = [
+  [0xad, 0xad],
+  [0x61c, 0x61c],
+  [0x200b, 0x200f],
+  [0x2028, 0x202e],
+  [0x2060, 0x206f],
+  [0xfeff, 0xfeff],
+  [0xfff9, 0xfffb],
+  [0xe0000, 0xe0fff],
+];
+export const printable = text =>
+  [...text]
+    .map(c => {
+      const code = c.codePointAt(0);
+      const hex = code.toString(16);
+      if (code < 0x20 || (code >= 0x7f && code < 0xa0)) return `\\x${hex.padStart(2, "0")}`;
+      return HIDDEN.some(([first, last]) => code >= first && code <= last) ? `\\u{${hex}}` : c;
+    })
+    .join("");
+
 // With "…" where it is longer.
 export const cut = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}\u2026` : text);

@@ -79,6 +79,28 @@ class Isolation(Page):
         for ns, text in times.items():
             self.assertEqual(self.browser.evaluate(f"cie.time({ns})"), text.replace(" ", "\u202f"))
 
+    def test_names_of_threads_turn_no_text_around(self):
+        def change(report):
+            thread = report["threads"][-1]
+            thread["name"] = "a\u202eb\x1b"
+            for callback in report["callbacks"]:
+                for ran in callback["threads"]:
+                    ran["name"] = "a\u202eb\x1b"
+        self.shown(change)
+        self.assertIn("a\\u{202e}b\\x1b", self.see("#threads ~ .scroll td"))
+        self.assertNotIn("\u202e", "".join(self.see("main")))
+
+    def test_means_of_different_runs_are_not_added_up(self):
+        def change(report):
+            callback = max(report["callbacks"], key=lambda c: c["response_time_ns"]["max"] if c["response_time_ns"] else 0)
+            self.runs = callback["instances"]
+            for key in ("execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns"):
+                callback[key] = {**callback["duration_ns"], "count": self.runs - 1, "mean": 1000.0}
+        self.shown(change)
+        told = next(text for text in self.see(".detail p") if text.startswith("Where the time goes"))
+        self.assertEqual(told, f"Where the time goes, on average of {self.runs - 1} of {self.runs} runs, from start to end:")
+        self.assertNotIn("start latency", " ".join(self.see(".detail .key")))
+
     def test_timing_is_not_enforcement(self):
         def change(document):
             rules = document["verdicts"]["rules"]
