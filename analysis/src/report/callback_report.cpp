@@ -73,9 +73,18 @@ std::optional<QueueLosses> known_queue_losses(const RuleContext& context, Callba
   return losses.are_totals_seen && !may_lack_later ? std::optional(losses) : std::nullopt;
 }
 
+// An instance whose end was lost: totals count it, or its callback was seen later on the same thread.
+bool has_ended_unseen(const CallbackFacts& facts, const OpenInstance& open) {
+  if (facts.fini && facts.fini->ended >= facts.fini->started) return true;
+  return std::ranges::any_of(facts.ran_on, [&open](const CallbackOnThread* pair) {
+    return pair->thread == open.thread && pair->last_activity.time > open.start.time;
+  });
+}
+
 std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& facts) {
   std::optional<OpenRun> longest;
   for (const auto& open : facts.open) {
+    if (has_ended_unseen(facts, open)) continue;
     const auto end = end_of_window(model, open.start.stream);
     if (!end || *end < open.start.time) continue;
     const auto until_end = *end - open.start.time;

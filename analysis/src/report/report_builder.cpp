@@ -390,7 +390,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto& model = context.model;
   Report report;
   report.trace = summary_of(model, verdicts);
-  report.defects = trace_defects(model);
+  report.defects = trace_defects(model, context.lives);
   report.hosts = hosts_of(model);
 
   const auto telling = tell_messages(model);

@@ -125,6 +125,22 @@ DefectKind defect_of(PartKind kind) {
   return DefectKind::unseen_kernel;
 }
 
+// Ends of instances that were seen to start, and not of those that never ended or were still running
+// when the record ended.
+std::uint64_t lost_ends(const CallbackFacts& facts, const ThreadLives& lives) {
+  if (facts.ended.missing == 0) return 0;
+  std::uint64_t lost = 0;
+  if (const auto& totals = facts.fini) {
+    const auto unended = totals->started - std::min(totals->started, totals->ended);
+    lost = facts.open_count - std::min(facts.open_count, unended);
+  } else {
+    lost = static_cast<std::uint64_t>(std::ranges::count_if(facts.open, [&](const auto& open) {
+      return open.seq < *facts.ended.last && !lives.is_cut_by_end(open);
+    }));
+  }
+  return std::min(lost, facts.ended.missing);
+}
+
 // What manifests say that the reader of the numbers must know.
 void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects) {
   std::uint64_t files = 0;
@@ -156,7 +172,7 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
 
 }  // namespace
 
-std::vector<TraceDefect> trace_defects(const Model& model) {
+std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& lives) {
   std::vector<TraceDefect> defects;
   add_recording_defects(model, defects);
   add_defect(defects, DefectKind::damaged_packets, Severity::error,
@@ -201,8 +217,10 @@ std::vector<TraceDefect> trace_defects(const Model& model) {
   for (const auto& gap : host_gaps(model))
     add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
   add_defect(defects, DefectKind::seq_gaps, Severity::loss,
-             total_of(model.callbacks, [](const auto& c) { return c.starts.missing; }),
-             "instances are missing from the record; figures of their callbacks are incomplete");
+             total_of(model.callbacks,
+                      [&lives](const auto& c) { return c.starts.missing + lost_ends(c, lives); }),
+             "instances are missing from the record, or their ends are; figures of their callbacks "
+             "are incomplete");
   add_defect(defects, DefectKind::publish_gaps, Severity::loss,
              total_of(model.publishers, [](const auto& p) { return p.published.missing; }),
              "publications are missing from the record; chains through them are incomplete");
