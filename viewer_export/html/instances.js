@@ -52,7 +52,7 @@ export const decode = async () => {
       before += signed(number());
       return before;
     });
-    lane.wait = column(optional);
+    lane.wait = column(optional); // what it is at least, if the release is not known exactly
     lane.duration = column(optional);
     lane.execution = column(optional);
     lane.preempted = column(optional);

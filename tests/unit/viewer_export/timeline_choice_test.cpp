@@ -94,6 +94,17 @@ TEST(TimelineChoice, KeepsWhatNeverEndedOrMissedReleases) {
   EXPECT_TRUE(numbers.contains(9999));
 }
 
+TEST(TimelineChoice, KeepsTheLongestOfRunsWithoutAKnownRelease) {
+  TimelineChoice choice(100);
+  for (std::uint64_t i = 0; i < 10'000; ++i) {
+    auto some = instance(i, i == 4321 ? 500 : 10);
+    some.release.reset();
+    some.release_source = analysis::ReleaseSource::start;
+    choice.add(KeptInstance::of(some));
+  }
+  EXPECT_TRUE(numbers_of(choice.take()[0]).contains(4321));
+}
+
 TEST(TimelineChoice, SortsByStart) {
   TimelineChoice choice(10);
   choice.add(run(2));
@@ -107,6 +118,19 @@ TEST(TimelineChoice, ABoundOfAReleaseIsNoResponse) {
   EXPECT_TRUE(KeptInstance::of(bounded).response().has_value());
   bounded.release_source = analysis::ReleaseSource::wakeup;
   EXPECT_FALSE(KeptInstance::of(bounded).response().has_value());
+}
+
+// Published at 1 of 10, runs from 10 to 12: a release is not before the publication, and may be as late as the start.
+TEST(TimelineChoice, FromASourceTimestampNoLatencyIsCertain) {
+  auto bounded = instance(1);
+  bounded.start = {10};
+  bounded.end = analysis::Timestamp{12};
+  bounded.release = analysis::Timestamp{1};
+  bounded.release_source = analysis::ReleaseSource::source_timestamp;
+  EXPECT_FALSE(KeptInstance::of(bounded).least_start_latency());
+  EXPECT_EQ(KeptInstance::of(bounded).least_response(), 12 - 10);
+  bounded.release_source = analysis::ReleaseSource::wakeup;
+  EXPECT_EQ(KeptInstance::of(bounded).least_response(), 12 - 1) << "it was released by then";
 }
 
 }  // namespace

@@ -53,10 +53,7 @@ void put_lane(std::string& out, const std::vector<KeptInstance>& instances, std:
   std::int64_t before = base;
   for (const KeptInstance& i : instances)
     put(out, zigzag(i.start - std::exchange(before, i.start)));
-  put_column(out, instances, [](const KeptInstance& i) -> std::optional<std::int64_t> {
-    if (!i.numbers.is_known(KeptInstance::release)) return std::nullopt;
-    return i.start - i.numbers.value(KeptInstance::release);
-  });
+  put_column(out, instances, [](const KeptInstance& i) { return i.least_start_latency(); });
   put_column(out, instances, [](const KeptInstance& i) -> std::optional<std::int64_t> {
     if (!i.numbers.is_known(KeptInstance::end)) return std::nullopt;
     return i.numbers.value(KeptInstance::end) - i.start;

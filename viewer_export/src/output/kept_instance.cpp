@@ -1,5 +1,7 @@
 #include "kept_instance.hpp"
 
+#include <algorithm>
+
 namespace cie::viewer_export {
 
 KeptInstance KeptInstance::of(const analysis::Instance& i) {
@@ -34,6 +36,19 @@ std::optional<std::int64_t> KeptInstance::response() const {
     return std::nullopt;
   }
   return numbers.value(end) - numbers.value(release);
+}
+
+std::optional<std::int64_t> KeptInstance::least_start_latency() const {
+  if (!numbers.is_known(release) || release_source == analysis::ReleaseSource::source_timestamp) {
+    return std::nullopt;
+  }
+  return start - numbers.value(release);
+}
+
+std::optional<std::int64_t> KeptInstance::least_response() const {
+  if (!numbers.is_known(end)) return std::nullopt;
+  const auto waited = std::max(least_start_latency().value_or(0), std::int64_t{0});
+  return waited + numbers.value(end) - start;
 }
 
 TakenBackReleases::TakenBackReleases(const analysis::Report& report) {

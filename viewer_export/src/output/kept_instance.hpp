@@ -53,6 +53,10 @@ struct KeptInstance {
   }
   // From an exactly known release to the end.
   std::optional<std::int64_t> response() const;
+  // From the release to the start, or what that is at least: a source timestamp lies before the release.
+  std::optional<std::int64_t> least_start_latency() const;
+  // A response time, or what it is at least. Empty: its end is not known.
+  std::optional<std::int64_t> least_response() const;
 };
 
 // Timers of ROS 2 whose calculated releases the analysis took back, all of them, when some rows had

@@ -10,11 +10,11 @@ namespace {
 constexpr std::size_t kSlowest = 50;       // of each callback
 constexpr std::size_t kRemarkable = 1000;  // of each callback
 
-// The larger response first; the earlier one of equals, so that the order of arrival does not
-// matter.
+// The larger response first, by what is certain of it, as the page sorts them; the earlier one of
+// equals, so that the order of arrival does not matter.
 bool is_slower(const KeptInstance& a, const KeptInstance& b) {
   const auto key = [](const KeptInstance& i) {
-    return std::tuple(i.response().value_or(-1), -i.start);
+    return std::tuple(i.least_response().value_or(-1), -i.start);
   };
   return key(a) > key(b);
 }
