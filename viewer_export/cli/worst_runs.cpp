@@ -17,7 +17,7 @@ std::optional<WorstRun::Behind> WorstRuns::behind(const Instance& instance) cons
   const auto found = pasts_.find({instance.process, instance.tid});
   if (!latency || found == pasts_.end()) return std::nullopt;
   std::map<analysis::CallbackIndex, std::int64_t> times;
-  for (const auto& past : found->second) {
+  for (const auto& past : found->second.runs) {
     const auto begin = std::max(past.start, *instance.release);
     const auto end = std::min(past.end, instance.start);
     if (begin < end) times[past.callback] += (end - begin).ns;
@@ -25,16 +25,21 @@ std::optional<WorstRun::Behind> WorstRuns::behind(const Instance& instance) cons
   const auto most =
       std::ranges::max_element(times, {}, [](const auto& item) { return item.second; });
   if (most == times.end() || 2 * most->second < latency->ns) return std::nullopt;
-  return WorstRun::Behind{.callback = most->first, .time = {most->second}};
+  const auto& forgotten = found->second.forgotten_until;
+  return WorstRun::Behind{.callback = most->first,
+                          .time = {most->second},
+                          .is_at_least = forgotten && *forgotten > *instance.release};
 }
 
 void WorstRuns::on_instance(const Instance& instance) {
   if (instance.state != analysis::InstanceState::complete) return;
   note(instance);
   constexpr std::size_t kMost = 64;
-  auto& past = pasts_[{instance.process, instance.tid}];
-  past.push_back({.callback = instance.callback, .start = instance.start, .end = *instance.end});
-  if (past.size() > kMost) past.pop_front();
+  auto& [runs, forgotten_until] = pasts_[{instance.process, instance.tid}];
+  runs.push_back({.callback = instance.callback, .start = instance.start, .end = *instance.end});
+  if (runs.size() <= kMost) return;
+  forgotten_until = runs.front().end;
+  runs.pop_front();
 }
 
 void WorstRuns::note(const Instance& instance) {

@@ -26,6 +26,10 @@ class WorstRuns final : public analysis::Observer {
     analysis::Timestamp start;
     analysis::Timestamp end;
   };
+  struct Pasts {
+    std::deque<Past> runs;  // the latest few
+    std::optional<analysis::Timestamp> forgotten_until{};
+  };
   using Thread = std::pair<analysis::ProcessIndex, std::int64_t>;
 
   // Of what the instance's thread ran before it, that which took most of its start latency; empty if
@@ -35,7 +39,7 @@ class WorstRuns final : public analysis::Observer {
   void note(const analysis::Instance& instance);
 
   std::vector<std::optional<viewer_export::WorstRun>> runs_;  // by CallbackIndex
-  std::map<Thread, std::deque<Past>> pasts_;                  // the latest few of each thread
+  std::map<Thread, Pasts> pasts_;
 };
 
 }  // namespace cie::cli

@@ -50,6 +50,24 @@ TEST(WorstRuns, SayHowMuchOfTheLatencyTheOtherCallbackTook) {
   EXPECT_EQ(behind->time.ns, 62 - 10);
 }
 
+TEST(WorstRuns, OfMoreRunsThanAreRememberedSayWhatItIsAtLeast) {
+  std::vector<Instance> runs;
+  for (std::int64_t i = 0; i < 100; ++i)
+    runs.push_back(run_of(kLogger, 10 * i, 10 * i, 10 * (i + 1)));
+  auto early = runs;
+  early.push_back(run_of(kUrgent, 0, 1000, 1001));
+  const auto behind = urgent_is_behind(early);
+  ASSERT_TRUE(behind);
+  EXPECT_TRUE(behind->is_at_least);
+  EXPECT_LE(behind->time.ns, 1000);
+  auto late = runs;
+  late.push_back(run_of(kUrgent, 900, 1000, 1001));  // behind the last ten
+  const auto exact = urgent_is_behind(late);
+  ASSERT_TRUE(exact);
+  EXPECT_FALSE(exact->is_at_least);
+  EXPECT_EQ(exact->time.ns, 1000 - 900);
+}
+
 TEST(WorstRuns, LessThanHalfOfItIsNoReason) {
   EXPECT_FALSE(urgent_is_behind({run_of(kLogger, 0, 2, 50), run_of(kUrgent, 10, 110, 111)}));
 }

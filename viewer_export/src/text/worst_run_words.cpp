@@ -55,8 +55,9 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
   const auto response = format_duration(worst.response_time.ns);
   const auto* behind = worst.behind ? judged.rows.find(worst.behind->callback) : nullptr;
   if (behind != nullptr && 2 * worst.behind->time.ns >= worst.response_time.ns) {
-    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.behind->time.ns),
-                       response, judged.names.of(*behind));
+    return fmt::format("{}: {}{} of {} behind {}", text,
+                       worst.behind->is_at_least ? "at least " : "",
+                       format_duration(worst.behind->time.ns), response, judged.names.of(*behind));
   }
   std::string parts;
   Duration waited{};

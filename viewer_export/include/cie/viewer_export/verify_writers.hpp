@@ -52,6 +52,7 @@ struct WorstRun {
   struct Behind {
     analysis::CallbackIndex callback{};
     analysis::Duration time{};
+    bool is_at_least = false;  // more runs came in between than are remembered
   };
   std::optional<Behind> behind{};
 };
