@@ -58,6 +58,16 @@ TEST(GraphDot, HasProcessesCallbacksAndEdgesWithLatencies) {
                               "[label=\"/x\\n2 messages\" style=dashed];"));
 }
 
+TEST(GraphDot, TellsTheLongestRunThoughItsReleaseIsNotKnown) {
+  auto report = with_edges();
+  report.callbacks[0].response_time_lower = test::summary(1'000'000, 2'500'000, 1);
+  report.callbacks[0].response_time_at_least = test::summary(85'266, 2'500'000, 8);
+  EXPECT_THAT(dot_of(report), HasSubstr("max >2.500 ms\" tooltip=\"/a/plan@Timer(20000000)\"];"));
+  EXPECT_THAT(
+      dot_of(report),
+      HasSubstr("points_raw\\nresponse p99 >2.500 ms, max >2.500 ms\" tooltip=\"/perception"));
+}
+
 TEST(GraphDot, LetsNoNameSayMoreThanANameMay) {
   auto report = with_edges();
   report.callbacks[0].logical_id = "a\"]; b [label=\"x\\";

@@ -1,6 +1,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/viewer_export/graph_writer.hpp>
 
+#include "tables/report_tables.hpp"
 #include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
 
@@ -71,9 +72,10 @@ std::string topic_name(const Topics& topics, const std::string& topic) {
 
 std::string label_of(const CallbackReport& callback, const CallbackNames& names) {
   auto label = dot_escaped(names.of_id(callback.logical_id));
-  if (const auto& response = callback.response_time) {
-    label += fmt::format("\\nresponse p99 {}, max {}", format_duration(response->p99),
-                         format_duration(response->max));
+  if (analysis::longest_response(callback)) {
+    label += fmt::format("\\nresponse p99 {}, max {}",
+                         response_cell(callback, &analysis::Summary::p99, format_duration).text,
+                         response_cell(callback, &analysis::Summary::max, format_duration).text);
   }
   return label;
 }
