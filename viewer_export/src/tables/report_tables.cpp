@@ -34,14 +34,11 @@ TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summa
 }
 
 // Where no response time is known exactly, what else says how long and how often it runs.
-std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alone) {
+std::vector<TextCell> callback_row(const CallbackReport& c, const analysis::VerdictReport* verdicts,
+                                   bool has_bounds_alone) {
   const auto late =
       c.late ? TextCell{fmt::format("{}", *c.late), *c.late > 0 ? Look::bad : Look::plain}
              : not_measured();
-  const bool has_missed = c.missed_releases.value_or(0) > 0;
-  const auto missed = c.missed_releases ? TextCell{fmt::format("{}", *c.missed_releases),
-                                                   has_missed ? Look::bad : Look::plain}
-                                        : not_measured();
   // Neither for what never ran, nor where it is not known.
   const auto isolated = c.is_isolated() ? TextCell{"yes", Look::good}
                         : c.isolation == analysis::Isolation::not_isolated
@@ -60,7 +57,7 @@ std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alon
           has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
           duration_cell(c.start_latency, &Summary::max),
           duration_cell(c.execution_time, &Summary::max),
-          missed,
+          missed_cell(c, verdicts),
           isolated};
 }
 
@@ -357,11 +354,32 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
   return most ? TextCell{"<" + format(*most), Look::doubtful} : not_measured();
 }
 
+TextCell missed_cell(const CallbackReport& callback, const analysis::VerdictReport* verdicts) {
+  if (!callback.missed_releases) return not_measured();
+  constexpr std::string_view kMissedReleases = "R2";
+  const auto fails = [&callback](const analysis::SubjectVerdict& subject) {
+    return subject.verdict == analysis::Verdict::fail &&
+           subject.about.kind == analysis::SubjectKind::callback &&
+           subject.about.index == at(callback.index);
+  };
+  const bool is_bad =
+      verdicts != nullptr && std::ranges::any_of(verdicts->rules, [&fails](const auto& rule) {
+        return rule.id == kMissedReleases && std::ranges::any_of(rule.subjects, fails);
+      });
+  return {fmt::format("{}", *callback.missed_releases), is_bad ? Look::bad : Look::plain};
+}
+
+bool is_any_thread_shared(const Report& report) {
+  return std::ranges::any_of(report.threads,
+                             [](const auto& thread) { return thread.callbacks.size() > 1; });
+}
+
 std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
   return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
 }
 
-std::string callback_tables(const Report& report, const TextStyle& style) {
+std::string callback_tables(const Report& report, const analysis::VerdictReport* verdicts,
+                            const TextStyle& style) {
   std::vector<CallbackReport> that_ran;
   std::vector<std::string> unseen;  // nothing of their runs is in the recording
   std::vector<std::string> others;
@@ -392,8 +410,8 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
                           {"", "missed"},
                           {"iso-", "lated"}});
       },
-      [has_bounds_alone](const auto& callback) {
-        return callback_row(callback, has_bounds_alone);
+      [has_bounds_alone, verdicts](const auto& callback) {
+        return callback_row(callback, verdicts, has_bounds_alone);
       });
   return text + without_runs(unseen, "ran, but in nothing of what was recorded", style) +
          without_runs(others, "never ran", style);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
 #include "words/text_layout.hpp"
@@ -32,12 +33,18 @@ TextCell response_cell(const analysis::CallbackReport& callback,
 std::optional<std::int64_t> longest_at_most(const analysis::CallbackReport& callback);
 TextCell at_most_cell(const analysis::CallbackReport& callback,
                       std::string (*format)(std::int64_t ns));
+// Releases that it missed; bad if these are more than it may (R2).
+TextCell missed_cell(const analysis::CallbackReport& callback,
+                     const analysis::VerdictReport* verdicts);
 
 // How many callbacks are isolated, not isolated, or never ran.
 std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);
+// Whether any thread ran several callbacks: not all that lack a thread of their own share one.
+bool is_any_thread_shared(const analysis::Report& report);
 
 // Each with its title and a blank line at the end; empty when there is nothing to show.
-std::string callback_tables(const analysis::Report& report, const TextStyle& style);
+std::string callback_tables(const analysis::Report& report, const analysis::VerdictReport* verdicts,
+                            const TextStyle& style);
 std::string thread_tables(const analysis::Report& report, const TextStyle& style);
 std::string chain_tables(const analysis::Report& report, const TextStyle& style);
 // How far hosts' clocks differ, as far as messages tell; empty if none went between hosts.

@@ -31,7 +31,9 @@ ReportHead report_head(const Judged& judged, const ReportContext& context) {
                 [](const auto& finding) { return finding.rule->id != analysis::kDeadlineRule; });
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0) {
     const auto ran = std::ssize(report.callbacks) - callbacks_with(report, Isolation::never_ran);
-    head.isolation = fmt::format("callbacks share threads: {} of {}", shared, ran);
+    head.isolation = fmt::format(
+        "callbacks {}: {} of {}",
+        is_any_thread_shared(report) ? "share threads" : "on several threads", shared, ran);
   }
   return head;
 }

@@ -208,14 +208,12 @@ class ReportScreen {
                                        static_cast<double>(recorded->ns))};
   }
 
-  static TextCell extra_cell(const CallbackReport& callback, Extra extra) {
-    const auto missed = callback.missed_releases;
+  TextCell extra_cell(const CallbackReport& callback, Extra extra) const {
     switch (extra) {
       case Extra::at_most:
         return at_most_cell(callback, compact_duration);
       case Extra::missed:
-        return missed ? TextCell{fmt::format("{}", *missed), *missed > 0 ? Look::bad : Look::plain}
-                      : not_measured();
+        return missed_cell(callback, &judged_.verdicts);
       case Extra::own_thread:
         return callback.is_isolated()                          ? TextCell{"yes", Look::good}
                : callback.isolation == Isolation::not_isolated ? TextCell{"NO", Look::bad}

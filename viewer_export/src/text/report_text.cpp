@@ -335,7 +335,7 @@ void write_report_text(std::ostream& out, const Report& report,
     if (!report.chains.empty()) out << '\n' << chain_tables(report, style);
     return;
   }
-  out << callback_tables(report, style) << thread_tables(report, style)
+  out << callback_tables(report, verdicts, style) << thread_tables(report, style)
       << chain_tables(report, style) << clock_lines(report, style) << notes(report, style);
 }
 

@@ -381,8 +381,10 @@ std::string isolation_fact(const analysis::Report& report) {
                ? "no callback ran"
                : "no run of a callback was seen";
   }
-  if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0)
-    return share_of_callbacks(shared, ran) + " share threads";
+  if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0) {
+    return share_of_callbacks(shared, ran) +
+           (is_any_thread_shared(report) ? " share threads" : " ran on several threads");
+  }
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
   const auto isolated = callbacks_with(report, Isolation::isolated);
   if (isolated == 0) return "whether callbacks share threads is not known";
@@ -425,8 +427,11 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
 std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
   const auto executor = executor_of(*finding.rule, judged.report);
-  if (executor.empty() || (id != "M2" && id != "M3")) {
-    auto text = remedy_on_page(id, executor.empty());
+  // Groups of several callbacks do not explain it.
+  const bool is_alone =
+      id == "M3" && executor == "isolated" && !is_any_thread_shared(judged.report);
+  if (executor.empty() || is_alone || (id != "M2" && id != "M3")) {
+    auto text = remedy_on_page(id, executor.empty() || is_alone);
     if (text.ends_with('.')) text.pop_back();
     return text;
   }
