@@ -374,6 +374,12 @@ TEST(DiffText, SaysFirstThatNoTimeIsDecided) {
               testing::ContainsRegex("^Late: [^\n]*\nNo regression; better"));
 }
 
+TEST(DiffText, BreaksTheLineOfLateRunsWhereItIsTooLong) {
+  EXPECT_THAT(
+      diff_text_of({with_deadline(2'000'000, 3, 0)}, {.columns = 60}),
+      StartsWith("Late: 3 of 100 runs before, 0 of 100 after;\n  1 callback has a deadline\n"));
+}
+
 TEST(DiffText, SaysBeforeLateRunsThatRecordsDoNotDecide) {
   auto comparison = comparison_of({with_deadline(2'000'000, 3, 0)});
   comparison.after.losses = {{analysis::DefectKind::seq_gaps, 5}};

@@ -496,6 +496,9 @@ TEST(ReportScreen, OfAWindowSaysThatToLookIsAtAllOfTheRecording) {
 TEST(ReportScreen, TellsWhyThereIsNothing) {
   EXPECT_THAT(screen_of({}, {}), HasSubstr("No callback was seen"));
   EXPECT_THAT(screen_of({}, {}), HasSubstr("\n  what it holds: cie events "));
+  std::istringstream narrow(screen_of({}, {}, {.columns = 80}));
+  for (std::string line; std::getline(narrow, line);)
+    EXPECT_LE(line.size(), 80U) << line;
 }
 
 TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {

@@ -65,13 +65,19 @@ std::string lateness_words(const std::vector<const CallbackChange*>& changes,
     after.late += change->lateness_after->late;
     after.instances += change->lateness_after->instances;
   }
-  const auto share = [&style](const analysis::Lateness& all) {
-    return paint(fmt::format("{} of {}", all.late, all.instances),
-                 all.late > 0 ? Look::bad : Look::good, style);
+  const auto words = [&](std::string_view gap, const TextStyle& painted) {
+    const auto share = [&painted](const analysis::Lateness& all) {
+      return paint(fmt::format("{} of {}", all.late, all.instances),
+                   all.late > 0 ? Look::bad : Look::good, painted);
+    };
+    return fmt::format("Late: {} runs before, {} after;{}{} {} a deadline", share(before),
+                       share(after), gap, counted(changes.size(), "callback"),
+                       changes.size() == 1 ? "has" : "have");
   };
-  return fmt::format("Late: {} runs before, {} after; {} {} a deadline\n", share(before),
-                     share(after), counted(changes.size(), "callback"),
-                     changes.size() == 1 ? "has" : "have");
+  auto plain = style;
+  plain.colour = false;
+  const bool is_one_line = display_width(words(" ", plain)) <= style.columns;
+  return words(is_one_line ? " " : "\n  ", style) + '\n';
 }
 
 std::string other_deadlines(const std::vector<CallbackChange>& changes) {

@@ -162,8 +162,15 @@ void append_wrapped(std::string& text, std::string_view line, const TextStyle& s
     text.append(kIndent).append(part).append("\n");
 }
 
+std::string painted(std::string_view text, Look look, const TextStyle& style) {
+  std::string result;
+  for (const auto& line : wrap(text, style.columns))
+    result += paint(line, look, style) + '\n';
+  return result;
+}
+
 std::string titled(std::string_view title, const std::string& text, const TextStyle& style) {
-  return text.empty() ? text : '\n' + paint(title, Look::strong, style) + '\n' + text;
+  return text.empty() ? text : '\n' + painted(title, Look::strong, style) + text;
 }
 
 std::vector<std::string> why_above(const CallbackSchedulability& callback) {
@@ -226,7 +233,7 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
           "--format json has all callbacks.",
           style.columns);
   if (report.outside.empty()) return text;
-  text += "Real-time threads in no bound, because they run no callback:\n";
+  text += filled("Real-time threads in no bound, because they run no callback:", style.columns);
   for (const auto& name : report.outside)
     text += "  " + printable(name) + '\n';
   return text;
@@ -245,13 +252,6 @@ std::string measured_in_part(const SchedulabilityReport& report, const Titles& t
                    style.columns, 4);
   }
   return titled("Measured in part, for holes in the kernel's record", text, style);
-}
-
-std::string painted(const std::string& text, Look look, const TextStyle& style) {
-  std::string result;
-  for (const auto& line : wrap(text, style.columns))
-    result += paint(line, look, style) + '\n';
-  return result;
 }
 
 // Why no deadline is bounded; empty if one is.
