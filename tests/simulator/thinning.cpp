@@ -177,10 +177,12 @@ class KernelHoles {
           return event.head.stream == stream && time >= from && time <= until &&
                  !test::is_structural(event);
         }));
-    EventBody loss = Discarded{.begin = {from}, .end = {until}, .count = lost, .packets = false};
-    if (random_.one_in(3)) {
-      loss = Discarded{.begin = {from}, .end = {until}, .count = 1, .packets = true};
-    } else if (random_.one_in(3)) {
+    const bool is_of_packets = random_.one_in(3);
+    EventBody loss = Discarded{.begin = {from},
+                               .end = {until},
+                               .count = is_of_packets ? 1 : lost,
+                               .packets = is_of_packets};
+    if (!is_of_packets && random_.one_in(3)) {
       loss = DamagedPacket{.reason = "cut", .begin = Timestamp{from}, .end = Timestamp{until}};
     }
     // A reader tells of a gap where it begins.
