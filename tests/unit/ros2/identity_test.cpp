@@ -7,6 +7,7 @@
 namespace cie::test {
 namespace {
 
+using analysis::Verdict;
 using testing::ElementsAre;
 using testing::UnorderedElementsAre;
 

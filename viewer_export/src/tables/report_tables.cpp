@@ -356,7 +356,6 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
 
 TextCell missed_cell(const CallbackReport& callback, const analysis::VerdictReport* verdicts) {
   if (!callback.missed_releases) return not_measured();
-  constexpr std::string_view kMissedReleases = "R2";
   const auto fails = [&callback](const analysis::SubjectVerdict& subject) {
     return subject.verdict == analysis::Verdict::fail &&
            subject.about.kind == analysis::SubjectKind::callback &&
@@ -364,7 +363,7 @@ TextCell missed_cell(const CallbackReport& callback, const analysis::VerdictRepo
   };
   const bool is_bad =
       verdicts != nullptr && std::ranges::any_of(verdicts->rules, [&fails](const auto& rule) {
-        return rule.id == kMissedReleases && std::ranges::any_of(rule.subjects, fails);
+        return rule.id == "R2" && std::ranges::any_of(rule.subjects, fails);
       });
   return {fmt::format("{}", *callback.missed_releases), is_bad ? Look::bad : Look::plain};
 }
