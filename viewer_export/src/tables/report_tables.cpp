@@ -34,7 +34,7 @@ TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summa
 }
 
 // Where no response time is known exactly, what else says how long and how often it runs.
-std::vector<TextCell> callback_row(const CallbackReport& c, const analysis::VerdictReport* verdicts,
+std::vector<TextCell> callback_row(const CallbackReport& c, const MissedCells& missed,
                                    bool has_bounds_alone) {
   const auto late =
       c.late ? TextCell{fmt::format("{}", *c.late), *c.late > 0 ? Look::bad : Look::plain}
@@ -57,7 +57,7 @@ std::vector<TextCell> callback_row(const CallbackReport& c, const analysis::Verd
           has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
           duration_cell(c.start_latency, &Summary::max),
           duration_cell(c.execution_time, &Summary::max),
-          missed_cell(c, verdicts),
+          missed.of(c),
           isolated};
 }
 
@@ -354,17 +354,20 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
   return most ? TextCell{"<" + format(*most), Look::doubtful} : not_measured();
 }
 
-TextCell missed_cell(const CallbackReport& callback, const analysis::VerdictReport* verdicts) {
+MissedCells::MissedCells(const analysis::VerdictReport* verdicts) {
+  if (verdicts == nullptr) return;
+  const auto rule = std::ranges::find(verdicts->rules, "R2", &analysis::RuleVerdict::id);
+  if (rule == verdicts->rules.end()) return;
+  for (const auto& subject : rule->subjects) {
+    const auto& about = subject.about;
+    const bool is_callback = about.kind == analysis::SubjectKind::callback && about.index;
+    if (is_callback && subject.verdict == analysis::Verdict::fail) too_many_.insert(*about.index);
+  }
+}
+
+TextCell MissedCells::of(const CallbackReport& callback) const {
   if (!callback.missed_releases) return not_measured();
-  const auto fails = [&callback](const analysis::SubjectVerdict& subject) {
-    return subject.verdict == analysis::Verdict::fail &&
-           subject.about.kind == analysis::SubjectKind::callback &&
-           subject.about.index == at(callback.index);
-  };
-  const bool is_bad =
-      verdicts != nullptr && std::ranges::any_of(verdicts->rules, [&fails](const auto& rule) {
-        return rule.id == "R2" && std::ranges::any_of(rule.subjects, fails);
-      });
+  const bool is_bad = too_many_.contains(static_cast<std::uint32_t>(callback.index));
   return {fmt::format("{}", *callback.missed_releases), is_bad ? Look::bad : Look::plain};
 }
 
@@ -391,6 +394,7 @@ std::string callback_tables(const Report& report, const analysis::VerdictReport*
   }
   const bool has_bounds_alone = std::ranges::none_of(
       that_ran, [](const auto& callback) { return callback.response_time.has_value(); });
+  const MissedCells missed(verdicts);
   auto text = tables_by_process(
       "Callbacks", report, that_ran, style,
       [] {
@@ -409,8 +413,8 @@ std::string callback_tables(const Report& report, const analysis::VerdictReport*
                           {"", "missed"},
                           {"iso-", "lated"}});
       },
-      [has_bounds_alone, verdicts](const auto& callback) {
-        return callback_row(callback, verdicts, has_bounds_alone);
+      [has_bounds_alone, &missed](const auto& callback) {
+        return callback_row(callback, missed, has_bounds_alone);
       });
   return text + without_runs(unseen, "ran, but in nothing of what was recorded", style) +
          without_runs(others, "never ran", style);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <unordered_set>
 
 namespace cie::viewer_export {
 
@@ -33,9 +34,16 @@ TextCell response_cell(const analysis::CallbackReport& callback,
 std::optional<std::int64_t> longest_at_most(const analysis::CallbackReport& callback);
 TextCell at_most_cell(const analysis::CallbackReport& callback,
                       std::string (*format)(std::int64_t ns));
-// Releases that it missed; bad if these are more than it may (R2).
-TextCell missed_cell(const analysis::CallbackReport& callback,
-                     const analysis::VerdictReport* verdicts);
+// Releases that callbacks missed; bad if these are more than they may (R2).
+class MissedCells {
+ public:
+  // Null: nobody judged.
+  explicit MissedCells(const analysis::VerdictReport* verdicts);
+  TextCell of(const analysis::CallbackReport& callback) const;
+
+ private:
+  std::unordered_set<std::uint32_t> too_many_;  // indices of callbacks
+};
 
 // How many callbacks are isolated, not isolated, or never ran.
 std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);

@@ -96,6 +96,7 @@ class ReportScreen {
  public:
   ReportScreen(const Judged& judged, const ReportContext& context, const TextStyle& style)
       : judged_(judged),
+        missed_(&judged.verdicts),
         report_(judged.report),
         context_(context),
         style_(style),
@@ -215,7 +216,7 @@ class ReportScreen {
       case Extra::at_most:
         return at_most_cell(callback, compact_duration);
       case Extra::missed:
-        return missed_cell(callback, &judged_.verdicts);
+        return missed_.of(callback);
       case Extra::own_thread:
         return callback.is_isolated()                          ? TextCell{"yes", Look::good}
                : callback.isolation == Isolation::not_isolated ? TextCell{"NO", Look::bad}
@@ -453,6 +454,7 @@ class ReportScreen {
   }
 
   const Judged& judged_;
+  const MissedCells missed_;
   const Report& report_;
   const ReportContext& context_;
   const TextStyle& style_;
