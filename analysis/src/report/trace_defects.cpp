@@ -134,9 +134,8 @@ std::uint64_t lost_ends(const CallbackFacts& facts, const ThreadLives& lives) {
     const auto unended = totals->started - std::min(totals->started, totals->ended);
     lost = facts.open_count - std::min(facts.open_count, unended);
   } else {
-    lost = static_cast<std::uint64_t>(std::ranges::count_if(facts.open, [&](const auto& open) {
-      return open.seq < *facts.ended.last && !lives.is_cut_by_end(open);
-    }));
+    lost = static_cast<std::uint64_t>(std::ranges::count_if(
+        facts.open, [&](const auto& open) { return lives.is_end_lost(facts, open); }));
   }
   return std::min(lost, facts.ended.missing);
 }

@@ -180,9 +180,8 @@ std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {
 bool Proof::is_any_end_lost(const CallbackFacts& callback) const {
   if (callback.ended.missing == 0) return false;
   if (callback.fini) return tells_lost_end(callback, *callback.fini);
-  return std::ranges::any_of(callback.open, [&](const OpenInstance& open) {
-    return open.seq < *callback.ended.last && !lives_.is_cut_by_end(open);
-  });
+  return std::ranges::any_of(
+      callback.open, [&](const OpenInstance& open) { return lives_.is_end_lost(callback, open); });
 }
 
 std::optional<Evidence> Proof::gap(const PublisherFacts& publisher) const {

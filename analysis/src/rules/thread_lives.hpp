@@ -30,6 +30,8 @@ class ThreadLives {
   // The instance was still running when its record was cut off: no callback's event followed on its
   // thread.
   bool is_cut_by_end(const OpenInstance& open) const;
+  // It ended, and that was lost: later ones of its callback were seen to end, and its record went on.
+  bool is_end_lost(const CallbackFacts& callback, const OpenInstance& open) const;
 
  private:
   using Birth = std::tuple<HostIndex, std::uint64_t, std::int64_t, Timestamp>;  // pid_ns, tid
