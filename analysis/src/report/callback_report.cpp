@@ -3,6 +3,7 @@
 #include "model/callback_questions.hpp"
 #include "rules/proof.hpp"
 #include "rules/queue_losses.hpp"
+#include "rules/thread_questions.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -31,11 +32,8 @@ bool are_periods_known(const CallbackFacts& facts) {
 // is seen shows no sharing.
 std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
   const auto& model = context.model;
-  // What goes on after a thread_fini may do so on the same thread, as where exit() was called.
-  const bool is_complete = context.proof.is_complete(facts.process);
   const auto is_doubtful = [&](const CallbackOnThread* pair) {
-    const auto& thread = model.threads[at(pair->thread)];
-    return thread.former_fini && !thread.announced && !is_complete;
+    return may_be_former(context, model.threads[at(pair->thread)]);
   };
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
   const bool is_shared = std::ssize(facts.ran_on) - doubtful > 1 ||

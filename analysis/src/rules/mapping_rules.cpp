@@ -254,8 +254,7 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
   const auto& from = thread_of(context.model, move.from);
   const auto& to = thread_of(context.model, move.to);
   if (lives.of(move.to).begin < lives.of(move.from).begin) return;
-  // The same thread, announced again, if that announcement was lost.
-  if (to.former_fini && !to.announced && !proof.is_complete(to.process)) {
+  if (may_be_former(context, to)) {
     judgement.doubt(without_event(move.first_on_to,
                                   "started on " + thread_name(to) + " after its thread_fini"));
     judgement.doubt(proof.incompleteness(to.process));

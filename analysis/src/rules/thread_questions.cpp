@@ -64,6 +64,10 @@ std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const Callback
                   "ended on thread " + std::to_string(thread.tid) + " after its thread_fini");
 }
 
+bool may_be_former(const RuleContext& context, const ThreadFacts& thread) {
+  return thread.former_fini && !thread.announced && !context.proof.is_complete(thread.process);
+}
+
 bool is_isolated(const ThreadFacts& thread) noexcept {
   return thread.announced && thread.role == ThreadRole::callback;
 }

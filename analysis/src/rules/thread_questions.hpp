@@ -18,6 +18,9 @@ struct RuleContext;
 // An instance that ended after its thread's `thread_fini`: where its start was not seen, that may have
 // been later, too.
 std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair);
+// It may be the thread that ended before, announced again unseen, or running on as where exit() was
+// called.
+bool may_be_former(const RuleContext& context, const ThreadFacts& thread);
 // Announced with role callback.
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // The thread was announced for the callback, or for its group without naming a callback.
