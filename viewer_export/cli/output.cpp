@@ -1,5 +1,7 @@
 #include "output.hpp"
 
+#include <cie/analysis/recording.hpp>
+
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "words/text_layout.hpp"
@@ -14,7 +16,6 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <new>
 #include <streambuf>
 #include <string>
@@ -40,25 +41,6 @@ extern "C" void remove_temporary(int signal_number) {
   }
   std::signal(signal_number, SIG_DFL);
   std::raise(signal_number);
-}
-
-// A stream of CTF or its index, metadata, or a manifest, by what it begins with.
-bool is_of_recording(const std::string& target) {
-  using namespace std::literals;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(target, error)) return false;
-  constexpr std::size_t kManifestBegin = 256;
-  std::array<char, kManifestBegin> buffer{};
-  std::ifstream file(target, std::ios::binary);
-  file.read(buffer.data(), buffer.size());
-  const std::string_view begin(buffer.data(), static_cast<std::size_t>(file.gcount()));
-  constexpr std::array kBegins{"\xc1\xfc\x1f\xc1"sv, "\xc1\x1f\xfc\xc1"sv,  // packets of streams
-                               "\xc1\xf1\xdc\xc1"sv,                        // LTTng's index
-                               "\x75\xd1\x1d\x57"sv, "\x57\x1d\xd1\x75"sv,  // packets of metadata
-                               "/* CTF "sv,          "\x1e{"sv};
-  const bool is_ctf = std::ranges::any_of(
-      kBegins, [begin](std::string_view known) { return begin.starts_with(known); });
-  return is_ctf || begin.find("\"cie.recording/") != std::string_view::npos;
 }
 
 bool has_no_memory() noexcept {
@@ -138,7 +120,7 @@ class PrintableLines final : public std::streambuf {
 void end_with_a_message_instead_of_aborting() noexcept { std::set_terminate(end_with_a_message); }
 
 OutputFile open_output(const std::string& target) {
-  if (is_of_recording(target)) {
+  if (analysis::is_file_of_recording(target)) {
     throw UsageError("\"" + target +
                      "\" is a file of a recording, which -o would replace; name another one");
   }

@@ -1,10 +1,15 @@
 #include <cie/analysis/recording.hpp>
 #include <cie/tracepoints/sha256.hpp>
 
+#include "ctf/metadata/types.hpp"
 #include "discovery.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
 #include <exception>
+#include <fstream>
 #include <set>
 #include <system_error>
 
@@ -156,6 +161,25 @@ std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is
     }
   }
   return recordings;
+}
+
+bool is_file_of_recording(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  constexpr std::size_t kManifestBegin = 256;
+  std::array<char, kManifestBegin> buffer{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(buffer.data(), buffer.size());
+  const std::string_view begin(buffer.data(), static_cast<std::size_t>(file.gcount()));
+  std::uint32_t magic = 0;
+  if (begin.size() >= sizeof magic) std::memcpy(&magic, begin.data(), sizeof magic);
+  constexpr std::uint32_t kIndexMagic = 0xC1F1DCC1;  // LTTng's, big-endian
+  const bool is_ctf = magic == ctf::kPacketMagic || magic == __builtin_bswap32(ctf::kPacketMagic) ||
+                      magic == ctf::kMetadataMagic ||
+                      magic == __builtin_bswap32(ctf::kMetadataMagic) ||
+                      magic == __builtin_bswap32(kIndexMagic) || begin.starts_with("/* CTF ") ||
+                      begin.starts_with("\x1e{");
+  return is_ctf || begin.find("\"cie.recording/") != std::string_view::npos;
 }
 
 }  // namespace cie::analysis

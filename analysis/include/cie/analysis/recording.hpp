@@ -40,4 +40,8 @@ struct Recording {
 std::vector<Recording> find_recordings(std::span<const std::filesystem::path> traces,
                                        bool is_content_checked);
 
+// Whether it is a stream of CTF or its index, metadata, or a manifest, by what it begins with. What
+// cannot be read is none.
+bool is_file_of_recording(const std::filesystem::path& file);
+
 }  // namespace cie::analysis

@@ -2,6 +2,7 @@
 
 #include "file.hpp"
 #include "tokens.hpp"
+#include "types.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -10,7 +11,6 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::uint32_t kMetadataMagic = 0x75D11D57;
 constexpr std::size_t kHeaderBytes = 37;  // CTF 1.8, 7.1
 constexpr std::size_t kContentBitsAt = 24;
 constexpr std::size_t kPacketBitsAt = 28;

@@ -14,6 +14,8 @@ namespace cie::analysis::ctf {
 
 // A packet of a trace begins with it where the metadata has a field for it.
 inline constexpr std::uint32_t kPacketMagic = 0xC1FC1FC1;
+// Metadata in packets does.
+inline constexpr std::uint32_t kMetadataMagic = 0x75D11D57;
 
 enum class ByteOrder : std::uint8_t { native, little, big };  // native: as the trace block says
 
