@@ -13,7 +13,7 @@ void InstanceBuilder::follow_grid(LiveInstance& live, bool follows) {
   auto& grid = callback.grid;
   const auto now = live.start.time;
   const auto before = std::exchange(callback.last_start, now);
-  // Of a packet that lost events nobody knows where in it they were.
+  // Here a loss counts for all of its packet.
   const bool may_lack = before && recording_.user_losses().any_between(live.host, *before, now);
   if (!grid) {
     const Duration period{static_cast<std::int64_t>(facts.period_ns)};
