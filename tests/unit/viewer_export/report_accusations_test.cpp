@@ -1,10 +1,6 @@
 // What the report's first screen holds against callbacks, and what it does not.
-#include <cie/viewer_export/report_writers.hpp>
-
+#include "report_screens.hpp"
 #include "sample_report.hpp"
-
-#include <sstream>
-#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,23 +12,15 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::string first_screen(const analysis::Report& report, const analysis::VerdictReport& verdicts,
-                         const TextStyle& style = {}, bool is_isolation_expected = false) {
-  std::ostringstream out;
-  write_report_screen(out, report, verdicts, {.is_isolation_expected = is_isolation_expected},
-                      style);
-  return out.str();
-}
-
 // One callback on two pool threads, which run nothing else.
 TEST(ReportAccusations, WhatRanOnSeveralThreadsNeedNotShareThem) {
   auto report = test::sample_report();
   report.processes[0].executor = "multi_threaded";
   report.threads[1].callbacks = {report.callbacks[1].logical_id};
   report.threads[1].ran = {analysis::CallbackIndex{1}};
-  EXPECT_THAT(first_screen(report, test::sample_verdicts()),
+  EXPECT_THAT(screen_of(report, test::sample_verdicts(), {}, {}),
               StartsWith("run 1: callbacks on several threads: 1 of 2\n"));
-  EXPECT_THAT(first_screen(report, test::sample_verdicts(), {}, true),
+  EXPECT_THAT(screen_of(report, test::sample_verdicts(), {}, {.is_isolation_expected = true}),
               StartsWith("FAIL  run 1: 1 of 2 callbacks ran on several threads\n"));
 }
 
@@ -49,7 +37,7 @@ TEST(ReportAccusations, MissedReleasesAreBadWhereTheyAreMoreThanAllowed) {
          .checked = 7,
          .evidence = {}});
     verdicts.rules.push_back(rule);
-    return first_screen(test::sample_report(), verdicts, {.colour = true, .columns = 120});
+    return screen_of(test::sample_report(), verdicts, {.colour = true, .columns = 120}, {});
   };
   EXPECT_THAT(cell(analysis::Verdict::fail), HasSubstr("\x1b[1;31m     3\x1b[0m"));
   EXPECT_THAT(cell(analysis::Verdict::pass), Not(HasSubstr("\x1b[1;31m     3\x1b[0m")));

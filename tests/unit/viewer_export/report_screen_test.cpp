@@ -1,5 +1,6 @@
 #include <cie/viewer_export/report_writers.hpp>
 
+#include "report_screens.hpp"
 #include "sample_report.hpp"
 #include "words/text_layout.hpp"
 
@@ -17,42 +18,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
-
-// Of the callback that took longest.
-ReportContext usual_context() {
-  return {.verify = {.spec_name = {},
-                     .spec_sha256 = {},
-                     .worst_runs = {{.callback = analysis::CallbackIndex{1},
-                                     .seq = 3,
-                                     .start = {983'001'500'000},
-                                     .response_time = {2'500'000},
-                                     .preempted = analysis::Duration{200'000},
-                                     .preempted_by = "cc1plus",
-                                     .preempted_by_time = {200'000}}},
-                     .verify_arguments = "'recordings/run 1' --window=+1s..",
-                     .view_arguments = "'recordings/run 1'"}};
-}
-
-std::string screen_of(const analysis::Report& report, const analysis::VerdictReport& verdicts,
-                      const TextStyle& style = {}, const ReportContext& context = usual_context()) {
-  std::ostringstream out;
-  write_report_screen(out, report, verdicts, context, style);
-  return out.str();
-}
-
-// Both callbacks ran on the second thread; of the first one's seven runs none did as it says.
-analysis::Report shared_report() {
-  auto report = test::sample_report();
-  report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{1}};
-  return report;
-}
-
-// A multi-threaded system, which nobody said anything else of.
-analysis::Report unclaimed_report() {
-  auto report = shared_report();
-  report.processes[0].executor = "multi_threaded";
-  return report;
-}
 
 TEST(ReportScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(shared_report(), test::sample_verdicts(), {.columns = 80, .unicode = true}),
@@ -346,55 +311,6 @@ TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
   EXPECT_THAT(of(700'000), HasSubstr("1.008ms   1.008ms   700.0us     6       -\n"));
 }
 
-TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
-  auto blocked = usual_context();
-  auto& worst = blocked.verify.worst_runs[0];  // of 2.5 ms
-  worst.preempted.reset();
-  worst.start_latency = analysis::Duration{100'000};
-  worst.blocked = analysis::Duration{50'000};
-  worst.execution = analysis::Duration{2'350'000};
-  EXPECT_THAT(
-      screen_of(shared_report(), {}, {.columns = 200}, blocked),
-      HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 50.00 us blocked, 2.350 ms in "
-                "the callback itself (of 2.500 ms)\n"));
-}
-
-TEST(ReportScreen, WaitingForACpuIsNotTheCallbacksOwnWork) {
-  auto woken = usual_context();
-  auto& worst = woken.verify.worst_runs[0];  // of 2.5 ms, 0.1 ms of it executing
-  worst.preempted = analysis::Duration{};
-  worst.start_latency = analysis::Duration{100'000};
-  worst.wake_delay = analysis::Duration{2'300'000};
-  worst.execution = analysis::Duration{100'000};
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, woken),
-              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.300 ms waiting for a CPU "
-                        "after it was woken (of 2.500 ms)\n"));
-}
-
-TEST(ReportScreen, WithoutTheKernelsEventsNobodyKnowsWhatTheRunDid) {
-  auto alone = usual_context();
-  auto& worst = alone.verify.worst_runs[0];  // of 2.5 ms
-  worst.preempted.reset();
-  worst.start_latency = analysis::Duration{100'000};
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, alone),
-              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.400 ms from start to end "
-                        "(of 2.500 ms)\n"));
-}
-
-TEST(ReportScreen, NamesNoWorstRunOfAReleaseThatNothingProved) {
-  EXPECT_THAT(screen_of(shared_report(), {}), HasSubstr("worst: "));
-  auto unproven = usual_context();
-  unproven.verify.worst_runs[0].response_time = {2'500'001};  // the report has no time as long
-  EXPECT_THAT(screen_of(shared_report(), {}, {}, unproven), Not(HasSubstr("worst: ")));
-}
-
-TEST(ReportScreen, SaysHowMuchOfThePreemptionTheNamedOneTook) {
-  auto preempted = usual_context();
-  preempted.verify.worst_runs[0].preempted_by_time = {80'000};  // of 200 us
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, preempted),
-              HasSubstr("200.0 us preempted, 80.00 us of it by cc1plus (of 2.500 ms)\n"));
-}
-
 // The second host booted 8 s after the first one, whose clock the recording's begin is of.
 TEST(ReportScreen, OfSeveralHostsTellsTimesByOneClock) {
   auto report = shared_report();
@@ -426,19 +342,6 @@ TEST(ReportScreen, OfSeveralHostsHasTheLengthOfEach) {
   const auto text = screen_of(report, {});
   EXPECT_THAT(text, HasSubstr("  130.0 ms on desk, 1.000 s on robot: 2 processes"));
   EXPECT_THAT(text, HasSubstr("45.0%")) << "of the host that it ran on";
-}
-
-TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
-  auto waited = usual_context();
-  auto& worst = waited.verify.worst_runs[0];  // of 2.5 ms
-  worst.preempted.reset();
-  worst.start_latency = analysis::Duration{2'400'000};
-  worst.behind = {.callback = shared_report().callbacks[0].index, .time = {2'000'000}};
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
-              HasSubstr("run 3 at +1.500 ms: 2.000 ms of 2.500 ms behind plan timer 20 ms\n"));
-  worst.behind->time = {1'200'000};  // less than half of it all
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
-              HasSubstr("run 3 at +1.500 ms: 2.400 ms waiting to start"));
 }
 
 TEST(ReportScreen, SaysHowLongARunThatDidNotEndHasBeenOpen) {
