@@ -506,6 +506,7 @@ AnalysisResult Analyzer::look() {
 AnalysisResult Analyzer::finish() {
   auto& pipeline = *pipeline_;
   pipeline.name_events();
+  if (pipeline.options.window) require_one_clock(pipeline.model);
   if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();
   pipeline.recording.finish();

@@ -3,6 +3,7 @@
 
 #include "ctf/native_reader.hpp"
 #include "ctf/read_ahead.hpp"
+#include "model/host_clocks.hpp"
 #include "trackers/recording_tracker.hpp"
 #include "trackers/registry.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
@@ -50,6 +51,7 @@ class RecordedEvents {
                             const auto stream = static_cast<std::size_t>(event.head.stream);
                             if (hosts_.size() <= stream) hosts_.resize(stream + 1);
                             hosts_[stream] = e.host;
+                            if (window_) require_one_clock(event.head, e);
                           },
                           [&](const Discarded& e) {
                             if (!is_in(window_, e.begin, e.end)) return;
@@ -67,6 +69,10 @@ class RecordedEvents {
   const MissingEvents& missing() const noexcept { return missing_; }
 
  private:
+  void require_one_clock(const EventHead& head, const StreamBegin& event) {
+    recording_.apply(head, event);
+    analysis::require_one_clock(model_);
+  }
   void pass_on(const EventHead& head, const OtherEvent& event) {
     if (event.event_class == OtherEvent::kNoClass || !is_in(window_, head.time, head.time)) return;
     sink_({.time = head.time,
@@ -85,6 +91,9 @@ class RecordedEvents {
   const RecordedEventSink& sink_;
   std::vector<std::string> hosts_;  // by stream
   MissingEvents missing_;
+  Model model_;  // of hosts and streams alone
+  Registry registry_{model_};
+  RecordingTracker recording_{model_, registry_};
 };
 
 // Evidence names files below the trace, as the user named it where there are several: what is said
@@ -185,6 +194,7 @@ std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path>
                     .progress = options.progress,
                     .counts_others = true});
   recording.finish();
+  require_one_clock(model);
   if (!model.begin || !model.end) return std::nullopt;
   return TimeWindow{.from = *model.begin, .to = *model.end};
 }

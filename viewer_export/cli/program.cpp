@@ -58,6 +58,9 @@ int run_command(int (*command)(const Arguments&), const Arguments& arguments,
   } catch (const UsageError& error) {
     tell_wrong_usage(error.what(), name);
     return usage_error;
+  } catch (const analysis::SeveralClocks& error) {
+    tell_wrong_usage(std::string("--window: ") + error.what(), name);
+    return usage_error;
   } catch (const SpecError& error) {
     return fail(error.what(), usage_error);
   } catch (const viewer_export::ClosedPipe&) {

@@ -108,6 +108,19 @@ Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept {
   return {detail::wrapping_sub(*from.clock_offset_ns, *to.clock_offset_ns)};
 }
 
+void require_one_clock(const Model& model) {
+  const auto* reference = reference_host(model);
+  for (const auto& host : model.hosts) {
+    const bool is_related = host.clock_uuid == reference->clock_uuid ||
+                            (host.clock_offset_ns && reference->clock_offset_ns);
+    if (is_related && clock_shift(host, *reference) == Duration{}) continue;
+    throw SeveralClocks(
+        "a window is by one clock, and the recording is of machines that have their "
+        "own, as \"" +
+        reference->name + "\" and \"" + host.name + "\"; name one machine's directory");
+  }
+}
+
 ClockError clock_error(const Model& model, HostPair from_to) {
   ClockError error;
   if (const auto* there = find(model, from_to)) error.least = Duration{} - there->shortest;

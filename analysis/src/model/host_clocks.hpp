@@ -2,6 +2,7 @@
 // can tell that the clocks agree.
 #pragma once
 
+#include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/report.hpp>
 
@@ -52,6 +53,9 @@ const HostFacts* reference_host(const Model& model) noexcept;
 // What to add to a time of one host's clock for that of another, as far as their wall clocks agree.
 // Hosts of one boot are containers, which share the clock unless it was moved for one of them.
 Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept;
+
+// For a window, whose times are of one clock. Throws SeveralClocks where hosts do not share one.
+void require_one_clock(const Model& model);
 
 // What to add to a time span that begins on one host and ends on another, so that it is what one
 // clock would have shown: no message arrives before it was sent, so the fastest one each way bounds

@@ -3,11 +3,15 @@
 import gzip
 import json
 import os
+import pathlib
 import shutil
 import sys
+import tempfile
 import unittest
 import xml.etree.ElementTree
 
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "browser"))
+from other_host import on_host  # pylint: disable=wrong-import-position
 from program import CIE, COMMANDS, EXAMPLES, Folder, SPEC, TRACE, cie
 
 
@@ -192,6 +196,22 @@ class Usage(Folder):
                     result = cie(command[0], TRACE, f"--window={window}", *command[1:])
                     self.assertEqual((result.returncode, result.stdout), (2, b""))
                     self.assertIn(f"--window {window} lies outside the recording".encode(), result.stderr)
+
+    def test_a_window_of_machines_with_clocks_of_their_own(self):
+        """Of two machines the second one was booted 5 s later; two containers of one machine share its clock."""
+        with tempfile.TemporaryDirectory() as folder:
+            machines = (TRACE, on_host(TRACE, "other", f"{folder}/other", 5_000_000_000))
+            containers = (TRACE, on_host(TRACE, "container", f"{folder}/container"))
+            begin = json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"]["begin_ns"]
+            for window in ("+0s..", f"{begin}.."):
+                for command in (("report",), ("verify",), ("events",), ("events", "--count"), ("analyze", "schedulability")):
+                    with self.subTest(window=window, command=command):
+                        result = cie(*command, *machines, f"--window={window}")
+                        self.assertEqual((result.returncode, result.stdout), (2, b""))
+                        self.assertIn(b"--window: a window is by one clock, and the recording is of machines that have their own",
+                                      result.stderr)
+                        self.assertNotEqual(cie(*command, machines[1], f"--window={window}").returncode, 4)
+                        self.assertNotIn(cie(*command, *containers, f"--window={window}").returncode, (2, 4))
 
     def test_a_bad_window(self):
         trace = json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"]

@@ -54,6 +54,15 @@ TextTrace on_two_hosts(std::string_view text) {
   return trace;
 }
 
+TEST(HostClocks, AWindowIsByOneClock) {
+  AnalysisOptions options;
+  options.window = TimeWindow{.from = {0}, .to = {1'000'000'000}};
+  EXPECT_EQ(Verified(trace_of(kThereAndBack), {}, options)["E2"], Verdict::pass);
+  EXPECT_THROW(Verified(on_two_hosts(kThereAndBack), {}, options), SeveralClocks);
+  options.window.reset();
+  EXPECT_EQ(Verified(on_two_hosts(kThereAndBack), {}, options)["E2"], Verdict::pass);
+}
+
 const GraphEdge& edge_to(const Report& report, std::string_view callback) {
   const ReportRows rows(report);
   for (const auto& edge : report.edges) {

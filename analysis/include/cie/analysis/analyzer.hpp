@@ -55,6 +55,12 @@ class UnreadableTrace : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// AnalysisOptions::window was given for hosts whose clocks differ: what() names two.
+class SeveralClocks : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 // Feed it events in order of time, then finish() once. Not thread-safe. Memory grows with
 // callbacks, threads and processes, not with time.
 class Analyzer {
@@ -82,6 +88,7 @@ class Analyzer {
   // or wait for the kernel's events: they count in a later one. More events may follow. Takes time
   // with the number of subjects, not with that of events.
   AnalysisResult look();
+  // Throws SeveralClocks.
   AnalysisResult finish();
 
  private:
@@ -101,7 +108,8 @@ class Analyzer {
 };
 
 // Reads the traces (directories; each is searched for CTF traces below it) merged by time and runs
-// the analyzer over them. Throws UnreadableTrace; trouble short of that is in the report.
+// the analyzer over them. Throws UnreadableTrace and SeveralClocks; trouble short of that is in the
+// report.
 AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer = nullptr);
 // The same with an analyzer that was made with these options and has seen nothing yet, so that its
@@ -113,7 +121,7 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
 void require_trace_directory(const std::filesystem::path& trace);
 
 // What the recording covers: the window of its report, without the analysis. Reads all of it. Empty
-// without packets. Throws UnreadableTrace.
+// without packets. Throws UnreadableTrace and SeveralClocks.
 std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,
                                           const AnalysisOptions& options);
 

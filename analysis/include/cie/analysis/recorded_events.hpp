@@ -46,7 +46,7 @@ struct MissingEvents {
 };
 
 // Reads the traces (as analyze() does) and passes on their events, merged by time. Throws
-// UnreadableTrace and what `sink` throws.
+// UnreadableTrace, SeveralClocks (analyzer.hpp) and what `sink` throws.
 MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces,
                                    const RecordedEventOptions& options,
                                    const RecordedEventSink& sink);
