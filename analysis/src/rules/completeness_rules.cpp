@@ -59,6 +59,15 @@ std::set<ProcessIndex> processes_seen_to_exit(const Model& model) {
   return exited;
 }
 
+std::string unseen_end(const Model& model, const ProcessFacts& process) {
+  if (process.is_told_by_ros2)
+    return "ROS 2's events do not tell when a process ends; this is its last one";
+  if (model.events.cie_without_pid > 0)
+    return "its run_end may be among the events without a vpid; this is its last one with it";
+  return "no run_end: interrupted by the end of the recording, while it was still running, or by a "
+         "crash; this is its last event";
+}
+
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
@@ -81,14 +90,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
     if (!process.run_end && !(is_of_ros2 && exited.contains(index))) {
-      auto note =
-          is_of_ros2
-              ? without_event(
-                    last, "ROS 2's events do not tell when a process ends; this is its last one")
-              : without_event(
-                    last,
-                    "no run_end: interrupted by the end of the recording, while it was still "
-                    "running, or by a crash; this is its last event");
+      auto note = without_event(last, unseen_end(model, process));
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {

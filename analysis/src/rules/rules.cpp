@@ -91,6 +91,19 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   return std::move(judgement).finish();
 }
 
+// What no process can be told of may have been anybody's instances.
+void doubt_events_without_pid(const Rule& rule, const RuleContext& context,
+                              std::vector<SubjectVerdict>& subjects) {
+  const auto without = context.model.events.cie_without_pid;
+  const bool is_judged = context.options.spec != nullptr || !rule.needs.spec;
+  if (without == 0 || !rule.needs.instances || !is_judged) return;
+  Judgement judgement(NamedSubject::trace());
+  judgement.doubt(
+      without_event(moment(context.model.begin.value_or(Timestamp{})),
+                    counted(without, "event") + " without the context vpid belong to no process"));
+  conclude(std::move(judgement), subjects);
+}
+
 // Names the file and the packet of each event.
 void locate(const Model& model, std::vector<Evidence>& evidence) {
   for (auto& item : evidence) {
@@ -210,6 +223,7 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids
   if (verdict.subjects.empty()) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
+  doubt_events_without_pid(rule, context, verdict.subjects);
   doubt_shared_pids(rule, context.model, shared, verdict.subjects);
   const auto& missing = parts.for_rule(rule);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);

@@ -179,9 +179,6 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
               std::string(requirement.remedy));
     }
   }
-  if (events.by_name.contains("callback_start") && !has_runs(context.model)) {
-    missing("no run of a callback lies within what all streams cover");
-  }
   const std::array<std::pair<std::string_view, std::uint64_t>, 2> contexts{
       {{"vpid", events.cie_without_pid}, {"vtid", events.cie_without_tid}}};
   for (const auto& [name, without] : contexts) {
@@ -191,6 +188,10 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
       missing(counted(without, "event") + " without " + std::string(name) +
               "; add it: lttng add-context --userspace --type=" + std::string(name));
     }
+  }
+  const bool is_any_lost = events.by_name.contains("callback_start") && !has_runs(context.model);
+  if (is_any_lost && events.cie_without_pid == 0) {
+    missing("no run of a callback lies within what all streams cover");
   }
   return only(std::move(judgement));
 }

@@ -8,6 +8,7 @@ namespace {
 
 using namespace analysis;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kOneCallback = R"(
   callback fusion subscription topic=/points
@@ -87,6 +88,23 @@ TEST(RequiredEvents, NamesMissingContexts) {
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("--type=vtid"));
   EXPECT_EQ(verified["M2"], Verdict::inconclusive);
   EXPECT_EQ(verified["M3"], Verdict::inconclusive);
+}
+
+TEST(RequiredEvents, WithoutAVpidNothingIsOfAnyProcessAndNoRulePasses) {
+  auto trace = trace_of(kOneCallback);
+  for (auto& event : trace.events) {
+    if (!std::holds_alternative<RunBegin>(event.body)) event.head.pid.reset();
+  }
+  const Verified verified(trace);
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("--type=vpid"));
+  EXPECT_THAT(verified.evidence("T5", "trace"), Not(HasSubstr("no run of a callback lies within")));
+  EXPECT_THAT(verified.evidence("T4", "process 100"),
+              HasSubstr("its run_end may be among the events without a vpid"));
+  for (const auto* rule : {"M2", "M3", "M4", "E1", "E2", "E3", "R1"}) {
+    EXPECT_EQ(verified[rule], Verdict::inconclusive) << rule;
+    EXPECT_THAT(verified.evidence(rule, "trace"), HasSubstr("without the context vpid")) << rule;
+  }
+  EXPECT_EQ(verified["R5"], Verdict::not_applicable) << "no spec asks for a rate";
 }
 
 TEST(TimeSane, FailsWhenTimeRunsBackwards) {

@@ -347,7 +347,8 @@ TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
                 "what was seen; --inconclusive=warn exits with 0 whatever stays undecided\n"));
   EXPECT_THAT(
       screen_of(verdicts, {}, wide),
-      HasSubstr("  -> it holds nothing to judge: record again while the application runs\n"));
+      HasSubstr("  -> it holds nothing to judge: record again, with what T5 asks for, while the "
+                "application runs\n"));
 }
 
 TEST(VerifyScreen, BreaksACommandAsAShellReadsOn) {

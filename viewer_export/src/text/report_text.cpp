@@ -326,12 +326,7 @@ void write_report_text(std::ostream& out, const Report& report,
   out << worst_offenders(report, style) << recording(report, window, style)
       << defects(report, style);
   if (report.callbacks.empty()) {
-    out << filled("No callback was seen: the trace holds no callback_init or callback_start event.",
-                  style.columns)
-        << filled(
-               "Were the tracepoints of cie, or those of ros2_tracing, enabled when it was "
-               "recorded?",
-               style.columns);
+    out << filled(std::string(kNoCallbackSeen), style.columns);
     if (!report.chains.empty()) out << '\n' << chain_tables(report, style);
     return;
   }

@@ -19,6 +19,11 @@ std::vector<std::string> sentences_of(const analysis::RecordingReport& recording
 // times. Of more than `named` hosts none is named: "1.000 s to 10.00 s on 5 hosts".
 std::string length_of(const analysis::Report& report, std::size_t named);
 
+// Of a recording without callbacks: what else could have shown them.
+inline constexpr std::string_view kNoCallbackSeen =
+    "No callback was seen: the trace holds no callback_init or callback_start event with the context "
+    "vpid. Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?";
+
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);
 
