@@ -70,6 +70,7 @@ std::string Headline::fact() const {
   };
   const bool is_mapped = names(kept, "M2") && names(kept, "M3");
   if (verdict() == Verdict::pass) {
+    if (kept.empty()) return "nothing was judged, for no rule that was asked for applies";
     return is_mapped ? isolation_fact(judged_.report)
                      : fmt::format("{} kept", counted(kept.size(), "rule"));
   }
