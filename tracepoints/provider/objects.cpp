@@ -15,6 +15,19 @@ namespace {
 
 std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(syscall(SYS_gettid)); }
 
+// When the calling thread was announced first. The thread that a child of fork() begins with is
+// another one than the parent's that it copies.
+std::int64_t start_of_current_thread() noexcept {
+  struct FirstAnnouncement {
+    std::uint32_t tid = 0;
+    std::int64_t time_ns = 0;
+  };
+  thread_local FirstAnnouncement first;
+  const std::uint32_t tid = current_tid();
+  if (first.tid != tid) first = {.tid = tid, .time_ns = now_ns(CLOCK_MONOTONIC)};
+  return first.time_ns;
+}
+
 }  // namespace
 
 Run::Run(ExecutorKind executor, std::string_view spec_sha256)
@@ -60,15 +73,16 @@ Publisher::~Publisher() { Registry::instance().remove_publisher(id_); }
 Thread::Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_view name,
                std::uint32_t tid)
     : tid_(tid != 0 ? tid : current_tid()),
-      state_(Registry::instance().add_thread({.role = role,
-                                              .callback = callback,
-                                              .group = group,
-                                              .name = std::string(name),
-                                              .tid = tid_,
-                                              .start_ns = now_ns(CLOCK_MONOTONIC),
-                                              .read_backs = 0,
-                                              .change = 0,
-                                              .unsent = {}})) {}
+      state_(Registry::instance().add_thread(
+          {.role = role,
+           .callback = callback,
+           .group = group,
+           .name = std::string(name),
+           .tid = tid_,
+           .start_ns = tid == 0 ? start_of_current_thread() : now_ns(CLOCK_MONOTONIC),
+           .read_backs = 0,
+           .change = 0,
+           .unsent = {}})) {}
 
 Thread::~Thread() {
   emit_sched(SchedMoment::audit, 0);

@@ -234,6 +234,7 @@ struct ThreadFacts {
   SequenceFacts read_backs{};       // their `n`
   Rare<ReadBack> initial{};         // first of moment initial
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
+  std::uint32_t spins = 0;          // how often it was announced, repetitions apart
   std::optional<Timestamp> announced_again{};  // after an end: for another spin on it
   Rare<ReadBack> first_audit{};
   Rare<ReadBack> last_read_back{};

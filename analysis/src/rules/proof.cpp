@@ -423,7 +423,7 @@ void Proof::prove(ThreadIndex index) {
     }
     return;
   }
-  ++process.threads_announced;
+  process.threads_announced += facts.spins;
   auto loss = gap(facts);
   if (facts.fini) {
     const auto seen = facts.read_backs.first.value_or(0) + facts.read_backs.count;

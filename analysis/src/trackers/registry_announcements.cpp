@@ -213,6 +213,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   }
   if (!index) index = new_thread(*process, event.tid);
   auto& thread = model_.threads[at(*index)];
+  if (!thread.announced || thread.fini) ++thread.spins;
   if (thread.fini) {  // announced anew after its end: another spin on the same thread
     thread.fini.reset();
     thread.announced_again = head.time;

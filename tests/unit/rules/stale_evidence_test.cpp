@@ -248,6 +248,36 @@ TEST(AThread, ThatSpinsAgainHasWhatItIsGivenThen) {
   EXPECT_EQ(verdict(""), Verdict::fail);
 }
 
+// The thread that spins is announced for each spin, which the totals count.
+TEST(AThread, ThatSpinsAgainIsOneThreadAndTwoAnnouncements) {
+  const auto spun_twice = trace_of(R"(
+    process app executor=single_threaded
+    thread t dispatcher
+    callback one pooled
+    -70 begin t
+    -60 initial t n=0
+    -50 applied t n=1
+    10 start one on=t
+    12 end one on=t
+    30 finish t
+    40 begin t again
+    41 initial t n=0
+    42 applied t n=1
+    50 start one on=t
+    52 end one on=t
+    60 finish t)");
+  const auto threads = analyze(spun_twice).report.threads;
+  EXPECT_EQ(std::ranges::count(threads, "t", &ThreadReport::name), 1);
+  for (const auto* rule : {"T4", "M3", "M4", "M9"})
+    EXPECT_EQ(Verified(spun_twice)[rule], Verdict::pass) << rule;
+  auto lossy = spun_twice;
+  erase_at<ThreadInit>(lossy, 40);
+  EXPECT_EQ(Verified(lossy)["T4"], Verdict::inconclusive);
+  lossy = spun_twice;
+  erase_at<ThreadInit>(lossy, -70);
+  EXPECT_EQ(Verified(lossy)["T4"], Verdict::inconclusive);
+}
+
 // What is applied first may send it to another CPU before it is read back: in each spin.
 TEST(AThread, ThatSpinsAgainMayBeSentElsewhereBeforeItIsReadBack) {
   const auto applied = [](const std::string& cpus) {
