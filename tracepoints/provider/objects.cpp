@@ -62,6 +62,8 @@ Callback::Callback(CallbackInfo info)
 
 Callback::~Callback() { Registry::instance().remove_callback(id_); }
 
+void register_again(CallbackId callback) { Registry::instance().register_again(callback); }
+
 Publisher::Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid,
                      std::uint32_t queue_depth)
     : id_(), state_(Registry::instance().add_publisher(node, topic, writer_gid, queue_depth)) {

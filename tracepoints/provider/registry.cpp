@@ -144,6 +144,13 @@ std::shared_ptr<CallbackState> Registry::add_callback(CallbackInfo info) {
   return callback;
 }
 
+// In the profile `ros2` nothing is told: readers would take it for another callback.
+void Registry::register_again(CallbackId callback) {
+  const Guard guard(*this);
+  const auto found = live_->callbacks.find(callback);
+  if (live_->is_running && found != live_->callbacks.end()) emit::callback_init(*found->second);
+}
+
 void Registry::remove_callback(CallbackId callback) {
   std::unique_ptr<Announcer> stopped;
   const Guard guard(*this);
@@ -239,7 +246,7 @@ void Registry::set_spec(std::uint64_t generation, std::string_view spec_sha256) 
     return;
   }
   live_->facts.spec_sha256 = spec_sha256;
-  emit::run_begin(live_->facts, RunMoment::announce);
+  emit_announcement();
 }
 
 std::string Registry::unique_logical_id(std::string_view base) {
@@ -255,8 +262,7 @@ void Registry::announce() {
   if (!live_->is_running) {
     return;
   }
-  emit::run_begin(live_->facts, RunMoment::announce);
-  emit_everything();
+  emit_announcement();
   tell_ros2_readers();
   for (const auto& thread : live_->threads) {
     if (auto parameters = read_back(thread->tid)) {  // else it ended unannounced: nothing to say
@@ -275,6 +281,13 @@ void Registry::sync_clocks() {
   if (live_->is_running) {
     emit::clock_sync();
   }
+}
+
+// Of each callback, readers take the next `callback_init` after `run_begin` for a repetition, and a
+// later one for a new registration: so the two belong together.
+void Registry::emit_announcement() const {
+  emit::run_begin(live_->facts, RunMoment::announce);
+  emit_everything();
 }
 
 // At run_begin: everything registered before it counts and is emitted now, with what was read back.

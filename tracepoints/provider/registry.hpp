@@ -34,6 +34,7 @@ class Registry {
   GroupId add_group(NodeId node, GroupType type);
   void remove_group(GroupId group);
   std::shared_ptr<CallbackState> add_callback(CallbackInfo info);
+  void register_again(CallbackId callback);
   void remove_callback(CallbackId callback);
   std::shared_ptr<PublisherState> add_publisher(NodeId node, std::string_view topic,
                                                 std::uint64_t writer_gid,
@@ -47,7 +48,7 @@ class Registry {
                     const SchedReadBack& parameters);
   // From the next read-back on, the thread's parameters belong to another change of them.
   void begin_change(ThreadState& thread);
-  // What `run_begin` names from now on; emits one with moment announce.
+  // What `run_begin` names from now on; emits one with moment announce, and all state.
   void set_spec(std::uint64_t generation, std::string_view spec_sha256);
 
   std::string unique_logical_id(std::string_view base);
@@ -92,6 +93,8 @@ class Registry {
 
   Registry();
 
+  // All state again, beginning with `run_begin`.
+  void emit_announcement() const;
   void emit_registered();
   void emit_everything() const;
   void tell_ros2_readers();

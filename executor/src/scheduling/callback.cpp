@@ -88,6 +88,11 @@ bool Callback::execute_one() {
   return execution.is_open() && run_one();
 }
 
+void Callback::move_to(ThreadsId threads) {
+  if (served_by_ && *served_by_ != threads) trace::register_again(id_);
+  served_by_ = threads;
+}
+
 void Callback::try_dispose() noexcept {
   std::uint32_t unused = kClosed;
   if (!life_.compare_exchange_strong(unused, kClosed | kDisposing)) return;

@@ -13,6 +13,7 @@ LoopTeam::LoopTeam(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& pl
             configurator) {}
 
 void LoopTeam::add(const std::shared_ptr<Callback>& callback) {
+  callback->move_to(id_);
   {
     const std::lock_guard lock{mutex_};
     callbacks_.push_back(callback);

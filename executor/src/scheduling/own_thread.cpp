@@ -3,8 +3,11 @@
 namespace cie::scheduling {
 
 Placement::Teams OwnThread::place(const Callbacks& callbacks) {
-  for (const auto& callback : callbacks)
+  if (!spinning_) spinning_ = id_of_current_thread();
+  for (const auto& callback : callbacks) {
+    callback->move_to(*spinning_);
     loop_->add(callback);
+  }
   return {};
 }
 

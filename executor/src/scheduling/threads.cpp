@@ -1,6 +1,7 @@
 #include <cie/scheduling/threads.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <chrono>
 #include <filesystem>
@@ -98,6 +99,16 @@ std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
 }
 
 std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(gettid()); }
+
+ThreadsId new_threads_id() noexcept {
+  static std::atomic<std::uint64_t> given{0};
+  return ThreadsId{given.fetch_add(1, std::memory_order_relaxed)};
+}
+
+ThreadsId id_of_current_thread() noexcept {
+  thread_local const ThreadsId id = new_threads_id();
+  return id;
+}
 
 std::string thread_label(const trace::CallbackInfo& info) {
   constexpr std::size_t kRoom = 15;  // TASK_COMM_LEN without its terminator

@@ -182,6 +182,18 @@ class Verdicts(unittest.TestCase):
         waited = {c["logical_id"]: c["longest_queue"] for c in report["callbacks"] if c["source"].endswith("/map")}
         self.assertEqual(list(waited.values()), [3], waited)
 
+    def test_an_executor_that_spins_again_is_no_violation(self):
+        for executor, of_sharing in (("isolated", set()), ("single", {"M2", "M3"})):
+            with self.subTest(executor):
+                directory = record(f"respinning-{executor}", [options.respinning_app, executor])
+                failing, report, text = verify(directory)
+                self.assertEqual(failing - TIMING, of_sharing, text)
+                undecided = {r["id"] for r in report["rules"] if r["verdict"] == "INCONCLUSIVE"}
+                self.assertEqual(undecided - TIMING, set(), text)
+                report = json.loads(run(options.programs / "cie", "report", directory, "-f", "json").stdout)
+                spinning = [t for t in report["threads"] if t["role"] == "dispatcher"]
+                self.assertEqual(len(spinning), 2, "the first spun twice")
+
     def test_the_same_bytes_give_the_same_bytes(self):
         """Whatever the order in which a folder lists its files, and whatever the locale."""
         twin = scratch / "twin" / self.reniced.name
@@ -210,6 +222,7 @@ def main():
     parser.add_argument("--programs", type=Path, required=True)
     parser.add_argument("--grouped-app", type=Path, required=True)
     parser.add_argument("--passing-app", type=Path, required=True)
+    parser.add_argument("--respinning-app", type=Path, required=True)
     parser.add_argument("--examples", type=Path, required=True)
     options, rest = parser.parse_known_args()
 

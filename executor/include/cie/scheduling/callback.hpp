@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -65,6 +66,9 @@ class Callback {
   // Begins to be served: readiness goes to `sink`, which is told at once, because what came before
   // was not announced. Null ends it; then no on_ready() is running when this returns.
   virtual void serve(ReadySink* sink) = 0;
+  // Who is about to serve it. If others did before, the trace gets its `callback_init` again: the
+  // move is no fault (rule M4). One thread at a time.
+  void move_to(ThreadsId threads);
 
   // No instance begins any more; what runs, runs on. Thread-safe, for good.
   void close() noexcept { life_.fetch_or(kClosed); }
@@ -153,6 +157,7 @@ class Callback {
   std::uint64_t period_ns_;
   std::unique_ptr<trace::Callback> trace_;
   CallbackId id_;
+  std::optional<ThreadsId> served_by_;
   std::atomic<std::uint32_t> life_{0};
   std::atomic<bool> is_ready_{false};
   Callback* next_ready_ = nullptr;

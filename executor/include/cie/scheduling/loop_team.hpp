@@ -3,6 +3,7 @@
 
 #include <cie/scheduling/loop.hpp>
 #include <cie/scheduling/team.hpp>
+#include <cie/scheduling/threads.hpp>
 
 #include <memory>
 #include <mutex>
@@ -41,6 +42,7 @@ class LoopTeam {
  private:
   void take_out(const Callbacks& callbacks);
 
+  const ThreadsId id_ = new_threads_id();
   std::unique_ptr<Loop> loop_;
   std::mutex mutex_;  // of what follows
   Callbacks callbacks_;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cie/scheduling/placement.hpp>
+#include <cie/scheduling/threads.hpp>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 namespace cie::scheduling {
 
@@ -21,11 +23,15 @@ class OwnThread : public Placement {
  protected:
   Teams place(const Callbacks& callbacks) override;
   Vacating take_off(const Callbacks& callbacks) override;
-  void reset() override { loop_->resume(); }
+  void reset() override {
+    spinning_.reset();
+    loop_->resume();
+  }
   Loop& loop() noexcept { return *loop_; }
 
  private:
   const std::unique_ptr<Loop> loop_;
+  std::optional<ThreadsId> spinning_;  // which begins a spin by placing what there is
 };
 
 }  // namespace cie::scheduling

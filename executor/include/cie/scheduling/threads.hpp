@@ -24,6 +24,11 @@ std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
 
 std::uint32_t current_tid() noexcept;
 
+// An OS thread, or those of a team. Unlike a tid it is never given twice in a process.
+enum class ThreadsId : std::uint64_t {};
+ThreadsId new_threads_id() noexcept;
+ThreadsId id_of_current_thread() noexcept;
+
 // What the thread of a callback can be called (15 bytes) so that `ps` and `top` show what it does:
 // the beginnings of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
 std::string thread_label(const trace::CallbackInfo& info);

@@ -65,7 +65,7 @@ class Run {
   // Status of `run_end`: 0 if every spin returned normally. Last call wins.
   void set_status(std::int32_t status) noexcept;
   // The process goes on under another spec: `run_begin` is emitted again, with moment announce, and
-  // names it from now on.
+  // names it from now on; all state follows.
   void set_spec(std::string_view spec_sha256);
 
  private:
@@ -158,6 +158,11 @@ class Callback {
   CallbackId id_;
   std::shared_ptr<CallbackState> state_;  // shared with the registry, which announces it
 };
+
+// The executor moves a callback to other threads: emits its `callback_init` again, which tells
+// readers that the move is meant. Call it before the first start there. Nothing of a callback that
+// is gone.
+void register_again(CallbackId callback);
 
 class Publisher {
  public:
