@@ -31,12 +31,12 @@ std::int64_t start_of_current_thread() noexcept {
 }  // namespace
 
 Run::Run(ExecutorKind executor, std::string_view spec_sha256)
-    : generation_(Registry::instance().begin_run(executor, spec_sha256)) {}
+    : generation_(Registry::instance().begin_run(*this, executor, spec_sha256)) {}
 
-Run::~Run() { Registry::instance().end_run(generation_); }
+Run::~Run() { Registry::instance().end_run(*this, generation_); }
 
 void Run::set_status(std::int32_t status) noexcept {
-  Registry::instance().set_status(generation_, status);
+  Registry::instance().set_status(*this, generation_, status);
 }
 
 void Run::set_spec(std::string_view spec_sha256) {

@@ -86,7 +86,7 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, run_begin,
   LTTNG_UST_TP_FIELDS(
     lttng_ust_field_integer(std::uint32_t, contract_version, cie::kContractVersion)
     lttng_ust_field_string(tool_version, cie::kToolVersion)
-    lttng_ust_field_string(executor, cie::label(run->executor).data())
+    lttng_ust_field_string(executor, run->executor_labels.c_str())
     lttng_ust_field_string(boot_id, run->process.boot_id.c_str())
     lttng_ust_field_string(host, run->process.host.c_str())
     lttng_ust_field_integer(std::uint32_t, pid, run->process.pid)

@@ -15,6 +15,13 @@ namespace {
 
 constexpr std::chrono::seconds kPatienceAtExit{1};
 
+std::string joined_labels(const std::set<ExecutorKind>& executors) {
+  std::string labels;
+  for (const ExecutorKind executor : executors)
+    labels.append(labels.empty() ? "" : "+").append(label(executor));
+  return labels;
+}
+
 }  // namespace
 
 // The registry's lock. The thread meets the tracer before it takes the lock: a first event
@@ -49,12 +56,14 @@ Registry::Registry() : live_(std::make_unique<Live>()) {
   at_process_exit([]() noexcept { instance().finish_at_exit(); });
 }
 
-std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_sha256) {
+std::uint64_t Registry::begin_run(const Run& run, ExecutorKind executor,
+                                  std::string_view spec_sha256) {
   const Guard guard(*this);
   Live& live = *live_;
   if (!live.is_running && !is_finished_) {
     live.facts = {.process = read_process_info(),
-                  .executor = executor,
+                  .executors = {executor},
+                  .executor_labels = std::string(label(executor)),
                   .spec_sha256 = std::string(spec_sha256)};
     // Before run_begin: a session that starts meanwhile is then announced to, rather than missed.
     live.announcer = std::make_unique<Announcer>(
@@ -65,25 +74,27 @@ std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_s
     emit::run_begin(live.facts, RunMoment::start);
     emit_registered();
     tell_ros2_readers();
+  } else if (live.is_running && live.facts.executors.insert(executor).second) {
+    live.facts.executor_labels = joined_labels(live.facts.executors);
+    emit_announcement();
   }
-  ++live.runs;
+  live.runs.emplace(&run, 0);
   return generation_;
 }
 
-void Registry::end_run(std::uint64_t generation) {
+void Registry::end_run(const Run& run, std::uint64_t generation) {
   std::unique_ptr<Announcer> stopped;
   const Guard guard(*this);
   if (generation == generation_) {
-    --live_->runs;
+    const auto ended = live_->runs.extract(&run);
+    live_->totals.status = std::max(live_->totals.status, ended.mapped());
     stopped = end_if_empty();
   }
 }
 
-void Registry::set_status(std::uint64_t generation, std::int32_t status) {
+void Registry::set_status(const Run& run, std::uint64_t generation, std::int32_t status) noexcept {
   const Guard guard(*this);
-  if (generation == generation_) {
-    live_->totals.status = status;
-  }
+  if (generation == generation_) live_->runs.find(&run)->second = status;
 }
 
 NodeId Registry::add_node(std::string_view name) {
@@ -353,7 +364,7 @@ void Registry::forget_ros2_readers() {
 // it after the lock is released.
 std::unique_ptr<Announcer> Registry::end_if_empty() {
   Live& live = *live_;
-  if (!live.is_running || live.runs != 0 || live.has_objects()) {
+  if (!live.is_running || !live.runs.empty() || live.has_objects()) {
     return nullptr;
   }
   live.is_running = false;
@@ -379,6 +390,9 @@ void Registry::finish_at_exit() noexcept {
     }
     for (const auto& thread : live.threads) {
       emit::thread_fini(*thread);
+    }
+    for (const auto& [run, status] : live.runs) {
+      live.totals.status = std::max(live.totals.status, status);
     }
     emit::run_end(live.totals);
   }

@@ -24,10 +24,10 @@ class Registry {
  public:
   static Registry& instance();
 
-  // Returns the generation that end_run() wants back; it changes with fork().
-  std::uint64_t begin_run(ExecutorKind executor, std::string_view spec_sha256);
-  void end_run(std::uint64_t generation);
-  void set_status(std::uint64_t generation, std::int32_t status);
+  // Returns the generation that the others want back; it changes with fork().
+  std::uint64_t begin_run(const Run& run, ExecutorKind executor, std::string_view spec_sha256);
+  void end_run(const Run& run, std::uint64_t generation);
+  void set_status(const Run& run, std::uint64_t generation, std::int32_t status) noexcept;
 
   NodeId add_node(std::string_view name);
   void remove_node(NodeId node);
@@ -71,8 +71,8 @@ class Registry {
   };
   // Everything that a child of fork() must not inherit.
   struct Live {
-    std::uint32_t runs = 0;
-    bool is_running = false;  // between run_begin and run_end
+    std::map<const Run*, std::int32_t> runs;  // with the status of each
+    bool is_running = false;                  // between run_begin and run_end
     RunFacts facts;
     RunTotals totals;
     std::map<NodeId, std::string> nodes;  // id -> name

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,7 +89,8 @@ struct SchedRecord {
 // What `run_begin` says, but for when.
 struct RunFacts {
   ProcessInfo process;
-  ExecutorKind executor{};
+  std::set<ExecutorKind> executors;  // of all runs so far
+  std::string executor_labels;
   std::string spec_sha256;  // empty: no spec
 };
 
@@ -98,7 +100,7 @@ struct RunTotals {
   std::uint32_t threads = 0;
   std::uint32_t groups = 0;
   std::uint32_t publishers = 0;
-  std::int32_t status = 0;
+  std::int32_t status = 0;  // the greatest of the runs that ended
 };
 
 struct ThreadState {

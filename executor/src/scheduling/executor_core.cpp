@@ -247,13 +247,19 @@ class ExecutorCore::Spin {
   ExecutorCore& core_;
 };
 
+void ExecutorCore::count_spins(int more) {
+  const std::lock_guard lock{failure_mutex_};
+  unreturned_spins_ += more;
+  run_.set_status(unreturned_spins_ == 0 ? 0 : 1);
+}
+
 void ExecutorCore::spin(std::int64_t deadline_ns) {
   {
     const Spin spin{*this};
     const std::string name = thread_name(current_tid());
     trace::Thread dispatcher{ThreadRole::dispatcher, kNoCallback, kNoGroup, name};
     dispatcher.emit_sched(SchedMoment::initial, 0);
-    run_.set_status(1);
+    count_spins(1);
     std::optional<ThreadConfigurator::Configured> configured;
     {
       const std::lock_guard lock{mutex_};
@@ -287,7 +293,7 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
     failure = std::exchange(failure_, std::nullopt);
   }
   if (failure) throw_nesting(*std::move(failure));
-  run_.set_status(0);
+  count_spins(-1);
 }
 
 void ExecutorCore::wait_until_idle() const noexcept {

@@ -194,6 +194,20 @@ class Verdicts(unittest.TestCase):
                 spinning = [t for t in report["threads"] if t["role"] == "dispatcher"]
                 self.assertEqual(len(spinning), 2, "the first spun twice")
 
+    def test_two_executors_are_both_told(self):
+        for first, arguments, status in (("isolated", [], "0"), ("single", ["throw"], "1"), ("isolated", ["throw"], "1")):
+            with self.subTest(first=first, arguments=arguments):
+                directory = record("-".join(["two", first, *arguments]), [options.two_executors_app, first, *arguments])
+                events = run("babeltrace2", directory).stdout
+                self.assertEqual(re.findall(r"cie:run_end: .* status = (\d+)", events), [status],
+                                 "of the executor that failed, whichever ended last")
+                report = json.loads(run(options.programs / "cie", "report", directory, "-f", "json").stdout)
+                self.assertEqual([p["executor"] for p in report["processes"]], ["isolated+single_threaded"])
+                failing, report, text = verify(directory)
+                self.assertEqual(failing - TIMING, {"M2"}, text)
+                threads = [s["verdict"] for r in report["rules"] if r["id"] == "M2" for s in r["subjects"]]
+                self.assertEqual(threads.count("FAIL"), 1, "the one that spins")
+
     def test_the_same_bytes_give_the_same_bytes(self):
         """Whatever the order in which a folder lists its files, and whatever the locale."""
         twin = scratch / "twin" / self.reniced.name
@@ -223,6 +237,7 @@ def main():
     parser.add_argument("--grouped-app", type=Path, required=True)
     parser.add_argument("--passing-app", type=Path, required=True)
     parser.add_argument("--respinning-app", type=Path, required=True)
+    parser.add_argument("--two-executors-app", type=Path, required=True)
     parser.add_argument("--examples", type=Path, required=True)
     options, rest = parser.parse_known_args()
 

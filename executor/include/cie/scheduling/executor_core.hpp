@@ -108,7 +108,10 @@ class ExecutorCore final : public FailureHandler,
   int departing_ = 0;          // calls that are about to add to these
   std::condition_variable departing_ended_;
 
-  std::mutex failure_mutex_;
+  void count_spins(int more);
+
+  std::mutex failure_mutex_;                // of what follows
+  int unreturned_spins_ = 0;                // that spin, or threw
   std::optional<CallbackFailure> failure_;  // the first one
 
   SpawnedThreads spawned_{configurator_, *this};

@@ -50,8 +50,9 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid);
 // One run of an executor in this process. The first live Run emits `run_begin` and everything that
 // was registered before it; `run_end` follows when the last Run and every registered object are
 // gone, or when the process calls exit() or returns from main (not at _exit, abort or a signal).
-// Hold one for as long as an executor lives. `run_begin` names the executor and the spec of the Run
-// that began it; totals of `run_end` are the process's, so a later run counts on.
+// Hold one for as long as an executor lives. `run_begin` names the spec of the Run that began it and
+// the kinds of executor of all: with the first Run of another kind it is emitted again, as is all
+// state. Totals and status of `run_end` are the process's, so a later run counts on.
 //
 // While a Run lives, a background thread named "cie-announce" (SCHED_OTHER, nice 10, all signals
 // blocked) announces all state whenever a session starts, and emits `clock_sync` every second while
@@ -62,7 +63,8 @@ class Run {
   ~Run();
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
-  // Status of `run_end`: 0 if every spin returned normally. Last call wins.
+  // 0 if every spin returned normally. The last call counts, and of several Runs the greatest: that
+  // is the status of `run_end`.
   void set_status(std::int32_t status) noexcept;
   // The process goes on under another spec: `run_begin` is emitted again, with moment announce, and
   // names it from now on; all state follows.
