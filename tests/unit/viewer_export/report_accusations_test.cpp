@@ -24,6 +24,19 @@ TEST(ReportAccusations, WhatRanOnSeveralThreadsNeedNotShareThem) {
               StartsWith("FAIL  run 1: 1 of 2 callbacks ran on several threads\n"));
 }
 
+// Of two executors in a process the isolated one claims something, of its own threads.
+TEST(ReportAccusations, AreOfWhatAnIsolatedExecutorClaims) {
+  auto report = shared_report();
+  report.processes[0].executor = "isolated+single_threaded";
+  report.threads[1].role = ThreadRole::dispatcher;
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              StartsWith("run 1: callbacks share threads: 1 of 2\n"
+                         "  130.0 ms on robot: 1 process, isolated+single_threaded executor; "));
+  report.threads[1].role = ThreadRole::callback;
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
+}
+
 TEST(ReportAccusations, MissedReleasesAreBadWhereTheyAreMoreThanAllowed) {
   const auto cell = [](analysis::Verdict verdict) {
     auto verdicts = test::sample_verdicts();

@@ -143,6 +143,20 @@ TEST(VerifyText, TellsAnApplicationOfRclcppWhatToDoWithRclcpp) {
                                       "each group on an executor and thread of\n     its own\n"));
 }
 
+TEST(VerifyText, OfSeveralExecutorsTellsTheOneWhoseThreadItWas) {
+  auto report = test::sample_report();
+  report.processes[0].executor = "isolated+multi_threaded";
+  const auto screen = [&report](ThreadRole role) {
+    report.threads[1].role = role;
+    std::ostringstream out;
+    write_verify_screen(out, test::sample_verdicts(), report, {}, {});
+    return out.str();
+  };
+  EXPECT_THAT(screen(ThreadRole::pool), HasSubstr("-> run with --executor isolated\n"));
+  EXPECT_THAT(screen(ThreadRole::callback),
+              HasSubstr("-> give each callback a callback group of its own\n"));
+}
+
 TEST(VerifyText, OfAPassIsShort) {
   analysis::VerdictReport verdicts{.verdict = analysis::Verdict::pass,
                                    .rules = {{.id = "M2",

@@ -1,6 +1,5 @@
 #include "verify_words.hpp"
 
-#include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "text_layout.hpp"
@@ -74,10 +73,32 @@ std::vector<std::string> useless_suppressions(const analysis::VerdictReport& ver
   return sentences;
 }
 
+bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
+                             const analysis::ReportRows& rows) {
+  using analysis::SubjectKind;
+  const auto& about = subject.about;
+  const auto* process = about.process ? rows.find(*about.process) : nullptr;
+  if (process == nullptr || !process->executor || !about.index) return false;
+  const auto isolated = label(ExecutorKind::isolated);
+  if (process->executor->find(isolated) == std::string::npos) return false;
+  if (process->executor == isolated) return true;
+  const auto is_isolated = [&rows](analysis::ThreadIndex index) {
+    const auto* thread = rows.find(index);
+    return thread != nullptr && thread->role == ThreadRole::callback;
+  };
+  if (about.kind == SubjectKind::thread) return is_isolated(analysis::ThreadIndex{*about.index});
+  if (about.kind == SubjectKind::group) return true;  // of isolated threads alone (rule M8)
+  if (about.kind != SubjectKind::callback) return false;
+  const auto* callback = rows.find(analysis::CallbackIndex{*about.index});
+  return callback != nullptr &&
+         std::ranges::any_of(callback->threads, is_isolated, &analysis::CallbackThread::thread);
+}
+
 std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report) {
   const analysis::ReportRows rows(report);
   for (const auto& subject : rule.subjects) {
     if (subject.verdict != analysis::Verdict::fail || !subject.about.process) continue;
+    if (is_of_isolated_executor(subject, rows)) return std::string(label(ExecutorKind::isolated));
     const auto* process = rows.find(*subject.about.process);
     if (process != nullptr && process->executor) return *process->executor;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/report.hpp>
+#include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/verdict.hpp>
 
 #include <cstddef>
@@ -23,8 +24,13 @@ std::string words_of(const analysis::Suppression& suppression);
 // Entries that change nothing any more: whoever reads the file must not believe otherwise.
 std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts);
 
-// The executor of cie that ran what violates the rule; empty where none told of itself, as those of
-// rclcpp.
+// Whether the verdict is about a thread that an isolated executor made for a callback or its group, or
+// about what ran on one. Other executors of its process claim nothing of theirs.
+bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
+                             const analysis::ReportRows& rows);
+
+// The executor of cie that ran what violates the rule; of several in a process "isolated", or the
+// kinds of all. Empty where none told of itself, as those of rclcpp.
 std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report);
 
 // "Remedy: …" of a rule's page without that word; that of an application of rclcpp where the page
