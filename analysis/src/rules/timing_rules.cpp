@@ -366,13 +366,14 @@ const Rule kNoMissedRelease{
     "R2",
     "no-missed-release",
     "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
-    "those before an instance that was still open included.\n"
+    "those before an instance that was still open included. Time goes on while nobody spins.\n"
     "Why it matters: Every skipped period is an activation that the design counts on and that "
     "never happened.\n"
     "Inconclusive when expiries are neither recorded nor, with ROS 2's timers, follow from when "
     "the timer was made, or instances were lost.\n"
     "Remedy: find what kept the thread from running or the instance from ending (cie report: "
-    "preempted, blocked, wake delay); allow in the spec what the design can bear.",
+    "preempted, blocked, wake delay); reset a timer after a pause that is meant; allow in the spec "
+    "what the design can bear.",
     judge_missed,
     {.instances = true, .totals = true}};
 

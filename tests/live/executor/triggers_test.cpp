@@ -3,6 +3,7 @@
 #include "support.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <memory>
 #include <stdexcept>
@@ -135,6 +136,32 @@ TEST_P(Triggers, StopATimerAndStartItAgain) {
     timer->reset();
     EXPECT_FALSE(timer->is_cancelled());
   }
+}
+
+// A pause between two spins is time in which periods are missed, unless the timer is reset.
+TEST_P(Triggers, StartATimerAnewAfterAPause) {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto kPeriod = 50ms;
+  std::atomic<int> runs{0};
+  std::atomic<Clock::time_point> last_run{};
+  const auto timer = node.create_wall_timer(kPeriod, [&] {
+    last_run = Clock::now();
+    ++runs;
+  });
+  const auto executor = make();
+  executor->add_node(node);
+  const auto spin_until = [&](int enough) {
+    Spinning spinning{*executor};
+    ASSERT_TRUE(eventually([&] { return runs >= enough; }));
+    spinning.cancel_and_wait();
+  };
+  spin_until(1);
+  std::this_thread::sleep_for(2 * kPeriod);
+  const auto reset_after = Clock::now();
+  const int before = runs;
+  timer->reset();
+  spin_until(before + 1);
+  EXPECT_GE(last_run.load() - reset_after, kPeriod);
 }
 
 TEST_P(Triggers, StopATimerBeforeItIsServed) {

@@ -193,6 +193,9 @@ class Verdicts(unittest.TestCase):
                 report = json.loads(run(options.programs / "cie", "report", directory, "-f", "json").stdout)
                 spinning = [t for t in report["threads"] if t["role"] == "dispatcher"]
                 self.assertEqual(len(spinning), 2, "the first spun twice")
+                missed = {c["logical_id"]: c["missed_releases"] for c in report["callbacks"]}
+                # Of 10 ms, in two pauses of 30 ms: the last period of each is served.
+                self.assertGreaterEqual(missed["/respinning/stays@Timer(10000000)"], 4)
 
     def test_two_executors_are_both_told(self):
         for first, arguments, status in (("isolated", [], "0"), ("single", ["throw"], "1"), ("isolated", ["throw"], "1")):
