@@ -93,8 +93,7 @@ struct Analyzer::Pipeline {
     const bool is_kept = std::visit(
         Overloaded{
             [](const SchedProcessExit&) { return true; }, [](const ProcessName&) { return true; },
-            [](const ClockSync&) { return true; },
-            [is_before](const ThreadWakeup&) { return is_before; },
+            [](const ClockSync&) { return true; }, [](const ThreadWakeup&) { return true; },
             [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
             [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
             [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },

@@ -65,15 +65,35 @@ void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
 }
 
-void InstanceBuilder::begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
-                                    CallbackIndex callback) {
-  ++of_thread(thread).unseen;
-  callbacks_[callback].last_start = start;
+void InstanceBuilder::begin_outside(const EventHead& head, const Emitter& who,
+                                    CallbackIndex callback, std::uint64_t seq) {
+  ++of_thread(who.thread).unseen;
+  pass_start(head, who, callback, seq);
 }
 
-void InstanceBuilder::end_outside(const std::optional<ThreadIndex>& thread) {
+void InstanceBuilder::end_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                                  std::uint64_t seq) {
+  leave_unseen(who.thread);
+  pass_end(head, who, callback, seq);
+}
+
+void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
   auto& unseen = of_thread(thread).unseen;
   if (unseen > 0) --unseen;
+}
+
+void InstanceBuilder::pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                                 std::uint64_t seq) {
+  if (model_.callbacks[at(callback)].first_expiry) {
+    follow_grid(who.host, who.thread, callback, {.time = head.time, .seq = seq}, false);
+  }
+  note_start_on_thread(of_thread(who.thread), head.time);
+}
+
+void InstanceBuilder::pass_end(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                               std::uint64_t seq) {
+  of_thread(who.thread).last_activity = head.time;
+  callbacks_[callback].recent.push(Ended{.seq = seq, .end = ref(head)});
 }
 
 bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
@@ -145,7 +165,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   const bool follows = facts.starts.last ? event.seq == *facts.starts.last + 1
                                          : facts.registered && event.seq == facts.first_next_seq;
   registry_.note_start(event.seq, live->start, index, facts.starts);
-  if (facts.first_expiry) follow_grid(*live, follows);
+  if (facts.first_expiry) follow_grid(*live);
   if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
     note_missed(*live);
   }
@@ -182,11 +202,14 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   if (live->is_in_window) live->read = chains_.add_read(index, head.time);
   if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp, live->is_writer_undecided))
     chains_.link(*node_of(*live));
-  const bool is_pause =
-      !on_thread.last_activity || head.time - *on_thread.last_activity > TimerGrid::kPrompt;
-  if (is_pause) on_thread.busy_since = head.time;
-  on_thread.last_activity = head.time;
+  note_start_on_thread(on_thread, head.time);
   return live;
+}
+
+inline void InstanceBuilder::note_start_on_thread(OfThread& thread, Timestamp start) {
+  const bool is_pause = !thread.last_activity || start - *thread.last_activity > TimerGrid::kPrompt;
+  if (is_pause) thread.busy_since = start;
+  thread.last_activity = start;
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
@@ -310,7 +333,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (found == open.rend()) {
     if (thread && !undecided_.empty()) [[unlikely]]
       decide(*thread, nullptr);
-    end_outside(thread);
+    leave_unseen(thread);
     note_end_without_start(head, index, event.seq);
     if (thread) note_unseen_run(*thread, here, index, event.seq);
     forget_wakes(on_thread, who, head);

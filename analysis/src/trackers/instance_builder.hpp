@@ -55,9 +55,15 @@ class InstanceBuilder {
   // What began before is not looked at; its numbers may not have been seen.
   void begin_window(Timestamp from) noexcept { window_begin_ = from; }
   // An instance that is not looked at, because it began before the window, begins and ends.
-  void begin_outside(Timestamp start, const std::optional<ThreadIndex>& thread,
-                     CallbackIndex callback);
-  void end_outside(const std::optional<ThreadIndex>& thread);
+  void begin_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                     std::uint64_t seq);
+  void end_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                   std::uint64_t seq);
+  // One that began outside, before or after it: it tells of its timer's grid, and what kept its thread.
+  void pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                  std::uint64_t seq);
+  void pass_end(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                std::uint64_t seq);
   // What woke the thread was of an instance that ended before the window.
   void forget_wakes(const EventHead& head, const Emitter& who);
   // Such an instance may run on the thread.
@@ -102,15 +108,18 @@ class InstanceBuilder {
     std::uint64_t seq = 0;
     EventRef end;
   };
+  struct TimerStart {
+    Timestamp time;
+    std::uint64_t seq = 0;
+  };
   struct OfCallback {
     std::vector<LiveInstance*> open;
     Recent<Ended, kRecentEnds> recent;  // for second ends
     std::unique_ptr<TimerGrid> grid;
-    std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
-    // Of timers: when the latest instance started, be it outside the window.
-    std::optional<Timestamp> last_start{};
-    std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
-    CallbackOnThread* last_on = nullptr;  // where it did something last
+    std::vector<ChainNodeRef> answering;     // ended, of services: they may respond afterwards
+    std::optional<TimerStart> last_start{};  // of timers, be it outside the window
+    std::vector<ThreadIndex> ran_on;         // those of its facts, which are larger by far
+    CallbackOnThread* last_on = nullptr;     // where it did something last
   };
 
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
@@ -147,9 +156,14 @@ class InstanceBuilder {
   CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
                             std::uint64_t seq);
   void note_missed(const LiveInstance& live);
-  // The release of a timer whose expiries are known.
-  // `follows`: the instance before was seen.
-  void follow_grid(LiveInstance& live, bool follows);
+  // An instance of a timer whose expiries are known starts.
+  void follow_grid(LiveInstance& live);
+  std::optional<TimerGrid::Release> follow_grid(HostIndex host,
+                                                const std::optional<ThreadIndex>& thread,
+                                                CallbackIndex index, const TimerStart& start,
+                                                bool is_inside);
+  static void note_start_on_thread(OfThread& thread, Timestamp start);
+  void leave_unseen(const std::optional<ThreadIndex>& thread);
   void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.
   bool has_kernel(const LiveInstance& live) const {

@@ -6,26 +6,42 @@
 
 namespace cie::analysis {
 
-void InstanceBuilder::follow_grid(LiveInstance& live, bool follows) {
-  auto& facts = *live.callback_facts;
-  if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
-  auto& callback = callbacks_[live.callback];
+void InstanceBuilder::follow_grid(LiveInstance& live) {
+  const auto release = follow_grid(live.host, live.thread, live.callback,
+                                   {.time = live.start.time, .seq = live.seq}, true);
+  if (!release) return;
+  live.expiry = release->expiry;
+  live.missed = release->missed.value_or(0);
+  live.is_missed_known = release->missed && release->is_missed_its_own;
+  if (!release->is_prompt) live.proven_by = live.callback_facts->grid.prompt_starts + 1;
+}
+
+std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
+                                                               const std::optional<ThreadIndex>& on,
+                                                               CallbackIndex index,
+                                                               const TimerStart& started,
+                                                               bool is_inside) {
+  auto& facts = model_.callbacks[at(index)];
+  if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return std::nullopt;
+  auto& callback = callbacks_[index];
   auto& grid = callback.grid;
-  const auto now = live.start.time;
-  const auto before = std::exchange(callback.last_start, now);
+  const auto now = started.time;
+  const auto before = std::exchange(callback.last_start, started);
   // Here a loss counts for all of its packet.
-  const bool may_lack = before && recording_.user_losses().any_between(live.host, *before, now);
+  const bool may_lack = before && (recording_.user_losses().any_between(host, before->time, now) ||
+                                   started.seq != before->seq + 1);
   if (!grid) {
     const Duration period{static_cast<std::int64_t>(facts.period_ns)};
     grid = std::make_unique<TimerGrid>(*facts.first_expiry, period);
-    if (before) grid->begin_after(may_lack ? std::nullopt : before);
-  } else if (may_lack || !follows) {
+    if (before) grid->begin_after(may_lack ? std::nullopt : std::optional(before->time));
+  } else if (may_lack) {
     grid->lose();
   }
   TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
+  start.is_inside = is_inside;
   const auto is_at_once = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
-  if (live.thread) {
-    const auto& thread = of_thread(live.thread);
+  if (on) {
+    const auto& thread = of_thread(on);
     // Whatever the thread did last, the timer was called afterwards.
     if (thread.has_waited)
       start.called_after = std::max<std::optional<Timestamp>>(thread.last_activity, thread.wakeup);
@@ -37,18 +53,14 @@ void InstanceBuilder::follow_grid(LiveInstance& live, bool follows) {
   // Its last instance began no later than this one's release.
   const auto& ended = callback.recent;
   if (ended.size() > 0 && is_at_once(ended.newest(0).end.time)) start.busy_since = Timestamp{};
-  if (const auto release = grid->on_start(start)) {
-    live.expiry = release->expiry;
-    live.missed = release->missed.value_or(0);
-    live.is_missed_known = release->missed && release->is_missed_its_own;
-    if (!release->is_prompt) live.proven_by = grid->prompt_starts() + 1;
-  }
+  const auto release = grid->on_start(start);
   facts.grid.prompt_starts = grid->prompt_starts();
-  if (grid->is_steady()) measurer_.prove(live.callback);
-  facts.grid.unresolved = grid->unresolved();
+  if (grid->is_steady()) measurer_.prove(index);
+  if (is_inside) facts.grid.unresolved = grid->unresolved();
   facts.grid.is_steady = grid->is_steady();
   facts.grid.error = grid->error();
-  if (grid->is_refuted()) measurer_.forget_releases(live.callback);
+  if (grid->is_refuted()) measurer_.forget_releases(index);
+  return release;
 }
 
 void InstanceBuilder::finish_grid(CallbackIndex index) {

@@ -31,6 +31,8 @@ std::int64_t TimerGrid::first_from(Timestamp time) const noexcept {
 
 std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
   if (is_refuted_) return std::nullopt;
+  if (start.is_inside && !is_inside_) begin_inside();
+  is_inside_ = start.is_inside;
   const auto until = last_until(start.time);
   const auto release = std::min(latest_.value_or(until), until);
   if (release < earliest_) {
@@ -54,7 +56,7 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
   if (!is_sole) return std::nullopt;
   if (is_steady_) {
     unproven_ = {};
-  } else {
+  } else if (is_inside_) {
     if (unproven_.releases++ == 0) unproven_.since = start.time;
     unproven_.missed += missed.value_or(0);
   }
@@ -87,6 +89,16 @@ bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
   ++late_;
   is_refuted_ = late_ >= kEnoughLate && is_mostly_late();
   return false;
+}
+
+// What was skipped before the first instance inside was so outside.
+void TimerGrid::begin_inside() noexcept {
+  unresolved_ = 0;
+  unproven_ = {};
+  since_anchor_ = 0;
+  anchor_.reset();
+  has_started_ = false;
+  is_cut_ = !latest_;
 }
 
 // What was skipped before the first instance is the application's start.

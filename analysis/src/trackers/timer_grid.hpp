@@ -32,6 +32,8 @@ class TimerGrid {
     std::optional<Timestamp> busy_since;    // what let it start only now; empty: nothing did
     // When an instance before it started or ended on its thread.
     std::optional<Timestamp> after{};
+    // It is in the window that was asked for: of others nothing is counted but what tells of the grid.
+    bool is_inside = true;
   };
   struct Release {
     Timestamp expiry;
@@ -44,8 +46,8 @@ class TimerGrid {
   };
   // The release of the next instance. Empty: unknown.
   std::optional<Release> on_start(const Start& start);
-  // Before the first instance that is looked at there were others. The last one started then, and
-  // none went unseen since; empty: that is not known.
+  // Before the first start that is told there were others. The last one started then, and none went
+  // unseen since; empty: that is not known.
   void begin_after(const std::optional<Timestamp>& start) noexcept;
   // Instances may have gone unseen.
   void lose() noexcept;
@@ -61,14 +63,14 @@ class TimerGrid {
   Duration error() const noexcept;
   // How many starts were prompt.
   std::uint64_t prompt_starts() const noexcept { return prompt_; }
-  // What was told of releases since the last one: they are not proven.
+  // What was told of releases inside since the last one: they are not proven.
   struct Unproven {
     std::uint64_t releases = 0;
     std::uint32_t missed = 0;
     Timestamp since;  // when the first of these instances started
   };
   const Unproven& unproven() const noexcept { return unproven_; }
-  // Instances, none of them the first, before which periods may have been skipped unnoticed.
+  // Instances inside, none of them the first, before which periods may have been skipped unnoticed.
   std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
 
   // So soon after its release an instance starts that waits for nothing.
@@ -79,6 +81,7 @@ class TimerGrid {
  private:
   std::int64_t last_until(Timestamp time) const noexcept;
   std::int64_t first_from(Timestamp time) const noexcept;
+  void begin_inside() noexcept;
   bool is_believed(Timestamp expiry, const Start& start);
   bool is_mostly_late() const noexcept { return late_ > prompt_ / 4; }
   std::optional<std::uint32_t> skipped_until(std::int64_t release, bool is_known);
@@ -92,6 +95,7 @@ class TimerGrid {
   std::optional<std::int64_t> anchor_;
   std::uint64_t since_anchor_ = 0;
   std::uint64_t unresolved_ = 0;
+  bool is_inside_ = true;  // the latest start
   bool has_started_ = false;
   bool is_cut_ = false;        // what the first instance was released by is not known at all
   bool is_confirmed_ = false;  // by a prompt start since the last late one

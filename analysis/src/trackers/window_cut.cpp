@@ -96,14 +96,14 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                    auto& state = callbacks_[index];
                    state.starts.observe(e.seq, ref(head), state.seqs);
                    state.open.insert(e.seq);
-                   instances_.begin_outside(head.time, who.thread, index);
+                   instances_.begin_outside(head, who, index, e.seq);
                  },
                  [&](const CallbackEnd& e) {
                    instances_.forget_wakes(head, who);
                    const auto index = index_of(who, e.callback);
                    auto& state = callbacks_[index];
                    if (state.open.erase(e.seq) != 0) {
-                     instances_.end_outside(who.thread);
+                     instances_.end_outside(head, who, index, e.seq);
                    } else if (is_second_end(index, e.seq)) {
                      ++state.second_ends;
                    }
@@ -137,16 +137,19 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                    const auto index = index_of(who, e.callback);
                    keep_first(callbacks_[index].next_start, e.seq);
                    ++model_.callbacks[at(index)].starts_outside;
+                   instances_.pass_start(head, who, index, e.seq);
                  },
                  [&](const CallbackEnd& e) {
                    const auto index = index_of(who, e.callback);
                    auto& state = callbacks_[index];
                    if (state.next_start && e.seq >= *state.next_start) {
                      ++state.ends_after;
+                     instances_.pass_end(head, who, index, e.seq);
                    } else if (instances_.is_open(index, e.seq)) {
                      instances_.apply(head, who, e);  // the window's end cuts it
                    } else if (state.open.erase(e.seq) != 0) {
                      ++state.spanning;
+                     instances_.pass_end(head, who, index, e.seq);
                    } else if (is_second_end(index, e.seq)) {
                      ++state.second_ends;
                    }

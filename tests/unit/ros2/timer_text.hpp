@@ -33,6 +33,12 @@ class Text {
     text_ += std::to_string(time) + ' ' + event + '\n';
     return *this;
   }
+  // Another timer of the node, with callback 0x31.
+  Text& add_other_timer() {
+    add(kMade, "rcl_timer_init timer_handle=0x21 period=1000000000");
+    add(kMade, "rclcpp_timer_callback_added timer_handle=0x21 callback=0x31");
+    return add(kMade, "rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10");
+  }
   // The executor, before that instance starts.
   Text& wait(std::int64_t start) {
     add(start - 2, "rclcpp_executor_wait_for_work timeout=1");
@@ -51,9 +57,10 @@ class Text {
     return analyze_ros2(text_, lost_at, spec);
   }
   Ros2Result analyze_from(std::int64_t begin) const {
-    analysis::TimeWindow window;
-    window.from = analysis::Timestamp{begin};
-    return analyze_ros2(text_, -1, {}, window);
+    return analyze_in({.from = analysis::Timestamp{begin}});
+  }
+  Ros2Result analyze_in(const analysis::TimeWindow& window, std::string_view spec = {}) const {
+    return analyze_ros2(text_, -1, spec, window);
   }
 
  private:
