@@ -49,16 +49,6 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   return verdicts;
 }
 
-// Processes whose main thread the kernel saw exit.
-std::set<ProcessIndex> processes_seen_to_exit(const Model& model) {
-  std::set<ProcessIndex> exited;
-  for (const auto& thread : model.threads) {
-    const bool is_main = thread.tid == model.processes[at(thread.process)].pid;
-    if (is_main && thread.kernel_exit) exited.insert(thread.process);
-  }
-  return exited;
-}
-
 std::string unseen_end(const Model& model, const ProcessFacts& process) {
   if (process.is_told_by_ros2)
     return "ROS 2's events do not tell when a process ends; this is its last one";
@@ -72,7 +62,6 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
   const auto& proof = context.proof;
-  const auto exited = processes_seen_to_exit(model);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
@@ -89,7 +78,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
-    if (!process.run_end && !(is_of_ros2 && exited.contains(index))) {
+    if (!process.run_end && !(is_of_ros2 && context.lives.has_exited(index))) {
       auto note = without_event(last, unseen_end(model, process));
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));

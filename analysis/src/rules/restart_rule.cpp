@@ -146,6 +146,21 @@ std::optional<Timestamp> last_end(const RuleContext& context,
   return last;
 }
 
+// Why it may have lived on beside the later one, as far as is known.
+std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFacts& before,
+                                   const CallbackFacts& after) {
+  const auto& process = context.model.processes[at(before.process)];
+  const auto& other = context.model.processes[at(after.process)];
+  const bool is_pid_given_anew = process.pid == other.pid && process.pid_ns == other.pid_ns &&
+                                 !process.shares_pid_since && before.process != after.process;
+  if (before.fini || process.run_end || context.lives.has_exited(before.process) ||
+      is_pid_given_anew)
+    return std::nullopt;
+  return without_event(moment(context.lives.last_sign(before.process)),
+                       "the end of the process before was not seen, this is its last sign: it may "
+                       "have lived on");
+}
+
 // Of several predecessors that differ nobody knows which one it follows.
 void conclude_restart(const RuleContext& context, const std::vector<CallbackIndex>& before,
                       const Lifetime& life, std::vector<SubjectVerdict>& verdicts) {
@@ -157,6 +172,9 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
     judgement.check();
     compare_properties(model.callbacks[at(index)], after, judgement);
     compare_parameters(context, model.callbacks[at(index)], after, judgement);
+    if (judgement.has_witness()) {
+      judgement.overrule(untold_end(context, model.callbacks[at(index)], after));
+    }
     conclude(std::move(judgement), compared);
   }
   const auto is_alike = [&compared](const SubjectVerdict& verdict) {
@@ -313,7 +331,8 @@ const Rule kMappingSurvivesRestart{
     "time before, it must be like each or like none to be judged.\n"
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"
-    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost.\n"
+    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost, and "
+    "when they differ and the earlier process was not seen to end: it may have lived on.\n"
     "Remedy: let the application apply the spec itself at every start; make ids and parameters "
     "depend on nothing that changes between starts.",
     judge_restart};

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <vector>
 
@@ -27,6 +28,8 @@ class ThreadLives {
   bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;
   // Nothing shows that it lived on: its last event, or when a thread of it was switched in last.
   Timestamp last_sign(ProcessIndex process) const { return last_signs_[at(process)]; }
+  // The kernel saw its main thread exit.
+  bool has_exited(ProcessIndex process) const { return exited_.contains(process); }
   // The instance was still running when its record was cut off: no callback's event followed on its
   // thread.
   bool is_cut_by_end(const OpenInstance& open) const;
@@ -41,6 +44,7 @@ class ThreadLives {
   std::vector<ThreadLife> lives_;
   std::vector<Birth> births_;  // ascending
   std::vector<Timestamp> last_signs_;
+  std::set<ProcessIndex> exited_;
 };
 
 }  // namespace cie::analysis

@@ -162,20 +162,44 @@ TEST(MappingSurvivesRestart, IsNotOfProcessesThatLivedAtTheSameTime) {
   EXPECT_EQ(Verified(Announced(Announced::kLater).trace).of("M5", kLater), Verdict::fail);
 }
 
-// The first one idles: the kernel alone sees it, after the second one has begun.
-TEST(MappingSurvivesRestart, IsNotOfAProcessThatTheKernelSawAliveLater) {
-  const auto judged = [](const std::string& lines) {
-    return Verified(
-        "process first pid=100 until=500 crash\ncallback a id=/n@Timer timer period=10\n"
-        "process second pid=200 from=200\ncallback b id=/n@Timer timer period=10\n"
-        "kernel\n1 initial a\n2 applied a policy=fifo priority=30\n"
-        "10 start a\n12 end a\n301 initial b\n302 applied b policy=fifo priority=31\n"
-        "310 start b\n312 end b\n" +
-        lines);
+// The first one idles, or was killed: neither tells.
+TextTrace perhaps_idle(int second_priority, const std::string& lines) {
+  return trace_of(
+      "process first pid=100 until=500 crash\ncallback a id=/n@Timer timer period=10\n"
+      "thread main worker tid=100 silent\n"
+      "process second pid=200 from=200\ncallback b id=/n@Timer timer period=10\n"
+      "kernel\n1 initial a\n2 applied a policy=fifo priority=30\n"
+      "10 start a\n12 end a\n301 initial b\n302 applied b policy=fifo priority=" +
+      std::to_string(second_priority) + "\n310 start b\n312 end b\n" + lines);
+}
+
+TEST(MappingSurvivesRestart, FailsOnlyWhereTheFormerLifetimeIsSeenToEnd) {
+  const auto judged = [](int second_priority, const std::string& lines) {
+    return Verified(perhaps_idle(second_priority, lines));
   };
-  EXPECT_EQ(judged("").of("M5", kLater), Verdict::fail);
-  EXPECT_EQ(judged("400 switch 0 idle a next_prio=69\n401 switch 0 a idle state=1")["M5"],
-            Verdict::not_applicable);
+  EXPECT_EQ(judged(31, "").of("M5", kLater), Verdict::inconclusive);
+  EXPECT_EQ(judged(30, "").of("M5", kLater), Verdict::pass) << "like it, ended or not";
+  EXPECT_EQ(judged(31, "100 exit main").of("M5", kLater), Verdict::fail);
+  EXPECT_EQ(judged(31, "100 exit a").of("M5", kLater), Verdict::inconclusive)
+      << "its main thread lives on";
+}
+
+// A pid that another process has is nobody's any more.
+TEST(MappingSurvivesRestart, FailsWhereThePidWasGivenAnew) {
+  auto trace = perhaps_idle(31, "");
+  for (auto& event : trace.events) {
+    if (event.head.pid == 200) event.head.pid = 100;
+    auto* begin = std::get_if<RunBegin>(&event.body);
+    if (begin != nullptr) begin->pid = 100;
+  }
+  EXPECT_EQ(Verified(trace)["M5"], Verdict::fail);
+}
+
+// The kernel alone sees it, after the second one has begun.
+TEST(MappingSurvivesRestart, IsNotOfAProcessThatTheKernelSawAliveLater) {
+  const auto trace =
+      perhaps_idle(31, "400 switch 0 idle a next_prio=69\n401 switch 0 a idle state=1");
+  EXPECT_EQ(Verified(trace)["M5"], Verdict::not_applicable);
 }
 
 TEST(SpecifiedCallbackSeen, AsksProcessesThatLivedAtTheSameTimeEach) {
