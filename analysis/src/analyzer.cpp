@@ -264,8 +264,13 @@ struct Analyzer::Pipeline {
   void on(const EventHead& head, const Emitter& who, const ResponseTaken& e) {
     chains->on_response(who.host, e, head.time);
   }
-  void on(const EventHead& /*head*/, const Emitter& who, const ClockSync& e) {
+  void on(const EventHead& head, const Emitter& who, const ClockSync& e) {
+    if (head.is_derived) {
+      clocks.apply_shown(who.host, e);
+      return;
+    }
     clocks.apply(who.host, e);
+    instances->clocks_were_read(who.host);
   }
   void on(const EventHead& head, const Emitter& who, const SchedSwitch& e) {
     model.hosts[at(who.host)].has_switches = true;
@@ -353,6 +358,7 @@ struct Analyzer::Pipeline {
     registry.apply(head, e);
     recording.coverage().expect(registry.host_of(head), e.online_cpus);
     clocks.apply(registry.host_of(head), e);
+    instances->clocks_were_read(registry.host_of(head));
   }
   void on_state(const EventHead& head, const ThreadInit& e) {
     const auto thread = registry.apply(head, e);

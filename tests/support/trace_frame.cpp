@@ -115,6 +115,7 @@ void Writer::epilogue() {
       add(at++, main,
           PublisherFini{.publisher = PublisherId{publisher.id}, .published = publisher.next});
     }
+    add(at, main, ClockSync{.monotonic_ns = at, .realtime_ns = 1'000'000'000 + at});
     add(at++, main,
         RunEnd{.callbacks = process.callbacks,
                .threads = process.threads,

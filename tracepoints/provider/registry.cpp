@@ -368,6 +368,7 @@ std::unique_ptr<Announcer> Registry::end_if_empty() {
     return nullptr;
   }
   live.is_running = false;
+  emit::clock_sync();
   emit::run_end(live.totals);
   return std::move(live.announcer);
 }
@@ -394,6 +395,7 @@ void Registry::finish_at_exit() noexcept {
     for (const auto& [run, status] : live.runs) {
       live.totals.status = std::max(live.totals.status, status);
     }
+    emit::clock_sync();
     emit::run_end(live.totals);
   }
   mutex_.unlock();

@@ -126,13 +126,14 @@ struct alignas(64) CallbackFacts {
 
   // Complete instances in the window, by what their release is known from.
   std::uint64_t instances = 0;
-  std::uint64_t exact_instances = 0;                 // their release is known
-  std::uint64_t messages_told = 0;                   // of which it is told what they took
-  std::uint64_t late = 0;                            // certainly beyond response_deadline
-  std::uint64_t late_by_duration = 0;                // of these, those whose duration alone is
-  std::uint64_t without_status = 0;                  // whose end does not tell
-  std::uint64_t exceptions = 0;                      // that an exception ended
-  std::uint64_t without_upper_bound = 0;             // inexact, no upper bound
+  std::uint64_t exact_instances = 0;      // their release is known
+  std::uint64_t messages_told = 0;        // of which it is told what they took
+  std::uint64_t late = 0;                 // certainly beyond response_deadline
+  std::uint64_t late_by_duration = 0;     // of these, those whose duration alone is
+  std::uint64_t without_status = 0;       // whose end does not tell
+  std::uint64_t exceptions = 0;           // that an exception ended
+  std::uint64_t without_upper_bound = 0;  // inexact, no upper bound
+  std::uint64_t with_doubtful_bound = 0;  // of these: CLOCK_REALTIME may have been set meanwhile
   std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
   Statistics response_time{};
   Statistics response_time_lower{};

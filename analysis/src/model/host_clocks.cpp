@@ -70,11 +70,44 @@ void HostClocks::apply(HostIndex host, const StreamBegin& event) {
 
 void HostClocks::apply(HostIndex host, const RunBegin& event) {
   if (event.realtime_ns == 0) return;  // the recording does not tell
-  offsets_[host].of_process = detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
+  sync(host, event.monotonic_ns, event.realtime_ns);
 }
 
 void HostClocks::apply(HostIndex host, const ClockSync& event) {
+  sync(host, event.monotonic_ns, event.realtime_ns);
+}
+
+void HostClocks::apply_shown(HostIndex host, const ClockSync& event) {
   offsets_[host].of_process = detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
+}
+
+void HostClocks::sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t realtime_ns) {
+  auto& offsets = offsets_[host];
+  const auto offset = detail::wrapping_sub(realtime_ns, monotonic_ns);
+  const auto former = offsets.last_read.value_or(offset);
+  const Timestamp now{monotonic_ns};
+  if (detail::wrapping_sub(std::max(former, offset), std::min(former, offset)) > kLeastStep.ns) {
+    if (offsets.steps.size() >= kMostSteps) offsets.steps.erase(offsets.steps.begin());
+    offsets.steps.push_back(
+        {.after = offsets.read_at, .until = now, .larger_offset = std::max(former, offset)});
+  }
+  offsets.of_process = offsets.last_read = offset;
+  offsets.read_at = std::max(offsets.read_at, now);
+}
+
+bool HostClocks::were_read_since(HostIndex host, Timestamp time) const noexcept {
+  const auto* offsets = offsets_.find(host);
+  return offsets != nullptr && offsets->last_read && offsets->read_at >= time;
+}
+
+bool HostClocks::may_be_set_between(HostIndex host, std::int64_t realtime_ns,
+                                    Timestamp until) const noexcept {
+  const auto* offsets = offsets_.find(host);
+  if (offsets == nullptr) return false;
+  return std::ranges::any_of(offsets->steps, [&](const Step& step) {
+    const Timestamp earliest{detail::wrapping_sub(realtime_ns, step.larger_offset)};
+    return step.after < until && earliest <= step.until;
+  });
 }
 
 std::optional<Timestamp> HostClocks::local(HostIndex host,

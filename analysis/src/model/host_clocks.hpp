@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -24,12 +25,19 @@ class HostClocks {
   // The same, as a process has just read it: as it began or was attached to, and every second.
   void apply(HostIndex host, const RunBegin& event);
   void apply(HostIndex host, const ClockSync& event);
+  // What a message of ROS 2 shows of them: that CLOCK_REALTIME was not behind its source timestamp.
+  void apply_shown(HostIndex host, const ClockSync& event);
 
   // What a process of the host read last. Empty: none did.
   std::optional<std::int64_t> synced(HostIndex host) const noexcept {
     const auto* offsets = offsets_.find(host);
     return offsets == nullptr ? std::nullopt : offsets->of_process;
   }
+  // A process has read the clocks since: whether one was set before is known.
+  bool were_read_since(HostIndex host, Timestamp time) const noexcept;
+  // CLOCK_REALTIME may have been set between its showing `realtime_ns` and `until`, as far as processes
+  // have read it: what one offset makes of it is no bound then.
+  bool may_be_set_between(HostIndex host, std::int64_t realtime_ns, Timestamp until) const noexcept;
   // When the host's own clock, CLOCK_MONOTONIC, showed a time that CLOCK_REALTIME showed somewhere.
   // Empty: nothing relates the host's two clocks.
   std::optional<Timestamp> local(HostIndex host, std::int64_t realtime_ns) const noexcept;
@@ -37,10 +45,24 @@ class HostClocks {
   void note_message(HostIndex from, HostIndex to, Duration shown);
 
  private:
+  // CLOCK_REALTIME was set then.
+  struct Step {
+    Timestamp after;
+    Timestamp until;
+    std::int64_t larger_offset = 0;  // of the two
+  };
   struct Offsets {
     std::optional<std::int64_t> of_metadata;
     std::optional<std::int64_t> of_process;
+    std::optional<std::int64_t> last_read;  // not merely shown
+    Timestamp read_at;
+    std::vector<Step> steps;  // the latest kMostSteps
   };
+  static constexpr std::size_t kMostSteps = 4096;
+  // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
+  static constexpr Duration kLeastStep{100'000};
+  void sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t realtime_ns);
+
   Model& model_;
   ByIndex<HostIndex, Offsets> offsets_;
   HostClockFacts* last_ = nullptr;  // most often a message takes the way of the one before it

@@ -39,7 +39,7 @@ class InstanceBuilder {
         chains_(chains),
         is_asked_for_cpus_(asks_for_cpus(spec)),
         observer_(observer),
-        measurer_(model, registry, recording, timeline, chains, observer),
+        measurer_(model, registry, recording, timeline, clocks, chains, observer),
         ended_(model, registry, recording, timeline, chains, measurer_) {}
 
   // `who`: of the registry, for this event.
@@ -71,6 +71,8 @@ class InstanceBuilder {
   // Instances of the callback that began in the window and have not ended yet.
   std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
   bool is_open(CallbackIndex callback, std::uint64_t seq);
+  // A process of the host has read its clocks.
+  void clocks_were_read(HostIndex host) { measurer_.clocks_were_read(host); }
   // Finalises instances that nothing later in the trace can change any more.
   void advance(const EventHead& head) { ended_.advance(head); }
   void finish();

@@ -327,16 +327,48 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
     if (lower != end - start) keep_lower_apart(facts);
     if (!facts.is_lower_duration) facts.response_time_lower.add(lower);
     if (const auto written = bound_of_release(live)) {
-      if (live.node) live.node->earliest = written;
-      const auto upper = end - *written;
-      facts.response_time_upper.add(upper);
-      if (bounds.response_upper.rise(upper)) {
-        facts.max_response_upper = extreme_of(live, release, upper);
-      }
+      note_bounded(live, measured, *written, bounds);
     } else {
       ++facts.without_upper_bound;
     }
   }
+}
+
+void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& measured,
+                                    Timestamp written, Bounds& bounds) {
+  auto& facts = *live.callback_facts;
+  if (live.node) live.node->earliest = written;
+  const auto upper = extreme_of(live, measured.release, live.end->time - written);
+  // Of ROS 2 the messages show it themselves.
+  if (!facts.is_accounted || clocks_.were_read_since(live.host, live.start.time)) {
+    note_upper(facts, bounds, upper);
+    return;
+  }
+  ++facts.without_upper_bound;
+  ++facts.with_doubtful_bound;
+  auto& bounded = bounded_[live.host];
+  if (bounded.size() >= kMostBounded) return;
+  bounded.push_back(
+      {.callback = live.callback, .source_timestamp = live.source_timestamp, .upper = upper});
+}
+
+void InstanceMeasurer::note_upper(CallbackFacts& facts, Bounds& bounds,
+                                  const Extreme<Duration>& upper) {
+  facts.response_time_upper.add(upper.value);
+  if (bounds.response_upper.rise(upper.value)) facts.max_response_upper = upper;
+}
+
+void InstanceMeasurer::clocks_were_read(HostIndex host) {
+  std::erase_if(bounded_[host], [&](const Bounded& bounded) {
+    const auto start = bounded.upper.start.time;
+    if (!clocks_.were_read_since(host, start)) return false;
+    if (clocks_.may_be_set_between(host, bounded.source_timestamp, start)) return true;
+    auto& facts = model_.callbacks[at(bounded.callback)];
+    --facts.without_upper_bound;
+    --facts.with_doubtful_bound;
+    note_upper(facts, bounds_[bounded.callback], bounded.upper);
+    return true;
+  });
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,

@@ -8,6 +8,7 @@
 #include "chain_tracker.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/host_clocks.hpp"
 #include "prefetch.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
@@ -68,11 +69,13 @@ struct LiveInstance {
 class InstanceMeasurer {
  public:
   InstanceMeasurer(Model& model, const Registry& registry, const RecordingTracker& recording,
-                   const ThreadTimeline& timeline, ChainTracker& chains, Observer* observer)
+                   const ThreadTimeline& timeline, const HostClocks& clocks, ChainTracker& chains,
+                   Observer* observer)
       : model_(model),
         registry_(registry),
         recording_(recording),
         timeline_(timeline),
+        clocks_(clocks),
         chains_(chains),
         observer_(observer) {}
 
@@ -81,12 +84,17 @@ class InstanceMeasurer {
     if (live.written || live.source_timestamp <= 0) return live.written;
     return find_source_time(live);
   }
-  // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile
-  // so that the message was written after it was taken.
+  // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile,
+  // as far as processes have read it until now.
   OptionalTime bound_of_release(const LiveInstance& live) const {
     const auto written = source_time(live);
-    return written && *written <= live.start.time ? written : OptionalTime{};
+    const bool is_bound =
+        written && *written <= live.start.time &&
+        !clocks_.may_be_set_between(live.host, live.source_timestamp, live.start.time);
+    return is_bound ? written : OptionalTime{};
   }
+  // A process of the host has read its clocks: bounds by messages until then are known to be some.
+  void clocks_were_read(HostIndex host);
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
   void expect(CallbackIndex callback) const noexcept {
     prefetch_to_write(bounds_.find(callback));
@@ -171,6 +179,14 @@ class InstanceMeasurer {
     bool has_left_bounds = false;
   };
 
+  // By its message; nothing tells yet whether CLOCK_REALTIME was set before it started.
+  struct Bounded {
+    CallbackIndex callback{};
+    std::int64_t source_timestamp = 0;
+    Extreme<Duration> upper;
+  };
+  static constexpr std::size_t kMostBounded = 65'536;  // others are without a bound
+
   // What follows from the recording around an instance.
   struct Measured {
     InstanceState state = InstanceState::complete;
@@ -210,6 +226,10 @@ class InstanceMeasurer {
     return std::array{&facts.max_response_lower, &facts.max_duration, &facts.max_execution,
                       &facts.max_duration_without_execution};
   }
+  // An instance with an upper bound by its message.
+  void note_bounded(const LiveInstance& live, const Measured& measured, Timestamp written,
+                    Bounds& bounds);
+  static void note_upper(CallbackFacts& facts, Bounds& bounds, const Extreme<Duration>& upper);
   void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
   // Keeps the row until its release is proven.
@@ -233,11 +253,13 @@ class InstanceMeasurer {
   const Registry& registry_;
   const RecordingTracker& recording_;
   const ThreadTimeline& timeline_;
+  const HostClocks& clocks_;
   ChainTracker& chains_;
   Observer* observer_;
   ByIndex<CallbackIndex, Arrivals> arrivals_;
   ByIndex<CallbackIndex, Bounds> bounds_;
   ByIndex<CallbackIndex, Unproven> unproven_;
+  ByIndex<HostIndex, std::vector<Bounded>> bounded_;
   std::size_t held_back_ = 0;  // rows, of all timers
 };
 

@@ -228,6 +228,8 @@ TEST_F(Announcement, IsNotMadeByAChildThatOnlyInheritedTheObjects) {
   EXPECT_EQ(trace.all("callback_fini").size(), 2U);
   EXPECT_EQ(trace.all("run_end").size(), 1U);
   EXPECT_EQ(trace.events.back().name, "run_end");
+  EXPECT_EQ(trace.events.at(trace.events.size() - 2).name, "clock_sync")
+      << "that CLOCK_REALTIME was not set since the last one";
 }
 
 }  // namespace

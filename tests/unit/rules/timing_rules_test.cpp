@@ -226,6 +226,77 @@ TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
   EXPECT_EQ(Verified(kWritten, spec("response_deadline: 15"))["R3"], Verdict::pass);
 }
 
+// A message that is written at 5000 and taken by an instance from 1000000 to 1000010. CLOCK_REALTIME is
+// set by `step` before it is written, or, if that is wanted, afterwards.
+TextTrace written_by_a_clock_that_is_set(std::int64_t step, bool is_set_later = false) {
+  auto trace = trace_of(R"(
+    publisher out
+    callback plan pooled
+    thread t1 pool
+    callback fusion subscription pooled
+    4000 start plan on=t1
+    5000 publish out on=t1
+    6000 end plan on=t1
+    1000000 start fusion from=out:0 on=t1
+    1000010 end fusion on=t1)");
+  for (auto& event : trace.events) {
+    auto* publish = std::get_if<Publish>(&event.body);
+    auto* start = std::get_if<CallbackStart>(&event.body);
+    auto* sync = std::get_if<ClockSync>(&event.body);
+    const bool is_set = !is_set_later;
+    if (publish != nullptr && is_set) publish->source_timestamp_realtime_ns += step;
+    if (start != nullptr && is_set && start->source_timestamp_realtime_ns != 0)
+      start->source_timestamp_realtime_ns += step;
+    if (sync != nullptr && event.head.time.ns > 0) sync->realtime_ns += step;
+  }
+  return trace;
+}
+
+// As a process reads it every second.
+void add_clock_sync(TextTrace& trace, std::int64_t time, std::int64_t step) {
+  const auto next = std::ranges::find_if(
+      trace.events, [time](const Event& event) { return event.head.time.ns >= time; });
+  const auto any = std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<ClockSync>(event.body);
+  });
+  auto sync = *any;
+  sync.head.time = {time};
+  sync.body = ClockSync{.monotonic_ns = time, .realtime_ns = 1'000'000'000 + time + step};
+  trace.events.insert(next, sync);
+}
+
+TEST(Deadline, TakesNoSourceTimestampOfAClockThatWasSetMeanwhile) {
+  constexpr std::int64_t kStep = 500'000;
+  const auto keeps = spec("response_deadline: 1000000");
+  const auto misses = spec("response_deadline: 600000");
+  EXPECT_EQ(Verified(written_by_a_clock_that_is_set(0), keeps)["R3"], Verdict::pass);
+  EXPECT_EQ(Verified(written_by_a_clock_that_is_set(kStep), misses)["R3"], Verdict::inconclusive)
+      << "it took up to 995010, and seems to have taken up to 495010";
+  auto set_back = written_by_a_clock_that_is_set(-kStep, true);
+  add_clock_sync(set_back, 200'000, -kStep);
+  EXPECT_EQ(Verified(set_back, misses)["R3"], Verdict::inconclusive);
+}
+
+TEST(Deadline, TakesNoSourceTimestampThatNoClockSyncFollows) {
+  const auto keeps = spec("response_deadline: 1000000");
+  auto trace = written_by_a_clock_that_is_set(0);
+  trace.erase<ClockSync>([](const ClockSync&, const EventHead& head) { return head.time.ns > 0; });
+  EXPECT_EQ(Verified(trace, keeps)["R3"], Verdict::inconclusive);
+  add_clock_sync(trace, 999'999, 0);
+  EXPECT_EQ(Verified(trace, keeps)["R3"], Verdict::inconclusive);
+  add_clock_sync(trace, 1'000'020, 0);
+  EXPECT_EQ(Verified(trace, keeps)["R3"], Verdict::pass);
+}
+
+// By then it is known what CLOCK_REALTIME was set to.
+TEST(Deadline, TakesASourceTimestampThatWasWrittenAfterTheClockWasSet) {
+  constexpr std::int64_t kStep = 500'000;
+  auto trace = written_by_a_clock_that_is_set(kStep);
+  add_clock_sync(trace, 3'000, kStep);
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 995010"))["R3"], Verdict::pass);
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 995009"))["R3"], Verdict::inconclusive);
+}
+
 TEST(Deadline, FailsForAnInstanceThatNeverEnded) {
   const auto text = std::string(kRun) + "\n42 start fusion release=40\n100 finish fusion";
   const Verified verified(text, spec("response_deadline: 20"));
