@@ -11,8 +11,15 @@ const HostClockFacts* find(const Model& model, HostPair from_to) {
   return found == model.host_clocks.end() ? nullptr : &found->second;
 }
 
-// The way back takes off what the way there adds.
+// Then they do not differ by one amount for the whole recording.
+bool is_any_set(const Model& model, HostPair hosts) {
+  return model.hosts[at(hosts.first)].is_clock_set || model.hosts[at(hosts.second)].is_clock_set;
+}
+
+// The way back takes off what the way there adds, unless a clock was set in between.
 std::optional<ClockError> error_along(const Model& model, const HostRoute& route) {
+  for (const auto& pair : route)
+    if (pair && is_any_set(model, *pair)) return ClockError{};
   std::vector<HostPair> ways;
   for (const auto& pair : route) {
     if (!pair) continue;
@@ -78,7 +85,15 @@ void HostClocks::apply(HostIndex host, const ClockSync& event) {
 }
 
 void HostClocks::apply_shown(HostIndex host, const ClockSync& event) {
-  offsets_[host].of_process = detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
+  auto& shown = offsets_[host].of_process;
+  const auto offset = detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
+  if (shown && is_step(*shown, offset)) model_.hosts[at(host)].is_clock_set = true;
+  shown = offset;
+}
+
+bool HostClocks::is_step(std::int64_t one_offset, std::int64_t other_offset) noexcept {
+  const auto [less, more] = std::minmax(one_offset, other_offset);
+  return detail::wrapping_sub(more, less) > kLeastStep.ns;
 }
 
 void HostClocks::sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t realtime_ns) {
@@ -86,7 +101,8 @@ void HostClocks::sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t re
   const auto offset = detail::wrapping_sub(realtime_ns, monotonic_ns);
   const auto former = offsets.last_read.value_or(offset);
   const Timestamp now{monotonic_ns};
-  if (detail::wrapping_sub(std::max(former, offset), std::min(former, offset)) > kLeastStep.ns) {
+  if (is_step(former, offset)) {
+    model_.hosts[at(host)].is_clock_set = true;
     if (offsets.steps.size() >= kMostSteps) offsets.steps.erase(offsets.steps.begin());
     offsets.steps.push_back(
         {.after = offsets.read_at, .until = now, .larger_offset = std::max(former, offset)});
@@ -156,6 +172,7 @@ void require_one_clock(const Model& model) {
 
 ClockError clock_error(const Model& model, HostPair from_to) {
   ClockError error;
+  if (is_any_set(model, from_to)) return error;
   if (const auto* there = find(model, from_to)) error.least = Duration{} - there->shortest;
   if (const auto* back = find(model, {from_to.second, from_to.first})) error.most = back->shortest;
   return error;

@@ -61,6 +61,7 @@ class HostClocks {
   static constexpr std::size_t kMostSteps = 4096;
   // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
   static constexpr Duration kLeastStep{100'000};
+  static bool is_step(std::int64_t one_offset, std::int64_t other_offset) noexcept;
   void sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t realtime_ns);
 
   Model& model_;
@@ -82,7 +83,8 @@ void require_one_clock(const Model& model);
 // What to add to a time span that begins on one host and ends on another, so that it is what one
 // clock would have shown: no message arrives before it was sent, so the fastest one each way bounds
 // by how much the clocks differ (one difference for the whole recording; Cristian: Probabilistic
-// clock synchronization, 1989). Without a bound where no message went that way.
+// clock synchronization, 1989). Without a bound where no message went that way, and without any where
+// one of the clocks was set, after which they differed by something else.
 ClockError clock_error(const Model& model, HostPair from_to);
 // The same of a chain, along all its messages, whichever of its routes they took. Empty: it ends on
 // the host where it begins.

@@ -95,6 +95,7 @@ struct HostFacts {
   std::string told{};  // by the tracer
   std::string clock_uuid{};
   std::optional<std::int64_t> clock_offset_ns{};  // of its first stream that has one
+  bool is_clock_set = false;                      // CLOCK_REALTIME, within the recording
   bool has_switches = false;                      // kernel events by class
   bool has_wakings = false;
   bool has_forks = false;
