@@ -227,6 +227,14 @@ std::string largest_certain_response(const CallbackFacts& callback) {
   return (is_exact ? "" : "at least ") + nanoseconds(certain.value);
 }
 
+std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
+  if (callback.with_doubtful_bound == 0) return std::nullopt;
+  return without_event(
+      callback.starts.last_at,
+      "of " + counted(callback.with_doubtful_bound, "instance") +
+          " a message tells when it was written by CLOCK_REALTIME, which was set meanwhile");
+}
+
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
@@ -259,13 +267,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                                    std::to_string(callback.without_upper_bound) +
                                        " instances have no upper bound of their response time"));
         }
-        if (callback.with_doubtful_bound != 0) {
-          judgement.doubt(without_event(
-              callback.starts.last_at,
-              "of " + counted(callback.with_doubtful_bound, "instance") +
-                  " a message tells when it was written by CLOCK_REALTIME, which was set meanwhile "
-                  "or may have been: no clock_sync afterwards says that it was not"));
-        }
+        judgement.doubt(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;
         if (upper && (upper->value + callback.release_error()).ns > deadline) {
           judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
@@ -393,9 +395,8 @@ const Rule kDeadline{
     "never ended fails when the window ends after its deadline.\n"
     "Why it matters: A result after its deadline is a wrong result.\n"
     "Inconclusive when the bounds of a response time lie on both sides of the deadline, "
-    "CLOCK_REALTIME may have been set between the writing of a message and its taking (a bound by "
-    "that clock counts as soon as a clock_sync afterwards shows that it was not), or instances were "
-    "lost.\n"
+    "CLOCK_REALTIME was set between the writing of a message and its taking (a clock_sync shows it), "
+    "or instances were lost.\n"
     "Remedy: the evidence names the instance: cie report tells what it waited for, cie analyze "
     "schedulability what it may have to wait for at worst.",
     judge_deadline,

@@ -507,6 +507,7 @@ void InstanceBuilder::finish() {
   });
   for (auto& live : open)
     abandon(std::move(live));
+  measurer_.finish();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
     finish_grid(static_cast<CallbackIndex>(i));
 }

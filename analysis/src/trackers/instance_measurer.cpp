@@ -339,15 +339,14 @@ void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& me
   auto& facts = *live.callback_facts;
   if (live.node) live.node->earliest = written;
   const auto upper = extreme_of(live, measured.release, live.end->time - written);
+  auto& bounded = bounded_[live.host];
   // Of ROS 2 the messages show it themselves.
-  if (!facts.is_accounted || clocks_.were_read_since(live.host, live.start.time)) {
+  if (!facts.is_accounted || clocks_.were_read_since(live.host, live.start.time) ||
+      bounded.size() >= kMostBounded) {
     note_upper(facts, bounds, upper);
     return;
   }
-  ++facts.without_upper_bound;
-  ++facts.with_doubtful_bound;
-  auto& bounded = bounded_[live.host];
-  if (bounded.size() >= kMostBounded) return;
+  ++facts.without_upper_bound;  // so far
   bounded.push_back(
       {.callback = live.callback, .source_timestamp = live.source_timestamp, .upper = upper});
 }
@@ -362,13 +361,27 @@ void InstanceMeasurer::clocks_were_read(HostIndex host) {
   std::erase_if(bounded_[host], [&](const Bounded& bounded) {
     const auto start = bounded.upper.start.time;
     if (!clocks_.were_read_since(host, start)) return false;
-    if (clocks_.may_be_set_between(host, bounded.source_timestamp, start)) return true;
-    auto& facts = model_.callbacks[at(bounded.callback)];
-    --facts.without_upper_bound;
-    --facts.with_doubtful_bound;
-    note_upper(facts, bounds_[bounded.callback], bounded.upper);
+    if (clocks_.may_be_set_between(host, bounded.source_timestamp, start)) {
+      ++model_.callbacks[at(bounded.callback)].with_doubtful_bound;
+    } else {
+      take_bound(bounded);
+    }
     return true;
   });
+}
+
+void InstanceMeasurer::take_bound(const Bounded& bounded) {
+  auto& facts = model_.callbacks[at(bounded.callback)];
+  --facts.without_upper_bound;
+  note_upper(facts, bounds_[bounded.callback], bounded.upper);
+}
+
+void InstanceMeasurer::finish() {
+  for (auto& of_host : bounded_) {
+    for (const auto& bounded : of_host)
+      take_bound(bounded);
+    of_host.clear();
+  }
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,

@@ -93,8 +93,11 @@ class InstanceMeasurer {
         !clocks_.may_be_set_between(live.host, live.source_timestamp, live.start.time);
     return is_bound ? written : OptionalTime{};
   }
-  // A process of the host has read its clocks: bounds by messages until then are known to be some.
+  // A process of the host has read its clocks: bounds by messages until then are known to be some, or
+  // none.
   void clocks_were_read(HostIndex host);
+  // No process will any more: nothing speaks against the others.
+  void finish();
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
   void expect(CallbackIndex callback) const noexcept {
     prefetch_to_write(bounds_.find(callback));
@@ -185,7 +188,7 @@ class InstanceMeasurer {
     std::int64_t source_timestamp = 0;
     Extreme<Duration> upper;
   };
-  static constexpr std::size_t kMostBounded = 65'536;  // others are without a bound
+  static constexpr std::size_t kMostBounded = 65'536;  // others are taken for bounds at once
 
   // What follows from the recording around an instance.
   struct Measured {
@@ -229,6 +232,7 @@ class InstanceMeasurer {
   // An instance with an upper bound by its message.
   void note_bounded(const LiveInstance& live, const Measured& measured, Timestamp written,
                     Bounds& bounds);
+  void take_bound(const Bounded& bounded);
   static void note_upper(CallbackFacts& facts, Bounds& bounds, const Extreme<Duration>& upper);
   void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
