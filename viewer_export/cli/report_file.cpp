@@ -24,10 +24,6 @@ using viewer_export::Json;
 // Version 1 has all that is compared, under the same names.
 constexpr std::array<std::string_view, 2> kSchemas{"cie.report/1", "cie.report/2"};
 
-analysis::OrderStatistics order_statistics(const std::optional<analysis::Summary>& summary) {
-  return summary ? analysis::OrderStatistics::of(*summary) : analysis::OrderStatistics{};
-}
-
 template <typename Row>
 Row row_in(const Json& json) {
   Row row;
@@ -61,9 +57,9 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
           .exceptions = callback.exceptions,
           .missed_releases = callback.missed_releases,
           .isolation = callback.isolation,
-          .response_time = order_statistics(callback.response_time),
-          .start_latency = order_statistics(callback.start_latency),
-          .duration = order_statistics(callback.duration),
+          .response_time = analysis::OrderStatistics::of_response_time(callback),
+          .start_latency = analysis::OrderStatistics::of_start_latency(callback),
+          .duration = analysis::OrderStatistics::of(callback.duration),
           .lateness = analysis::Lateness::of(callback),
           .lost_samples = callback.lost_samples,
           .overwritten_samples = callback.overwritten_samples};

@@ -74,6 +74,10 @@ std::uint64_t most_at_once(const std::vector<Life>& lives) {
   return all;
 }
 
+constexpr auto order_statistics = [](const auto& bounded) {
+  return OrderStatistics::of(bounded.at_least, bounded.at_most);
+};
+
 }  // namespace
 
 void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample) {
@@ -100,32 +104,54 @@ void SampleCollector::on_instance(const Instance& instance) {
   }
   measured.first_start = std::min(measured.first_start, instance.start);
   measured.last_end = std::max(measured.last_end, *instance.end);
-  measured.duration.add(*instance.end - instance.start);
-  if (is_known(instance.release_source) && instance.release) {
-    measured.response_time.add(*response_time(instance));
-    measured.start_latency.add(*start_latency(instance));
-  }
+  const auto duration = *instance.end - instance.start;
+  measured.duration.add(duration);
+  const bool is_exact = is_known(instance.release_source) && instance.release;
+  const auto least =
+      is_exact ? *response_time(instance) : least_response_time(instance).value_or(duration);
+  measured.response_time.at_least.add(least);
+  measured.start_latency.at_least.add(least - duration);
+  if (!is_exact && instance.release_source != ReleaseSource::source_timestamp) return;
+  // Clocks that disagree put a source timestamp after the start.
+  const auto most = std::max(response_time(instance).value_or(least), least);
+  measured.response_time.at_most.add(most);
+  measured.start_latency.at_most.add(most - duration);
+}
+
+void SampleCollector::Measured::merge_quantities(const Measured& other) {
+  response_time.at_least.merge(other.response_time.at_least);
+  response_time.at_most.merge(other.response_time.at_most);
+  start_latency.at_least.merge(other.start_latency.at_least);
+  start_latency.at_most.merge(other.start_latency.at_most);
+  duration.merge(other.duration);
+}
+
+SampleCollector::Measured SampleCollector::Measured::without_releases() const {
+  Measured rest;
+  rest.response_time.at_least = duration;
+  rest.duration = duration;
+  for (std::uint64_t i = 0; i < duration.count(); ++i)
+    rest.start_latency.at_least.add(Duration{});
+  return rest;
 }
 
 std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
   // A timer's calculated releases may have been taken back.
-  std::vector<bool> has_releases(measured_.size());
+  std::vector<bool> has_no_releases(measured_.size());
   for (const auto& callback : report.callbacks) {
-    if (at(callback.index) < has_releases.size())
-      has_releases[at(callback.index)] = callback.response_time.has_value();
+    if (at(callback.index) < has_no_releases.size()) {
+      has_no_releases[at(callback.index)] =
+          callback.kind == CallbackKind::timer && !callback.response_time;
+    }
   }
   std::map<std::string_view, Measured> by_id;
   std::map<std::string_view, std::vector<Life>> lives;
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const auto& measured = measured_[i];
-    auto& sum = by_id[measured.logical_id];
     lives[measured.logical_id].push_back(
         {.host = measured.host, .begin = measured.first_start, .end = measured.last_end});
-    if (has_releases[i]) {
-      sum.response_time.merge(measured.response_time);
-      sum.start_latency.merge(measured.start_latency);
-    }
-    sum.duration.merge(measured.duration);
+    auto& sum = by_id[measured.logical_id];
+    sum.merge_quantities(has_no_releases[i] ? measured.without_releases() : measured);
   }
   std::vector<CallbackSample> samples;
   for (const auto& callback : report.callbacks) {
@@ -145,8 +171,8 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {
       const auto& measured = found->second;
-      sample.response_time = OrderStatistics::of(measured.response_time);
-      sample.start_latency = OrderStatistics::of(measured.start_latency);
+      sample.response_time = order_statistics(measured.response_time);
+      sample.start_latency = order_statistics(measured.start_latency);
       sample.duration = OrderStatistics::of(measured.duration);
       by_id.erase(found);
     }

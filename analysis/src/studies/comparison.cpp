@@ -39,12 +39,13 @@ std::vector<QuantityChange> quantities(const CallbackSample& before, const Callb
                                        double tolerance) {
   std::vector<QuantityChange> changes;
   const auto add = [&](const char* name, OrderStatistics CallbackSample::*quantity) {
+    // Lower bounds on both sides decide nothing.
+    if ((before.*quantity).at_most.empty() && (after.*quantity).at_most.empty()) return;
     for (const unsigned per_mille : kComparedQuantiles) {
       QuantityChange change{.quantity = name,
                             .per_mille = per_mille,
                             .before = quantile_interval(before.*quantity, per_mille),
                             .after = quantile_interval(after.*quantity, per_mille)};
-      if (!change.before && !change.after) continue;
       if (change.before && change.after) {
         change.change = compare(*change.before, *change.after, tolerance);
       }

@@ -53,6 +53,13 @@ std::uint64_t least_up_to(const OrderStatistics& sample, std::int64_t value) {
   return count;
 }
 
+// As near as the next bucket.
+bool is_known(const OrderStatistics& sample, std::uint64_t rank) {
+  const auto least = lower_bound_at(sample, rank);
+  const auto most = upper_bound_at(sample, rank);
+  return least && most && values_like(*most).least - 1 <= values_like(*least).greatest;
+}
+
 void know(OrderStatistics& sample, std::uint64_t rank, const ValueRange& range) {
   sample.at_least[rank] = range.least;
   sample.at_most[rank] = range.greatest;
@@ -61,35 +68,45 @@ void know(OrderStatistics& sample, std::uint64_t rank, const ValueRange& range) 
 }  // namespace
 
 OrderStatistics OrderStatistics::of(const Statistics& statistics) {
+  return of(statistics, statistics);
+}
+
+OrderStatistics OrderStatistics::of(const Statistics& at_least, const Statistics& at_most) {
   OrderStatistics sample;
-  sample.count = statistics.count();
+  sample.count = at_least.count();
   if (sample.count == 0) return sample;
+  // That some are known at all.
+  if (const auto bounded = at_most.count(); bounded > 0 && bounded < sample.count)
+    sample.at_most[bounded] = at_most.range_at_rank(bounded).greatest;
   for (const unsigned per_mille : kComparedQuantiles) {
     const auto nearest = nearest_rank(sample.count, per_mille);
-    sample.estimates[per_mille] = statistics.at_rank(nearest);
     const auto [lower, upper] = bounding_ranks(sample.count, per_mille);
     for (const std::uint64_t rank : {lower, nearest, upper}) {
-      if (rank >= 1 && rank <= sample.count) know(sample, rank, statistics.range_at_rank(rank));
+      if (rank < 1 || rank > sample.count) continue;
+      sample.at_least[rank] = at_least.range_at_rank(rank).least;
+      if (rank <= at_most.count()) sample.at_most[rank] = at_most.range_at_rank(rank).greatest;
     }
+    sample.estimates[per_mille] = {.ns = at_least.at_rank(nearest),
+                                   .is_bound = !is_known(sample, nearest)};
   }
   return sample;
 }
 
-OrderStatistics OrderStatistics::of(const Summary& summary) {
+OrderStatistics OrderStatistics::of(const std::optional<Summary>& summary) {
   OrderStatistics sample;
-  sample.count = summary.count;
-  if (summary.count == 0) return sample;
-  for (const auto& [per_mille, value] : {std::pair{500U, summary.p50},
-                                         {900U, summary.p90},
-                                         {990U, summary.p99},
-                                         {999U, summary.p99_9}}) {
-    sample.estimates[per_mille] = value;
+  if (!summary || summary->count == 0) return sample;
+  sample.count = summary->count;
+  for (const auto& [per_mille, value] : {std::pair{500U, summary->p50},
+                                         {900U, summary->p90},
+                                         {990U, summary->p99},
+                                         {999U, summary->p99_9}}) {
+    sample.estimates[per_mille] = {.ns = value};
     const auto [least, greatest] = values_like(value);
-    know(sample, nearest_rank(summary.count, per_mille),
-         {.least = std::max(least, summary.min), .greatest = std::min(greatest, summary.max)});
+    know(sample, nearest_rank(summary->count, per_mille),
+         {.least = std::max(least, summary->min), .greatest = std::min(greatest, summary->max)});
   }
-  know(sample, 1, {.least = summary.min, .greatest = summary.min});
-  know(sample, summary.count, {.least = summary.max, .greatest = summary.max});
+  know(sample, 1, {.least = summary->min, .greatest = summary->min});
+  know(sample, summary->count, {.least = summary->max, .greatest = summary->max});
   return sample;
 }
 
@@ -118,9 +135,39 @@ OrderStatistics merged(const OrderStatistics& a, const OrderStatistics& b) {
     const auto rank = nearest_rank(both.count, per_mille);
     const auto most = upper_bound_at(both, rank);
     const auto least = lower_bound_at(both, rank);
-    if (most || least) both.estimates[per_mille] = most ? *most : *least;
+    if (most || least) {
+      both.estimates[per_mille] = {.ns = most ? *most : *least, .is_bound = !most};
+    }
   }
   return both;
+}
+
+OrderStatistics OrderStatistics::of_response_time(const CallbackReport& callback) {
+  const auto known = of(callback.response_time);
+  auto all = merged(known, of(callback.response_time_lower));
+  all.at_most = merged(known, of(callback.response_time_upper)).at_most;
+  const auto at_least = of(callback.response_time_at_least);
+  for (const auto& [rank, value] : at_least.at_least) {
+    const auto [least, is_new] = all.at_least.emplace(rank, value);
+    least->second = std::max(least->second, value);
+  }
+  if (at_least.count > 0) all.estimates = at_least.estimates;
+  const bool is_told = at_least.count > 0 || known.count == 0;
+  for (auto& [per_mille, estimate] : all.estimates) {
+    const auto rank = nearest_rank(all.count, per_mille);
+    estimate.is_bound = per_mille == 500 && callback.is_median_known ? !*callback.is_median_known
+                                                                     : !is_known(all, rank);
+    if (estimate.is_bound && !is_told) estimate.ns = *lower_bound_at(all, rank);
+  }
+  return all;
+}
+
+OrderStatistics OrderStatistics::of_start_latency(const CallbackReport& callback) {
+  const auto known = of(callback.start_latency);
+  const auto all = callback.duration ? callback.duration->count : 0;
+  if (all <= known.count) return known;
+  return merged(known,
+                {.count = all - known.count, .at_least = {{1, 0}}, .at_most = {}, .estimates = {}});
 }
 
 std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,

@@ -68,7 +68,7 @@ TEST(Binomial, IsContinuousWhereItBecomesNormal) {
 TEST(QuantileInterval, ContainsTheEstimate) {
   const auto interval = quantile_interval(OrderStatistics::of(ramp(0, 101)), 500);
   ASSERT_TRUE(interval && interval->lower && interval->upper);
-  EXPECT_EQ(interval->estimate, 50);  // the 51st of 0 … 100
+  EXPECT_EQ(interval->estimate.ns, 50);  // the 51st of 0 … 100
   EXPECT_LT(*interval->lower, 50);
   EXPECT_GT(*interval->upper, 50);
 }
@@ -84,10 +84,10 @@ TEST(QuantileInterval, OfNothingIsNothing) {
 }
 
 TEST(Compare, IsCertainOnlyOfWhatLiesApart) {
-  const QuantileInterval before{.lower = 100, .estimate = 105, .upper = 110};
+  const QuantileInterval before{.lower = 100, .estimate = {.ns = 105}, .upper = 110};
   const auto after = [&](std::int64_t lower, std::int64_t upper) {
-    return compare(before, QuantileInterval{.lower = lower, .estimate = lower, .upper = upper},
-                   0.1);
+    return compare(
+        before, QuantileInterval{.lower = lower, .estimate = {.ns = lower}, .upper = upper}, 0.1);
   };
   EXPECT_EQ(after(122, 130), Change::worse);      // above 110 * 1.1
   EXPECT_EQ(after(121, 130), Change::undecided);  // not above
@@ -100,8 +100,8 @@ TEST(Compare, ToleratesAsMuchOfNegativeValues) {
   const QuantileInterval before{.lower = -110, .estimate = -105, .upper = -100};
   EXPECT_EQ(compare(before, before, 0.1), Change::within);
   const auto after = [&](std::int64_t lower, std::int64_t upper) {
-    return compare(before, QuantileInterval{.lower = lower, .estimate = lower, .upper = upper},
-                   0.1);
+    return compare(
+        before, QuantileInterval{.lower = lower, .estimate = {.ns = lower}, .upper = upper}, 0.1);
   };
   EXPECT_EQ(after(-89, -85), Change::worse);     // above -100 + 10
   EXPECT_EQ(after(-130, -122), Change::within);  // -122 + 12.2 is above -110
@@ -109,8 +109,9 @@ TEST(Compare, ToleratesAsMuchOfNegativeValues) {
 }
 
 TEST(Compare, WithoutBoundsNothingIsCertain) {
-  const QuantileInterval known{.lower = 1, .estimate = 2, .upper = 3};
-  const QuantileInterval unknown{.lower = std::nullopt, .estimate = 1'000, .upper = std::nullopt};
+  const QuantileInterval known{.lower = 1, .estimate = {.ns = 2}, .upper = 3};
+  const QuantileInterval unknown{
+      .lower = std::nullopt, .estimate = {.ns = 1'000}, .upper = std::nullopt};
   EXPECT_EQ(compare(known, unknown, 0), Change::undecided);
   EXPECT_EQ(compare(unknown, known, 0), Change::undecided);
 }
@@ -341,6 +342,92 @@ TEST(OrderStatistics, OfTwoReportsBoundThoseOfBoth) {
   EXPECT_EQ(both.at_least.at(101), 201);
   EXPECT_EQ(both.at_least.at(200), 300);
   EXPECT_EQ(merged(of(1), OrderStatistics{}).at_most, of(1).at_most);
+}
+
+// 100 runs took 1 us; of 200 nobody knows more than that they took 9 us at least.
+TEST(OrderStatistics, TakeWhatIsBoundedIntoAccount) {
+  const auto times = [](std::uint64_t count, std::int64_t ns) {
+    Statistics statistics;
+    for (std::uint64_t i = 0; i < count; ++i)
+      statistics.add(Duration{ns});
+    return statistics;
+  };
+  const auto known = times(100, 1'000);
+  auto at_least = known;
+  at_least.merge(times(200, 9'000));
+  CallbackReport report;
+  report.response_time = known.summary();
+  report.response_time_lower = times(200, 9'000).summary();
+  report.start_latency = times(100, 10).summary();
+  report.duration = times(300, 900).summary();
+  const auto without_key = OrderStatistics::of_response_time(report);
+  report.response_time_at_least = at_least.summary();
+  for (const auto& sample : {OrderStatistics::of(at_least, known), without_key,
+                             OrderStatistics::of_response_time(report)}) {
+    const auto median = quantile_interval(sample, 500);
+    ASSERT_TRUE(median && median->lower);
+    EXPECT_GE(*median->lower, values_like(9'000).least);
+    EXPECT_GE(median->estimate.ns, values_like(9'000).least);
+    EXPECT_EQ(median->upper, std::nullopt);
+    EXPECT_TRUE(median->estimate.is_bound);
+    EXPECT_EQ(compare(*quantile_interval(OrderStatistics::of(times(300, 1'000)), 500), *median, 1),
+              Change::worse);
+  }
+  auto sample_of_some = sample(0, 300);
+  sample_of_some.response_time = OrderStatistics::of(at_least, known);
+  const auto same = change(sample_of_some, sample_of_some);
+  ASSERT_EQ(same.quantities.size(), 2U);
+  EXPECT_EQ(same.quantities[0].change, Change::undecided) << "and not left out";
+  const auto start = quantile_interval(OrderStatistics::of_start_latency(report), 500);
+  ASSERT_TRUE(start);
+  EXPECT_EQ(start->lower, 0);
+  EXPECT_EQ(start->upper, std::nullopt);
+}
+
+// Of 60 of 80 runs the release is known, and the others took longer: the 40th is among the former.
+TEST(OrderStatistics, KnowAMedianThatMostRunsShow) {
+  auto at_least = ramp(1, 60);
+  at_least.merge(ramp(100, 20));
+  CallbackReport report;
+  report.response_time = ramp(1, 60).summary();
+  report.response_time_lower = ramp(100, 20).summary();
+  report.response_time_at_least = at_least.summary();
+  report.is_median_known = true;
+  const auto median = OrderStatistics::of_response_time(report).estimates.at(500);
+  EXPECT_EQ(median, (QuantileEstimate{.ns = 40, .is_bound = false}));
+}
+
+Instance instance_at(std::int64_t start, ReleaseSource source, std::int64_t waited) {
+  Instance instance;
+  instance.logical_id = "/a";
+  instance.release = Timestamp{start - waited};
+  instance.release_source = source;
+  instance.start = Timestamp{start};
+  instance.end = Timestamp{start + 100};
+  return instance;
+}
+
+// Releases known, wake-ups, messages' source times, and nothing: of a tenth of all runs each.
+TEST(SampleCollector, BoundsWhatHasNoRelease) {
+  SampleCollector collector;
+  for (std::int64_t i = 0; i < 10; ++i) {
+    collector.on_instance(instance_at(1'000 * i, ReleaseSource::exact, 20));
+    collector.on_instance(instance_at(1'000 * i, ReleaseSource::wakeup, 10));
+    collector.on_instance(instance_at(1'000 * i, ReleaseSource::source_timestamp, 50));
+    collector.on_instance(instance_at(1'000 * i, ReleaseSource::start, 0));
+  }
+  Report report;
+  report.callbacks.emplace_back().logical_id = "/a";
+  report.callbacks.back().kind = CallbackKind::subscription;
+  const auto sample = collector.samples(report).at(0);
+  EXPECT_EQ(sample.response_time.count, 40U);
+  // At least: 100 twenty times, 110, 120. At most: 120 ten times, 150 ten times.
+  EXPECT_EQ(sample.response_time.at_least.at(20), 100);
+  EXPECT_EQ(sample.response_time.at_least.rbegin()->second, 120);
+  EXPECT_EQ(sample.response_time.at_most.at(20), 150);
+  EXPECT_EQ(sample.response_time.at_most.rbegin()->first, 20U);
+  EXPECT_EQ(sample.start_latency.at_least.at(20), 0);
+  EXPECT_EQ(sample.start_latency.at_most.at(20), 50);
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {

@@ -56,7 +56,7 @@ CallbackChange change_of(const std::string& id, const std::string& quantity, uns
                          std::int64_t before, std::int64_t after) {
   const auto around = [](std::int64_t value) {
     return analysis::QuantileInterval{
-        .lower = value - value / 10, .estimate = value, .upper = value + value / 10};
+        .lower = value - value / 10, .estimate = {.ns = value}, .upper = value + value / 10};
   };
   CallbackChange change;
   change.logical_id = id;
@@ -396,16 +396,44 @@ TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
   change.quantities.back().change = Change::undecided;
   const auto text = diff_text_of({change});
   EXPECT_THAT(text, testing::ContainsRegex("map timer 1 us +missed releases +0 +8 .*undecided\n"));
-  EXPECT_THAT(text, HasSubstr("1 quantile within the tolerance; 1 undecided: too few instances to "
-                              "tell it from chance; 1 measured\non one side only.\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("\n1 quantile within the tolerance; 1 measured on one side only; 1 count that "
+                "may differ by chance.\n"));
+}
+
+// A third of the releases is known.
+TEST(DiffText, MarksAQuantileOfWhichOnlyABoundIsKnown) {
+  auto worse = change_of("/a/map@Timer(1000)", "response_time", 500, 1'000, 4'000);
+  worse.quantities[0].after->estimate.is_bound = true;
+  auto open = change_of("/a/plan@Timer(1000)", "response_time", 500, 1'000, 4'000);
+  open.quantities[0].before->estimate.is_bound = true;
+  open.quantities[0].change = Change::undecided;
+  const auto text = diff_text_of({worse, open});
+  EXPECT_THAT(text, HasSubstr("p50 1.000 us -> >4.000 us, >+300.0 %\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("1.000 us  >4.000 us  >.300.0 % .* worse\n"));
+  EXPECT_THAT(text, HasSubstr("\n0 quantiles within the tolerance; 1 undecided: releases are not "
+                              "known.\n"));
+  std::swap(worse.quantities[0].before, worse.quantities[0].after);
+  worse.quantities[0].change = Change::better;
+  EXPECT_THAT(diff_text_of({worse}), HasSubstr("p50 >4.000 us -> 1.000 us\n"));
+}
+
+TEST(DiffText, TellsBesideDeadlinesWhatIsUndecided) {
+  auto change = with_deadline(2'000'000, 3, 0);
+  change.quantities[0].change = Change::undecided;
+  change.quantities.push_back(kSame.quantities[0]);
+  EXPECT_THAT(diff_text_of({change}),
+              testing::EndsWith("\n1 of 2 quantiles undecided.\n"
+                                "  every change: cie diff old new --all\n"));
 }
 
 // Intervals of one bucket, 8192 to 8319 and 8320 to 8447.
 TEST(DiffText, SaysWhatIsTooCloseToTell) {
   auto change = kSame;
   auto& quantity = change.quantities.front();
-  quantity.before = {.lower = 8'192, .estimate = 8'256, .upper = 8'319};
-  quantity.after = {.lower = 8'320, .estimate = 8'384, .upper = 8'447};
+  quantity.before = {.lower = 8'192, .estimate = {.ns = 8'256}, .upper = 8'319};
+  quantity.after = {.lower = 8'320, .estimate = {.ns = 8'384}, .upper = 8'447};
   quantity.change = Change::undecided;
   EXPECT_THAT(
       diff_text_of({change}),

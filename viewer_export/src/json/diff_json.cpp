@@ -9,9 +9,10 @@ using analysis::CallbackChange;
 
 Json json_of(const std::optional<analysis::QuantileInterval>& interval) {
   if (!interval) return nullptr;
-  return {{"estimate", interval->estimate},
+  return {{"estimate", interval->estimate.ns},
           {"lower", optional_json(interval->lower)},
-          {"upper", optional_json(interval->upper)}};
+          {"upper", optional_json(interval->upper)},
+          {"estimate_is_lower_bound", interval->estimate.is_bound}};
 }
 
 Json json_of(const analysis::QuantityChange& change) {

@@ -30,10 +30,16 @@ Look look_of(Change change) {
   return Look::plain;
 }
 
-std::string percent(std::int64_t before, std::int64_t after) {
-  if (before == 0) return std::string(kNotMeasured);
-  return fmt::format("{:+.1f} %",
-                     100 * (static_cast<double>(after) / static_cast<double>(before) - 1));
+std::string duration_or_bound(const analysis::QuantileEstimate& estimate) {
+  return (estimate.is_bound ? ">" : "") + format_duration(estimate.ns);
+}
+
+// Of what was at least so long nothing says how much it grew.
+std::string percent(const analysis::QuantileEstimate& before,
+                    const analysis::QuantileEstimate& after) {
+  if (before.ns == 0 || before.is_bound) return std::string(kNotMeasured);
+  return fmt::format("{}{:+.1f} %", after.is_bound ? ">" : "",
+                     100 * (static_cast<double>(after.ns) / static_cast<double>(before.ns) - 1));
 }
 
 std::string range(const analysis::QuantileInterval& interval) {
@@ -53,8 +59,8 @@ std::string in_words(const QuantityChange& change) {
 }
 
 double growth(const QuantityChange& change) {
-  return static_cast<double>(change.after->estimate) /
-         static_cast<double>(std::max<std::int64_t>(change.before->estimate, 1));
+  return static_cast<double>(change.after->estimate.ns) /
+         static_cast<double>(std::max<std::int64_t>(change.before->estimate.ns, 1));
 }
 
 // Of a callback's certain changes of a kind the largest one; null: there is none.
@@ -99,9 +105,10 @@ std::string extreme_line(std::string_view label, const CallbackChange& callback,
   if (change == nullptr) return {};
   const auto room = style.columns - 13;
   auto text = fmt::format("{}: {} {} {} {}", names.of_id(callback.logical_id), in_words(*change),
-                          format_duration(change->before->estimate), style.unicode ? "→" : "->",
-                          format_duration(change->after->estimate));
-  const auto share = ", " + percent(change->before->estimate, change->after->estimate);
+                          duration_or_bound(change->before->estimate), style.unicode ? "→" : "->",
+                          duration_or_bound(change->after->estimate));
+  const auto growth = percent(change->before->estimate, change->after->estimate);
+  const auto share = growth == kNotMeasured ? "" : ", " + growth;
   if (display_width(text) + share.size() <= room) text += share;
   return fmt::format("  {:<{}}", label, kDiffLabel) + cut(text, room, gap(style)) + '\n';
 }
@@ -113,8 +120,8 @@ void add_changes(std::vector<ChangeRow>& rows, const CallbackChange& change,
     if (!is_certain(quantity.change)) continue;
     rows.push_back({{std::exchange(name, {})},
                     {in_words(quantity)},
-                    {format_duration(quantity.before->estimate)},
-                    {format_duration(quantity.after->estimate)},
+                    {duration_or_bound(quantity.before->estimate)},
+                    {duration_or_bound(quantity.after->estimate)},
                     {percent(quantity.before->estimate, quantity.after->estimate)},
                     {range(*quantity.after)},
                     {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});

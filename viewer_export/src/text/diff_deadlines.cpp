@@ -119,25 +119,29 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
   const auto longest = [&time](const analysis::Lateness& all) {
     return time(all.max, all.is_max_bound ? ">" : "");
   };
+  const auto quantile = [&time](const std::optional<analysis::QuantileInterval>& interval) {
+    return interval ? time(interval->estimate.ns, interval->estimate.is_bound ? ">" : "")
+                    : not_measured();
+  };
   const auto late = [](std::uint64_t count) {
     return TextCell{std::to_string(count), count > 0 ? Look::bad : Look::plain};
   };
   for (const auto* change : std::span(changes).first(shown)) {
     const auto& before = *change->lateness_before;
     const auto& after = *change->lateness_after;
-    std::optional<std::int64_t> p99_before;
-    std::optional<std::int64_t> p99_after;
+    auto p99_before = not_measured();
+    auto p99_after = not_measured();
     for (const auto& quantity : change->quantities) {
       if (quantity.quantity != "response_time" || quantity.per_mille != 990) continue;
-      if (quantity.before) p99_before = quantity.before->estimate;
-      if (quantity.after) p99_after = quantity.after->estimate;
+      p99_before = quantile(quantity.before);
+      p99_after = quantile(quantity.after);
     }
     table.add({{names.of_id(change->logical_id)},
                {is_common ? "-" : compact_duration(after.deadline.ns)},
                late(before.late),
                late(after.late),
-               time(p99_before),
-               time(p99_after),
+               std::move(p99_before),
+               std::move(p99_after),
                longest(before),
                longest(after)});
   }

@@ -25,9 +25,13 @@ using analysis::QuantityChange;
 // How many comparisons came to what.
 struct Tally {
   std::uint64_t within = 0;     // quantiles
-  std::uint64_t undecided = 0;  // quantiles and counts
-  std::uint64_t too_close = 0;  // which no number of instances would decide
-  std::uint64_t one_sided = 0;  // measured on one side only
+  std::uint64_t undecided = 0;  // quantiles
+  std::uint64_t too_close = 0;  // quantiles that no number of instances would decide
+  std::uint64_t bounded = 0;    // quantiles of which a bound is known only
+  std::uint64_t one_sided = 0;  // quantiles measured on one side only
+  std::uint64_t counts = 0;     // that differ by no more than chance explains
+
+  std::uint64_t open() const { return undecided + too_close + bounded + one_sided; }
 };
 
 // Whether the interval is as narrow as histograms know values.
@@ -42,7 +46,11 @@ void add_to(Tally& tally, const QuantityChange& change) {
     ++tally.one_sided;
   } else if (change.change == Change::within) {
     ++tally.within;
-  } else if (change.change == Change::undecided) {
+  } else if (change.change != Change::undecided) {
+    return;
+  } else if (change.before->estimate.is_bound || change.after->estimate.is_bound) {
+    ++tally.bounded;
+  } else {
     const bool is_narrow = is_a_bucket(*change.before) && is_a_bucket(*change.after);
     ++(is_narrow ? tally.too_close : tally.undecided);
   }
@@ -58,10 +66,22 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
           is_open(change.exceptions_before, change.exceptions_after, change.exceptions),
           is_open(change.lost_before, change.lost_after, change.lost),
           is_open(change.overwritten_before, change.overwritten_after, change.overwritten)}) {
-      tally.undecided += is_undecided ? 1U : 0U;
+      tally.counts += is_undecided ? 1U : 0U;
     }
   }
   return tally;
+}
+
+std::string count_words(const Tally& tally) {
+  return tally.counts > 0
+             ? fmt::format("; {} that may differ by chance", counted(tally.counts, "count"))
+             : std::string();
+}
+
+std::size_t quantiles_of(const std::vector<CallbackChange>& changes) {
+  return std::accumulate(
+      changes.begin(), changes.end(), std::size_t{0},
+      [](auto sum, const CallbackChange& change) { return sum + change.quantities.size(); });
 }
 
 bool has(const CallbackChange& change, Change kind) {
@@ -104,9 +124,7 @@ std::string undecided_times(const std::vector<CallbackChange>& changes) {
            std::ranges::any_of(change.quantities, is_certain, &QuantityChange::change);
   };
   if (tally_of(changes).within > 0 || std::ranges::any_of(changes, has_certain)) return {};
-  const auto quantiles = std::accumulate(
-      changes.begin(), changes.end(), std::size_t{0},
-      [](auto sum, const CallbackChange& change) { return sum + change.quantities.size(); });
+  const auto quantiles = quantiles_of(changes);
   const auto why = quantiles == 0
                        ? std::string("none was measured on both sides")
                        : fmt::format("of {} none is certain", counted(quantiles, "quantile"));
@@ -174,16 +192,26 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
 
 std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
   const auto tally = tally_of(changes);
-  if (tally.within + tally.undecided + tally.too_close + tally.one_sided == 0) return {};
+  if (tally.within + tally.open() + tally.counts == 0) return {};
   auto text = counted(tally.within, "quantile") + " within the tolerance";
   if (tally.undecided > 0) {
     text +=
         fmt::format("; {} undecided: too few instances to tell it from chance", tally.undecided);
   }
+  if (tally.bounded > 0)
+    text += fmt::format("; {} undecided: releases are not known", tally.bounded);
   if (tally.too_close > 0)
     text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
   if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
-  return filled(text + '.', style.columns);
+  return filled(text + count_words(tally) + '.', style.columns);
+}
+
+std::string undecided_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
+  const auto tally = tally_of(changes);
+  if (tally.open() + tally.counts == 0) return {};
+  return filled(fmt::format("{} of {} undecided{}.", tally.open(),
+                            counted(quantiles_of(changes), "quantile"), count_words(tally)),
+                style.columns);
 }
 
 }  // namespace cie::viewer_export

@@ -20,4 +20,8 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
 std::string tally_words(const std::vector<analysis::CallbackChange>& changes,
                         const TextStyle& style);
 
+// "3 of 18 quantiles undecided."; empty where all is decided.
+std::string undecided_words(const std::vector<analysis::CallbackChange>& changes,
+                            const TextStyle& style);
+
 }  // namespace cie::viewer_export

@@ -81,7 +81,7 @@ class DiffText {
     auto text = facts(ListLength::screen, urgent_.empty());
     const auto lists = first_of_structure();
     if (!lists.empty()) text += '\n' + text_of(lists);
-    auto end = urgent_.empty() ? statistics() : std::string();
+    auto end = urgent_.empty() ? statistics() : undecided_words(comparison_.callbacks, style_);
     if (!lists.empty() || !changes_.empty() || !urgent_.empty()) {
       end += text_of(commands_to_paste(
           {{"every change", "cie diff " + context_.arguments + " --all"}}, style_));

@@ -22,18 +22,32 @@ inline constexpr double kComparisonError = 0.001;
 // The quantiles that are compared, in per mille.
 inline constexpr std::array<unsigned, 2> kComparedQuantiles{500, 990};
 
+// What is printed of a quantile.
+struct QuantileEstimate {
+  std::int64_t ns = 0;
+  bool is_bound = false;  // the quantile is at least that: releases are not known
+  friend bool operator==(const QuantileEstimate&, const QuantileEstimate&) = default;
+};
+
 // What is certain of the ordered values of a sample, by rank, 1 for the smallest: histograms know
 // between which values the one of a rank lies, and no verdict rests on what stands for it.
 struct OrderStatistics {
   std::uint64_t count = 0;
   std::map<std::uint64_t, std::int64_t> at_least;  // ascending, as the ranks
   std::map<std::uint64_t, std::int64_t> at_most;
-  std::map<unsigned, std::int64_t> estimates;  // by per mille: what is printed of a quantile
+  std::map<unsigned, QuantileEstimate> estimates;  // by per mille
 
   // The ranks that comparisons look at.
   static OrderStatistics of(const Statistics& statistics);
+  // Of values that are bounded only: each by one of `at_least`, and those that have an upper bound
+  // by one of `at_most`.
+  static OrderStatistics of(const Statistics& at_least, const Statistics& at_most);
   // What a report keeps: extremes and four quantiles. Leaves most comparisons undecided.
-  static OrderStatistics of(const Summary& summary);
+  static OrderStatistics of(const std::optional<Summary>& summary);
+  // The same of a report's response times and start latencies: of all complete instances, whether
+  // their release is known or bounded.
+  static OrderStatistics of_response_time(const CallbackReport& callback);
+  static OrderStatistics of_start_latency(const CallbackReport& callback);
 };
 // What is certain of the values of both together.
 OrderStatistics merged(const OrderStatistics& a, const OrderStatistics& b);
@@ -43,7 +57,7 @@ OrderStatistics merged(const OrderStatistics& a, const OrderStatistics& b);
 // ed., section 7.1). A bound is empty when the sample is too small to have it.
 struct QuantileInterval {
   std::optional<std::int64_t> lower;
-  std::int64_t estimate = 0;  // nearest rank
+  QuantileEstimate estimate;  // nearest rank
   std::optional<std::int64_t> upper;
 };
 // `per_mille`: 500 is the median. Empty for an empty sample.
@@ -130,8 +144,9 @@ struct ComparedSide {
   std::vector<CallbackSample> callbacks;
 };
 
-// Collects samples while a recording is analysed, with the rules of the report: complete instances,
-// response time and start latency of exact releases.
+// Collects samples while a recording is analysed, of complete instances. An instance whose release
+// is not known counts with what bounds its response time and start latency: without it the others
+// would stand for all.
 class SampleCollector final : public Observer {
  public:
   void on_instance(const Instance& instance) override;
@@ -140,14 +155,21 @@ class SampleCollector final : public Observer {
   std::vector<CallbackSample> samples(const Report& report) const;
 
  private:
+  struct Bounded {
+    Statistics at_least;
+    Statistics at_most;
+  };
   struct Measured {
     std::string logical_id;
     HostIndex host{};
     Timestamp first_start{};
     Timestamp last_end{};
-    Statistics response_time;
-    Statistics start_latency;
+    Bounded response_time;
+    Bounded start_latency;
     Statistics duration;
+
+    void merge_quantities(const Measured& other);
+    Measured without_releases() const;
   };
   std::vector<Measured> measured_;  // by Instance::callback
 };
