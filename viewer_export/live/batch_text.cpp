@@ -51,8 +51,8 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
          {duration_or_dash(c->response, &analysis::Summary::p99, c->is_exact), {}},
          {duration_or_dash(c->response, &analysis::Summary::max, c->is_exact), {}},
          {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
-         {c->deadline_ns ? std::to_string(c->total_late) : "-",
-          c->total_late > 0 ? Look::bad : Look::plain},
+         {c->total_late ? std::to_string(*c->total_late) : "-",
+          c->total_late.value_or(0) > 0 ? Look::bad : Look::plain},
          {c->total_missed ? std::to_string(*c->total_missed) : "-",
           c->total_missed.value_or(0) > 0 ? Look::bad : Look::plain}});
   }

@@ -38,7 +38,7 @@ std::int64_t value_of(const CallbackView& callback, SortKey key) {
     case SortKey::rate:
       return static_cast<std::int64_t>(callback.instances);
     case SortKey::late:
-      return static_cast<std::int64_t>(callback.total_late);
+      return callback.total_late ? static_cast<std::int64_t>(*callback.total_late) : -1;
     case SortKey::missed:
       return callback.total_missed ? static_cast<std::int64_t>(*callback.total_missed) : -1;
     case SortKey::name:

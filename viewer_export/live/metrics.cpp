@@ -54,7 +54,7 @@ void add_counts(CallbackView& sum, const CallbackView& c) {
   for (std::size_t i = 0; i < sum.counts.size(); ++i)
     sum.counts[i] += c.counts[i];
   sum.response_sum_ns += c.response_sum_ns;
-  sum.total_late += c.total_late;
+  if (c.total_late) sum.total_late = sum.total_late.value_or(0) + *c.total_late;
   if (c.total_missed) sum.total_missed = sum.total_missed.value_or(0) + *c.total_missed;
 }
 
@@ -108,8 +108,9 @@ void write_callbacks(std::string& out, const std::vector<CallbackView>& callback
            static_cast<double>(*c.deadline_ns) * kNanoseconds);
   }
   describe(out, "cie_callback_late_total", "counter", "Instances beyond their response deadline.");
-  for (const auto& c : callbacks)
-    sample(out, "cie_callback_late_total", labels_of(c), c.total_late);
+  for (const auto& c : callbacks) {
+    if (c.total_late) sample(out, "cie_callback_late_total", labels_of(c), *c.total_late);
+  }
   describe(out, "cie_callback_missed_releases_total", "counter", "Periods that a timer skipped.");
   for (const auto& c : callbacks) {
     if (c.total_missed)

@@ -142,11 +142,13 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
     }
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
-    view.late = sum.late;
+    if (known.response_deadline) {
+      view.late = sum.late;
+      view.total_late = mine.late;
+    }
     if (known.missed_releases) view.missed = sum.missed;
     view.response = sum.response;
     view.total_instances = known.instances;
-    view.total_late = mine.late;
     view.total_missed = known.missed_releases;
     view.total_response = known.response_time ? known.response_time : known.response_time_lower;
     view.is_exact = mine.is_exact;

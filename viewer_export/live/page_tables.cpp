@@ -72,8 +72,8 @@ std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
     return lately > 0 ? Look::bad : total > 0 ? Look::doubtful : Look::plain;
   };
   const auto late = [look_of_count](const CallbackView& c) {
-    return Span{c.deadline_ns ? std::to_string(c.total_late) : "-",
-                look_of_count(c.late, c.total_late)};
+    if (!c.total_late) return Span{"-"};
+    return Span{std::to_string(*c.total_late), look_of_count(c.late.value_or(0), *c.total_late)};
   };
   const auto missed = [look_of_count](const CallbackView& c) {
     if (!c.total_missed) return Span{"-"};

@@ -31,12 +31,12 @@ void SaveTrigger::see_violations(const Snapshot& snapshot) {
 
 void SaveTrigger::see_deadlines(const Snapshot& snapshot) {
   for (const auto& callback : snapshot.callbacks) {
-    if (!callback.is_deadline_of_spec) continue;
-    const auto before = std::exchange(late_[callback.index], callback.total_late);
-    if (callback.total_late <= before) continue;
+    if (!callback.is_deadline_of_spec || !callback.total_late) continue;
+    const auto late = *callback.total_late;
+    if (late <= std::exchange(late_[callback.index], late)) continue;
     add("a deadline",
         fmt::format("{} missed its deadline of {:.3f} ms, {} times so far", callback.logical_id,
-                    static_cast<double>(*callback.deadline_ns) * 1e-6, callback.total_late));
+                    static_cast<double>(*callback.deadline_ns) * 1e-6, late));
   }
 }
 

@@ -61,12 +61,12 @@ struct CallbackView {
 
   // In the window.
   std::uint64_t instances = 0;
-  std::uint64_t late = 0;
+  std::optional<std::uint64_t> late;    // empty: without a deadline
   std::optional<std::uint64_t> missed;  // releases; empty: no timer, or unknown
   std::optional<analysis::Summary> response;
   // Since the beginning.
   std::uint64_t total_instances = 0;
-  std::uint64_t total_late = 0;
+  std::optional<std::uint64_t> total_late;
   std::optional<std::uint64_t> total_missed;
   std::optional<analysis::Summary> total_response;  // the report's
   bool is_exact = true;     // false: some release was not known, so response times are lower bounds

@@ -87,6 +87,15 @@ TEST(Metrics, OneSeriesForCallbacksOfOneName) {
       text, R"(cie_callback_response_time_seconds_count{host="h",pid="7",callback="/a"} 18)"));
 }
 
+TEST(Metrics, CountsLateInstancesOnlyWhereThereIsADeadline) {
+  Metrics metrics;
+  auto s = snapshot();
+  s.callbacks[0].deadline_ns.reset();
+  s.callbacks[0].total_late.reset();
+  metrics.add(s);
+  EXPECT_EQ(metrics.text().find("\ncie_callback_late_total{"), std::string::npos);
+}
+
 TEST(Metrics, CountersOfASeriesGoOnWhenTheFirstOfItsProcessesIsForgotten) {
   constexpr const char* kLate = R"(cie_callback_late_total{host="h",pid="7",callback="/a"} )";
   constexpr const char* kMissed =
@@ -102,7 +111,7 @@ TEST(Metrics, CountersOfASeriesGoOnWhenTheFirstOfItsProcessesIsForgotten) {
   s.callbacks.push_back(next);
   metrics.add(s);
   s.callbacks.erase(s.callbacks.begin());
-  s.callbacks.front().total_late += 1;
+  s.callbacks.front().total_late = 6;
   for (int twice = 0; twice < 2; ++twice) {
     metrics.add(s);
     EXPECT_TRUE(has_line(metrics.text(), kLate + std::to_string(5 + 6)));

@@ -61,6 +61,7 @@ TEST(Monitor, CountsLateInstancesAndMissedReleases) {
   EXPECT_EQ(plan.missed, 2U);
   EXPECT_EQ(plan.total_missed, 2U);
   const auto& drive = watched.callback(snapshot, "drive");
+  EXPECT_FALSE(drive.late || drive.total_late) << "it has no deadline";
   EXPECT_FALSE(drive.missed) << "a subscription has no periods to miss";
   EXPECT_FALSE(drive.total_missed);
   ASSERT_TRUE(plan.response);

@@ -21,6 +21,7 @@ CallbackView callback(std::uint32_t index, const std::string& id, std::int64_t p
   view.pid = 100 + index;
   view.instances = 5;
   view.deadline_ns = 10;
+  view.late = view.total_late = 0;
   view.total_missed = 0;
   view.response = analysis::Summary{.count = 5, .max = p99, .p50 = p99, .p99 = p99};
   RecentInstance instance;

@@ -88,6 +88,12 @@ TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
   EXPECT_EQ(back.callbacks.at(0).recent.at(0).missed, 6U);
 }
 
+TEST(SnapshotJson, HasNoLateInstancesWithoutADeadline) {
+  const auto callback = nlohmann::json::parse(json_line(full(), false)).at("callbacks").at(0);
+  EXPECT_TRUE(callback.at("window").at("late").is_null());
+  EXPECT_TRUE(callback.at("total").at("late").is_null());
+}
+
 TEST(SnapshotJson, LeavesInstancesOutUnlessAskedFor) {
   const auto json = nlohmann::json::parse(json_line(full(), false));
   EXPECT_FALSE(json.at("callbacks").at(0).contains("recent"));
