@@ -313,6 +313,33 @@ TEST(Perfetto, DrawsTheResponseTimeWhereTheInstanceEnds) {
                                  {2'600, 1'150}, {2'900, 750}, {3'200, 200}, {3'360, 60}}));
 }
 
+TEST(Perfetto, NamesWaitsByWhatTheyBeginWith) {
+  PerfettoExport perfetto({});
+  std::uint64_t seq = 0;
+  using analysis::ReleaseSource;
+  for (const auto source : {ReleaseSource::exact, ReleaseSource::wakeup,
+                            ReleaseSource::source_timestamp, ReleaseSource::start}) {
+    const auto begin = static_cast<std::int64_t>(100 * seq);
+    auto instance = test::instance(test::kDrive, 13, seq++, begin, begin + 10, begin + 20);
+    instance.release_source = source;
+    if (source == ReleaseSource::start) instance.release = instance.start;
+    perfetto.on_instance(instance);
+  }
+  std::ostringstream out;
+  EXPECT_EQ(perfetto.write(out, {}).waits, 3U);
+  const auto file = decode(out.str());
+  std::map<std::uint64_t, std::string> begun;
+  for (const auto& event : file.events) {
+    if (event.type != 1) continue;
+    const auto name = file.tracks.find(event.track);
+    if (name != file.tracks.end() && name->second.ends_with("to start"))
+      begun[event.time] = name->second;
+  }
+  EXPECT_EQ(begun, (std::map<std::uint64_t, std::string>{{0, "release to start"},
+                                                         {100, "wake-up to start"},
+                                                         {200, "source timestamp to start"}}));
+}
+
 TEST(Perfetto, LimitsTheTracksOfAPileOfWaits) {
   PerfettoExport perfetto({});
   for (int k = 0; k < 100; ++k) {  // all released at once, started one after the other

@@ -94,6 +94,27 @@ INSTANTIATE_TEST_SUITE_P(Viewers, EveryViewer, testing::ValuesIn(viewer_formats(
 
 TEST(ViewerExports, KnowsNoOtherFormats) { EXPECT_EQ(make_viewer_export("tracy", {}), nullptr); }
 
+TEST(ViewerExports, ChromeNamesWaitsByWhatTheyBeginWith) {
+  const auto viewer = make_viewer_export("chrome", {});
+  std::uint64_t seq = 0;
+  for (const auto source :
+       {analysis::ReleaseSource::exact, analysis::ReleaseSource::source_timestamp}) {
+    const auto begin = static_cast<std::int64_t>(100 * seq);
+    auto instance = test::instance(test::kDrive, 13, seq++, begin, begin + 10, begin + 20);
+    instance.release_source = source;
+    viewer->on_instance(instance);
+  }
+  std::ostringstream out;
+  viewer->write(out, {});
+  std::set<std::string> names;
+  const auto document = nlohmann::json::parse(out.str());
+  for (const auto& event : document.at("traceEvents")) {
+    if (event.value("cat", "") == "wait") names.insert(event.at("name").get<std::string>());
+  }
+  const std::string callback(test::kDrive);
+  EXPECT_EQ(names, (std::set<std::string>{callback, callback + " (source timestamp to start)"}));
+}
+
 TEST(ViewerExports, ChromeKeepsHostsWithTheSamePidsApart) {
   const auto viewer = make_viewer_export("chrome", {});
   analysis::AnalysisResult result;

@@ -174,7 +174,8 @@ void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
   if (!i.release || i.release->ns < 0 || !(*i.release < i.start)) {
     return;
   }
-  const auto track = tracks.wait_track(packets, record.thread, i.release->ns, i.start.ns);
+  const auto track = tracks.wait_track(packets, record.thread, wait_words(i.release_source),
+                                       i.release->ns, i.start.ns);
   if (!track) {
     ++counts.skipped;
     return;

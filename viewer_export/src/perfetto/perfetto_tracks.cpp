@@ -76,9 +76,10 @@ std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, std::
 }
 
 std::optional<std::uint64_t> Tracks::wait_track(PacketBuffer& packets, std::uint32_t thread,
-                                                std::int64_t begin, std::int64_t end) {
+                                                std::string_view name, std::int64_t begin,
+                                                std::int64_t end) {
   auto& tracks = of(thread);
-  return lane(packets, tracks.waits, tracks.uuid, "release to start", begin, end);
+  return lane(packets, tracks.waits[name], tracks.uuid, name, begin, end);
 }
 
 std::optional<std::uint64_t> Tracks::lane(PacketBuffer& packets, std::vector<Lane>& lanes,

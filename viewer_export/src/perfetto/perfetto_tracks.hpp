@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -43,9 +44,11 @@ class Tracks {
   // The track for an instance. Ask in order of start, outer before inner; `end` empty: open.
   std::optional<std::uint64_t> instance_track(PacketBuffer& packets, std::uint32_t thread,
                                               std::int64_t start, std::optional<std::int64_t> end);
-  // A track for a wait that ends at `end`. Ask in order of end. Empty: too many overlap.
+  // A track for a wait that ends at `end`, with others of that name, which outlives this. Ask in
+  // order of end. Empty: too many overlap.
   std::optional<std::uint64_t> wait_track(PacketBuffer& packets, std::uint32_t thread,
-                                          std::int64_t begin, std::int64_t end);
+                                          std::string_view name, std::int64_t begin,
+                                          std::int64_t end);
 
  private:
   struct Lane {
@@ -56,7 +59,7 @@ class Tracks {
     std::uint64_t uuid = 0;
     Nesting<std::monostate> open;
     std::vector<Lane> overlaps;
-    std::vector<Lane> waits;
+    std::map<std::string_view, std::vector<Lane>> waits;  // by name
   };
 
   ThreadTracks& of(std::uint32_t thread) const { return *by_number_.at(thread); }

@@ -140,9 +140,13 @@ class ChromeExport final : public RecordingExport {
     *out_ << fmt::format(R"(,"id":"i{}"}})", record.index);
   }
 
-  void draw_wait(const RecordedInstance& record, const ThreadKey& thread, const std::string& name) {
+  void draw_wait(const RecordedInstance& record, const ThreadKey& thread,
+                 const std::string& callback) {
     const auto& i = record.instance;
     if (!i.release || i.release->ns < 0 || !(*i.release < i.start)) return;
+    const auto name = is_known(i.release_source)
+                          ? callback
+                          : fmt::format("{} ({})", callback, wait_words(i.release_source));
     event_at('b', thread, "wait", name, i.release->ns);
     *out_ << fmt::format(R"(,"id":"w{}","args":{{"seq":{},"release_source":"{}"}}}})", record.index,
                          i.seq, analysis::label(i.release_source));

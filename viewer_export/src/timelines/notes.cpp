@@ -95,6 +95,22 @@ Note response_note(analysis::ReleaseSource source) noexcept {
   return Note::response_time_lower_ns;
 }
 
+std::string_view wait_words(analysis::ReleaseSource source) noexcept {
+  switch (source) {
+    case analysis::ReleaseSource::exact:
+    case analysis::ReleaseSource::timer_grid:
+      return "release to start";
+    case analysis::ReleaseSource::wakeup:
+      return "wake-up to start";
+    case analysis::ReleaseSource::source_timestamp:
+      return "source timestamp to start";
+    case analysis::ReleaseSource::start:
+    case analysis::ReleaseSource::mixed:
+      break;
+  }
+  return {};
+}
+
 std::string json_of(const analysis::Instance& instance) {
   std::string text;
   visit_notes(instance, appender(text));

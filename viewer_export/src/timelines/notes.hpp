@@ -57,6 +57,10 @@ std::string_view label(analysis::InstanceState state) noexcept;
 // Which bound of the response time "end - release" is (definitions: "Missing release").
 Note response_note(analysis::ReleaseSource source) noexcept;
 
+// What the time from the instance's release, or from what bounds it, to its start is; empty: nothing
+// but the start is known.
+std::string_view wait_words(analysis::ReleaseSource source) noexcept;
+
 // Calls visit(Note, value) for what is known; values are std::int64_t, std::uint64_t and
 // enumerations that have a label().
 template <typename Visit>
