@@ -169,7 +169,7 @@ std::string ComponentEntry::qualified_name() const {
 
 AppFile AppFile::parse(std::string_view text, std::string_view name,
                        const std::filesystem::path& folder) {
-  const auto document = yaml::parse(text, name);
+  const auto document = yaml::parse(text, name, "components: [{library: app, plugin: App}]");
   const Fields fields{Value{*document, name}, "the file", kKeys};
   AppFile app;
   app.file = name;

@@ -42,7 +42,7 @@ void override_parameter(AppFile& app, const std::string& assignment) {
 void override_parameters(AppFile& app, const std::filesystem::path& file) {
   const std::string text = read_text(file);
   const std::string name = file.string();
-  const auto document = yaml::parse(text, name);
+  const auto document = yaml::parse(text, name, "node: {ros__parameters: {}}");
   for (const auto& [node, value] : yaml::Value{*document, name}.fields("the file")) {
     if (node.find('*') != std::string::npos) {
       value.fail("\"" + node + "\" is a pattern, which is not supported; write a node's name");

@@ -226,7 +226,8 @@ std::int64_t Value::duration(std::string_view what, std::int64_t min, std::int64
   fail(in_quotes(what) + " is " + in_quotes(node_->text) + remedy);
 }
 
-std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file) {
+std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file,
+                                      std::string_view example) {
   check_is_text(text, file);
   // yaml-cpp takes a quoted text that the file's end cuts off as complete if a line break precedes
   // the end, so it does not get to see that.
@@ -236,7 +237,7 @@ std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view fi
     YAML::Parser parser(stream);
     TreeBuilder first(file);
     if (!parser.HandleNextDocument(first))
-      fail_at(file, 1, "empty; write at least one section, as in callback_groups: []");
+      fail_at(file, 1, "empty; write at least one section, as in " + std::string(example));
     TreeBuilder second(file);
     if (parser.HandleNextDocument(second)) {
       fail_at(file, second.take_root()->line, "a second document begins; keep one per file");

@@ -60,7 +60,8 @@ class Value {
 
 // Parses exactly one document. Throws SpecError for anything else: other encodings than UTF-8,
 // control characters, more than 4 MiB, nesting beyond 64, bad syntax, a second document.
-std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file);
+std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file,
+                                      std::string_view example);
 
 // The file's bytes, at most one more than parse() accepts. Throws SpecError when it cannot be read.
 std::string read_file(const std::filesystem::path& file);

@@ -65,7 +65,7 @@ bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
 
 SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name,
                                      std::optional<std::uint32_t> domain) {
-  const auto document = yaml::parse(text, name);
+  const auto document = yaml::parse(text, name, "callback_groups: []");
   auto sections = read_spec(yaml::Value(*document, name), domain);
   SchedulingSpec spec;
   spec.name_ = name;

@@ -112,7 +112,7 @@ std::optional<Date> parse_date(std::string_view text) noexcept {
 }
 
 Suppressions Suppressions::parse(std::string_view text, std::string_view name) {
-  const auto document = yaml::parse(text, name);
+  const auto document = yaml::parse(text, name, "suppressions: []");
   const yaml::Fields sections{yaml::Value{*document, name}, "the file", kSections};
   Suppressions suppressions;
   const auto* list = sections.find("suppressions");

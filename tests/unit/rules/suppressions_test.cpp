@@ -209,7 +209,9 @@ TEST(Suppressions, AnErrorNamesFileLineEntryAndRemedy) {
   EXPECT_THAT(broken("{subject: a, reason: x, expires: never}"), HasSubstr("\"rule\" is missing"));
   EXPECT_THAT(error_of("suppresions: []"), HasSubstr("unknown key \"suppresions\""));
   EXPECT_THAT(error_of("suppressions: {a: b}"), HasSubstr("write a list"));
-  EXPECT_THAT(error_of(""), HasSubstr("accepted.yaml:1: empty"));
+  EXPECT_THAT(error_of(""), HasSubstr("accepted.yaml:1: empty; write at least one section, as in "
+                                      "suppressions: []"));
+  EXPECT_EQ(error_of("suppressions: []"), "no error");
   EXPECT_THROW(Suppressions::load("/no/such/file.yaml"), SpecError);
 }
 
