@@ -27,6 +27,7 @@ constexpr std::int64_t kMaxCpu = 1023;              // of cpu_set_t
 constexpr std::int64_t kMinDeadlineRuntime = 1024;  // the kernel's resolution: 2^10 ns
 constexpr std::int64_t kMinSlice = 100'000;         // beyond these the kernel would clamp it
 constexpr std::int64_t kMaxSlice = 100'000'000;
+constexpr std::int64_t kMaxForeignWork = 1'000'000'000;  // a second of each second
 constexpr std::int64_t kMaxUtilization = 1024;
 constexpr std::int64_t kMaxDomain = 232;
 
@@ -298,7 +299,7 @@ void read_bounds(const Fields& fields, SpecEntry& entry) {
   }
   entry.missed_releases_allowed = fields.count("missed_releases_allowed");
   entry.overwrites_allowed = fields.count("overwrites_allowed");
-  entry.foreign_work_budget_ns = fields.duration("foreign_work_budget", 0);
+  entry.foreign_work_budget_ns = fields.duration("foreign_work_budget", 0, kMaxForeignWork);
 }
 
 std::vector<Value> read_section(const Value& value, std::string_view what) {

@@ -72,6 +72,14 @@ TEST(HostileSpec, IsNotYaml) {
   EXPECT_THAT(error_of("a: *unknown"), StartsWith("spec.yaml:1: "));
 }
 
+// More than a second of each second.
+TEST(HostileSpec, AllowsAThreadMoreForeignWorkThanThereIsTime) {
+  EXPECT_EQ(error_of("callback_groups:\n  - {id: a, foreign_work_budget: 1s}\n"), "");
+  EXPECT_THAT(error_of("callback_groups:\n  - {id: a, foreign_work_budget: 2s}\n"),
+              HasSubstr("\"foreign_work_budget\" is \"2s\"; write a whole number from 0 to "
+                        "1000000000 of nanoseconds"));
+}
+
 TEST(HostileSpec, IsTooLarge) {
   EXPECT_THAT(error_of("#" + std::string(std::size_t{4} << 20U, 'x')), HasSubstr("4 MiB"));
   EXPECT_THAT(error_of("chains: [{name: c, callbacks: [" + repeat("a,", 1001) + "]}]"),
