@@ -264,8 +264,8 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judgement.doubt(calculated_releases(callback));
         if (callback.without_upper_bound != 0) {
           judgement.doubt(evidence("callback_start", callback.starts.first_at,
-                                   std::to_string(callback.without_upper_bound) +
-                                       " instances have no upper bound of their response time"));
+                                   counted(callback.without_upper_bound, "instance") +
+                                       " without an upper bound of the response time"));
         }
         judgement.doubt(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;

@@ -206,7 +206,10 @@ TEST(Deadline, UsesBothBoundsWhereTheReleaseIsUnknown) {
     12 start fusion release=none
     20 end fusion)";
   EXPECT_EQ(Verified(kWoken, spec("response_deadline: 8"))["R3"], Verdict::fail);
-  EXPECT_EQ(Verified(kWoken, spec("response_deadline: 100"))["R3"], Verdict::inconclusive);
+  const Verified undecided(kWoken, spec("response_deadline: 100"));
+  EXPECT_EQ(undecided["R3"], Verdict::inconclusive);
+  EXPECT_THAT(undecided.evidence("R3", "callback fusion"),
+              HasSubstr("1 instance without an upper bound of the response time"));
 }
 
 TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
