@@ -78,7 +78,14 @@ NamedSubject Subjects::group(GroupIndex index) const {
 }
 
 NamedSubject Subjects::group(ProcessIndex process, GroupId id) const {
-  return named({.kind = SubjectKind::group, .process = process}, std::to_string(to_number(id)));
+  return named({.kind = SubjectKind::group, .process = process},
+               id == kNoGroup ? "unknown" : std::to_string(to_number(id)));
+}
+
+NamedSubject Subjects::group_of(ThreadIndex index) const {
+  const auto& thread = model_.threads[at(index)];
+  return named({.kind = SubjectKind::group, .process = thread.process},
+               "of thread " + std::to_string(thread.tid));
 }
 
 NamedSubject Subjects::topic(PublisherIndex index) const {

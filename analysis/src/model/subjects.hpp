@@ -33,6 +33,7 @@ class Subjects {
   NamedSubject thread(ThreadIndex index) const;
   NamedSubject group(GroupIndex index) const;
   NamedSubject group(ProcessIndex process, GroupId id) const;  // one that was never announced
+  NamedSubject group_of(ThreadIndex index) const;              // one that nothing tells
   NamedSubject topic(PublisherIndex index) const;
   NamedSubject chain(ChainIndex index) const;  // of no process when it spans several
 

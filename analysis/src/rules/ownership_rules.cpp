@@ -227,10 +227,12 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto members = unknown_members(model);
   std::vector<SubjectVerdict> verdicts;
   std::set<std::pair<ProcessIndex, GroupId>> seen;
+  std::set<ThreadIndex> judged;
   for (std::size_t i = 0; i < model.groups.size(); ++i) {
     const auto& group = model.groups[i];
     seen.insert({group.process, group.id});
     const auto threads = isolated.of(group);
+    judged.insert(threads.begin(), threads.end());
     Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}));
     if (!threads.empty()) {
       judge_group(model, group, threads, judgement);
@@ -258,13 +260,13 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     judgement.doubt(reason);
     conclude(std::move(judgement), verdicts);
   }
-  for (const auto& thread : model.threads) {
-    if (!is_isolated(thread) || (thread.group && seen.contains({thread.process, *thread.group}))) {
-      continue;
-    }
-    const auto id = thread.group.value_or(kNoGroup);
-    if (thread.group) seen.insert({thread.process, id});
-    Judgement judgement(names.group(thread.process, id));
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    const auto& thread = model.threads[i];
+    if (!is_isolated(thread) || judged.contains(index)) continue;
+    if (thread.group && !seen.insert({thread.process, *thread.group}).second) continue;
+    Judgement judgement(thread.group ? names.group(thread.process, *thread.group)
+                                     : names.group_of(index));
     judgement.doubt(evidence(
         "thread_init", *thread.announced,
         "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));

@@ -207,7 +207,7 @@ def _isolated_thread(j: Judge, t: Thread) -> None:
         j.put("M6", j.thread(t), verdict)
     scheduling_rules.foreign_work(j, t)
     members = [c for c in process.callbacks.values() if c.known and c.inits[0].group_id == group]
-    subject = j.name("group", group, process)
+    subject = j.name("group", f"of thread {t.tid}" if group == NONE else group, process)
     init = process.groups.get(group)
     if len(members) > 1 or (init and init.type == "reentrant"):
         j.put("M8", subject, FAIL)

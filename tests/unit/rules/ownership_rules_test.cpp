@@ -150,6 +150,34 @@ TEST(SingleCallbackGroup, JudgesGroupsOfPoolsNot) {
             Verdict::not_applicable);
 }
 
+// As a thread's announcement says that has no group.
+void forget_groups_of_threads(test::TextTrace& trace) {
+  for (auto& event : trace.events) {
+    if (auto* init = std::get_if<ThreadInit>(&event.body)) init->group = kNoGroup;
+  }
+}
+
+TEST(SingleCallbackGroup, OfAThreadIsThatOfItsCallback) {
+  auto trace = trace_of(kTwo);
+  forget_groups_of_threads(trace);
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M8", "group 0"), Verdict::pass);
+  EXPECT_EQ(verified.of("M8", "group 1"), Verdict::pass);
+  EXPECT_EQ(verified["M8"], Verdict::pass);
+}
+
+TEST(SingleCallbackGroup, IsNamedByItsThreadWhereNothingTellsIt) {
+  auto trace = trace_of(kTwo);
+  forget_groups_of_threads(trace);
+  for (auto& event : trace.events) {
+    if (auto* init = std::get_if<CallbackInit>(&event.body)) init->group = kNoGroup;
+  }
+  trace.erase<GroupInit>();
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M8", "group of thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M8", "group of thread 102"), Verdict::inconclusive);
+}
+
 TEST(SingleCallbackGroup, IsInconclusiveWhenTheGroupIsUnknown) {
   auto trace = trace_of(kTwo);
   trace.erase<GroupInit>(
