@@ -47,6 +47,11 @@ const ProcessReport& ReportRows::process(ProcessIndex index) const noexcept {
   return row != nullptr ? *row : none;
 }
 
+std::optional<TimeWindow> asked_window(const TraceSummary& trace) noexcept {
+  if (!trace.recording_begin || !trace.begin || !trace.end) return std::nullopt;
+  return TimeWindow{.from = *trace.begin, .to = *trace.end};
+}
+
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept {
   static const HostReport none;
   const auto number = at(process.host_index);

@@ -48,6 +48,15 @@ TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
   EXPECT_FALSE(json_of(test::sample_report()).contains("clocks"));
 }
 
+TEST(ReportJson, NamesTheWindowThatWasAskedFor) {
+  auto report = test::sample_report();
+  EXPECT_FALSE(json_of(report).contains("window"));
+  report.trace.recording_begin = analysis::Timestamp{0};
+  report.trace.begin = analysis::Timestamp{7};
+  report.trace.end = analysis::Timestamp{9};
+  EXPECT_EQ(json_of(report)["window"], Json::parse(R"({"begin_ns": 7, "end_ns": 9})"));
+}
+
 // The shapes below are the contract's, word for word and in its order.
 TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
   const auto report = json_of(test::sample_report());

@@ -74,6 +74,20 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
 }
 
+TEST(SchedulabilityText, NamesTheWindowThatWasAskedFor) {
+  auto of = analyzed();
+  of.trace.recording_begin = analysis::Timestamp{0};
+  of.trace.begin = analysis::Timestamp{7};
+  of.trace.end = analysis::Timestamp{9};
+  std::ostringstream text;
+  write_schedulability_text(text, sample(), of, {});
+  EXPECT_THAT(text.str(), HasSubstr("\nmeasured in the window 7..9 ns (2 ns) alone\n"));
+  std::ostringstream json;
+  write_schedulability_json(json, sample(), of);
+  const auto window = nlohmann::json::parse(json.str()).at("window");
+  EXPECT_EQ(window, nlohmann::json::parse(R"({"begin_ns": 7, "end_ns": 9})"));
+}
+
 TEST(SchedulabilityText, SaysWhichCpusAreAdmittedApart) {
   auto report = sample();
   report.deadline.push_back(report.deadline[0]);

@@ -1,4 +1,5 @@
 #include <cie/analysis/report_fields.hpp>
+#include <cie/analysis/verdict_fields.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 #include <cie/viewer_export/version.hpp>
 
@@ -20,6 +21,7 @@ void write_report(JsonText& json, const analysis::Report& report) {
       document("version", tool_version());
     });
     document("trace", report.trace);
+    document.present("window", analysis::asked_window(report.trace));
     document("defects", report.defects);
     document("processes", report.processes);
     document("callbacks", report.callbacks);

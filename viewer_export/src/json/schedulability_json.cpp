@@ -82,14 +82,17 @@ void write_schedulability_json(std::ostream& out, const analysis::Schedulability
   Json deadline = array_of(report.deadline);
   if (report.deadline.empty()) deadline = nullptr;
   if (report.deadline.size() == 1 && report.deadline.front().host.empty()) deadline = deadline[0];
-  write_json(
-      out, {{"schema", "cie.schedulability/1"},
-            {"finding", report.has_finding()},
-            {"deadlines", {{"count", report.deadlines()}, {"decided", report.decided_deadlines()}}},
-            {"callbacks", std::move(callbacks)},
-            {"cpus", array_of(report.cpus)},
-            {"sched_deadline", std::move(deadline)},
-            {"outside", report.outside}});
+  Json document{
+      {"schema", "cie.schedulability/1"},
+      {"finding", report.has_finding()},
+      {"deadlines", {{"count", report.deadlines()}, {"decided", report.decided_deadlines()}}},
+      {"callbacks", std::move(callbacks)},
+      {"cpus", array_of(report.cpus)},
+      {"sched_deadline", std::move(deadline)},
+      {"outside", report.outside}};
+  if (const auto window = analysis::asked_window(of.trace))
+    document["window"] = {{"begin_ns", window->from.ns}, {"end_ns", window->to.ns}};
+  write_json(out, document);
 }
 
 }  // namespace cie::viewer_export

@@ -291,6 +291,12 @@ std::string outcome(const SchedulabilityReport& report) {
   return text;
 }
 
+// Which part of the recording C and T are of.
+std::string window_of(const analysis::Report& report, const TextStyle& style) {
+  const auto window = analysis::asked_window(report.trace);
+  return window ? filled("measured in " + window_words(*window), style.columns) : std::string();
+}
+
 // What C and T may lack.
 std::string damages(const analysis::Report& report, const TextStyle& style) {
   std::string text;
@@ -309,8 +315,8 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
                  : report.is_undecided() ? Look::doubtful
                                          : Look::good,
                  style)
-      << undecided(report, style) << damages(of, style) << above_the_bound(report, titles, style)
-      << without_bound(report, titles, style) << '\n'
+      << undecided(report, style) << window_of(of, style) << damages(of, style)
+      << above_the_bound(report, titles, style) << without_bound(report, titles, style) << '\n'
       << table(report, titles, style) << measured_in_part(report, titles, style) << '\n'
       << processors(report, style) << notes(report, style);
 }

@@ -219,8 +219,7 @@ std::string summary(const analysis::VerdictReport& verdicts, const analysis::Rep
       add(fmt::format("recording {}: {}", printable(recording.path), sentence));
   }
   if (const auto& window = verdicts.window) {
-    add(fmt::format("judged is the window {}..{} ns ({}) alone", window->from.ns, window->to.ns,
-                    format_duration((window->to - window->from).ns)));
+    add("judged is " + window_words(*window));
   }
   for (const auto& sentence : useless_suppressions(verdicts))
     add(sentence);

@@ -83,6 +83,11 @@ std::optional<bool> is_complete(const analysis::Report& report) {
   return is_known ? std::optional(false) : std::nullopt;
 }
 
+std::string window_words(const analysis::TimeWindow& window) {
+  return fmt::format("the window {}..{} ns ({}) alone", window.from.ns, window.to.ns,
+                     format_duration((window.to - window.from).ns));
+}
+
 std::vector<std::string> damages_of(const analysis::Report& report, std::string_view gap) {
   constexpr std::size_t kMost = 2;
   std::vector<std::string> damages;

@@ -24,6 +24,9 @@ inline constexpr std::string_view kNoCallbackSeen =
     "No callback was seen: the trace holds no callback_init or callback_start event with the context "
     "vpid. Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?";
 
+// "the window 983990000000..985990000000 ns (2.000 s) alone": what of the recording was asked for.
+std::string window_words(const analysis::TimeWindow& window);
+
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);
 

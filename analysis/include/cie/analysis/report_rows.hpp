@@ -43,6 +43,9 @@ class ReportRows {
   Places callbacks_;
 };
 
+// The part of the recording that the report is of, if one was asked for; empty: all of it.
+std::optional<TimeWindow> asked_window(const TraceSummary& trace) noexcept;
+
 // The host of a process; where a report made by hand has no row for it, this one is empty.
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
 
