@@ -179,6 +179,9 @@ struct alignas(64) CallbackFacts {
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
   std::uint64_t cut_instances = 0;
+  // The longest that one may have executed or been blocked for, of those (cut ones included) of which
+  // that is not known.
+  std::optional<Duration> longest_unmeasured{};
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
   std::map<std::int64_t, Preemptor> preempted_by{};  // by tid

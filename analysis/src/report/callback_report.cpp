@@ -146,6 +146,8 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.cut = facts.cut_instances;
   const auto known = known_instances(model, facts);
   report.runs_not_seen = known - std::min(known, facts.starts.count);
+  report.may_lack_runs = context.proof.loss(index).has_value();
+  report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(model, facts);
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);

@@ -408,6 +408,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
         .has_ended = process.run_end.has_value(),
         .lived =
             life_of(process, exits.contains(index) ? std::optional(exits.at(index)) : std::nullopt),
+        .may_hide_callbacks = context.proof.unseen_callbacks(index).has_value(),
         .pid = process.pid,
         .name = process.name,
         .executor = std::nullopt,

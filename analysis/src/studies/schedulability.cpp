@@ -70,6 +70,14 @@ class Analysis {
     }
     if (task.result.period->ns <= 0) return "releases coincide: their least distance is 0";
     if (waits_for_another_thread(task)) {
+    if (const auto longer = longer_execution(task); !longer.empty()) {
+      return "its longest execution time is not known, because " + longer +
+             "; declare wcet in the spec";
+    }
+    if (const auto nearer = nearer_releases(task); !nearer.empty()) {
+      return "its shortest inter-arrival time is not known, because " + nearer +
+             "; declare min_inter_arrival in the spec";
+    }
       return "callbacks of its group run on other threads, and it waits for them whatever the "
              "priorities";
     }

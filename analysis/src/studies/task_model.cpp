@@ -44,6 +44,17 @@ std::optional<TaskParameter> deadline_of(const CallbackReport& callback, const S
   return declared(static_cast<std::int64_t>(*callback.deadline_ns));
 }
 
+bool is_declared(const std::optional<TaskParameter>& parameter) {
+  return parameter && parameter->source == ParameterSource::declared;
+}
+
+// Runs of which at least a part was seen.
+std::uint64_t runs_of(const CallbackReport& callback) {
+  return callback.instances + callback.partly_seen();
+}
+
+constexpr const char* kLacksRuns = "runs of it are missing from the recording";
+
 bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
   return cpus.empty() || std::ranges::find(cpus, cpu) != cpus.end();  // none told: any
 }
@@ -112,6 +123,28 @@ DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
           .period = static_cast<std::int64_t>(sched.period_ns)};
 }
 
+std::string longer_execution(const Task& task) {
+  const auto& callback = *task.callback;
+  if (is_declared(task.result.execution)) return {};
+  if (callback.may_lack_runs) return kLacksRuns;
+  if (callback.incomplete > 0)
+    return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
+  const auto& unmeasured = callback.longest_unmeasured;
+  if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
+  return "of a run that took longer it was not measured";
+}
+
+std::string nearer_releases(const Task& task) {
+  const auto& callback = *task.callback;
+  if (is_declared(task.result.period)) return {};
+  if (callback.may_lack_runs) return kLacksRuns;
+  const auto known = task.result.period ? callback.inter_arrival->count : 0;
+  const auto all = runs_of(callback) - std::min<std::uint64_t>(runs_of(callback), 1);
+  if (known >= all) return {};
+  return std::to_string(all - known) + " of its " + std::to_string(all) +
+         " inter-arrival times are not known";
+}
+
 std::string unknown_parameters(const ThreadReport& thread) {
   if (!thread.sched) return "the parameters of " + named(thread) + " are not known";
   if (!thread.former.empty()) return "the parameters of " + named(thread) + " changed";
@@ -164,9 +197,9 @@ TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
     if (callback.execution_time) result.runs_measured = callback.execution_time->count;
     if (result.execution && callback.blocked) result.waiting_ns = callback.blocked->max;
     if (callback.response_time) result.observed_ns = callback.response_time->max;
-    for (const auto* response : {&callback.response_time, &callback.response_time_lower}) {
-      auto& least = result.observed_at_least_ns;
-      if (*response) least = std::max(least.value_or((*response)->max), (*response)->max);
+    if (const auto longest = longest_response(callback)) {
+      result.observed_at_least_ns = longest->ns;
+      result.may_have_taken_longer = longest->is_bound;
     }
     if (callback.threads.size() == 1) result.tid = callback.threads.front().tid;
     if (const auto* sched = task.sched()) {
@@ -184,6 +217,12 @@ Interference TaskModel::interference(const Processor& processor, std::int32_t le
   const auto is_beside = [&](const ProcessReport& process) {
     return process.host_index == processor.host && overlap(process.lived, during);
   };
+  for (const auto& process : report_.processes) {
+    if (!process.may_hide_callbacks || !is_beside(process)) continue;
+    found.unknown = "callbacks of pid " + std::to_string(process.pid) +
+                    " are missing from the recording: one may preempt it";
+    return found;
+  }
   for (const auto& task : tasks_) {
     if (&task == except || !is_beside(*task.process)) continue;
     add_callback(task, processor, least_priority, found);
@@ -229,6 +268,13 @@ std::vector<Timestamp> TaskModel::moments(HostIndex host, const TimeWindow& duri
 void TaskModel::add_callback(const Task& task, const Processor& processor,
                              std::int32_t least_priority, Interference& found) const {
   const auto& callback = *task.callback;
+  const bool is_described =
+      task.entry != nullptr && task.entry->wcet_ns && task.entry->min_inter_arrival_ns;
+  if (callback.threads.empty() && callback.may_lack_runs && !is_described) {
+    found.unknown = "all runs of " + callback.logical_id +
+                    ", which may preempt it, are missing from the recording";
+    return;
+  }
   if (callback.never_ran()) {
     if (const auto server = declared_server_on(task.entry, processor.cpu))
       found.rivals.push_back(*server);
@@ -251,11 +297,18 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
   if (!execution) {
     found.unknown =
         "the execution time of " + callback.logical_id + ", which may preempt it, is not known";
-  } else if (!period &&
-             (callback.instances + callback.partly_seen() + callback.runs_not_seen) > 1) {
+  } else if (const auto longer = longer_execution(task); !longer.empty()) {
+    found.unknown = "the longest execution time of " + callback.logical_id +
+                    ", which may preempt it, is not known, because " + longer +
+                    "; declare wcet in the spec";
+  } else if (!period && runs_of(callback) + callback.runs_not_seen > 1) {
     found.unknown = "how often " + callback.logical_id +
                     ", which may preempt it, is released is not known; declare min_inter_arrival "
                     "in the spec";
+  } else if (const auto nearer = nearer_releases(task); !nearer.empty()) {
+    found.unknown = "how often " + callback.logical_id +
+                    ", which may preempt it, is released is not known, because " + nearer +
+                    "; declare min_inter_arrival in the spec";
   } else if (period && period->ns <= 0) {
     found.unknown = "releases of " + callback.logical_id +
                     ", which may preempt it, coincide: it may do so "

@@ -50,6 +50,11 @@ struct Interference {
   std::string unknown{};  // why that is not all; empty: it is
 };
 
+// Why a run may have executed for longer than the task's longest one; empty: none did, or it is
+// declared. Requires an execution time.
+std::string longer_execution(const Task& task);
+// Why releases may have come nearer to each other than is known; empty: none did, or it is declared.
+std::string nearer_releases(const Task& task);
 // Why a thread's parameters are not known, or were not always what they are; empty: they are.
 std::string unknown_parameters(const ThreadReport& thread);
 

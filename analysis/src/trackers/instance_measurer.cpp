@@ -26,6 +26,10 @@ void keep_lower_apart(CallbackFacts& facts) {
   facts.response_time_lower = facts.duration;
 }
 
+void note_unmeasured(CallbackFacts& facts, Duration most) {
+  facts.longest_unmeasured = std::max(facts.longest_unmeasured.value_or(most), most);
+}
+
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
 void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors) {
   for (const auto& preemptor : preemptors) {
@@ -203,6 +207,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
       break;
     case InstanceState::cut_by_window:
       ++facts.cut_instances;
+      note_unmeasured(facts, live.end->time - live.start.time);
       break;
     case InstanceState::open:
       ++facts.open_count;
@@ -410,10 +415,13 @@ void InstanceMeasurer::finish() {
     if (bounds.duration_without_execution.rise(duration)) {
       facts.max_duration_without_execution = extreme_of(live, measured.release, duration);
     }
+    } else {
+      note_unmeasured(facts, duration - parts->preempted);
   }
   if (measured.waking && live.wake.first_in) {
     facts.wakeup_latency.add(*live.wake.first_in - *measured.waking);
   }
+      note_unmeasured(facts, duration);
 }
 
 // If their numbers are: those of ROS 2's events are counted, and do not tell of what was lost.

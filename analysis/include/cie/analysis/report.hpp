@@ -135,6 +135,7 @@ struct ProcessReport {
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
   bool has_ended = false;    // its run_end was seen; not part of the JSON
   TimeWindow lived{};        // from its run_begin to its run_end, where they were seen; neither
+  bool may_hide_callbacks = false;  // of which no event was seen; neither
   std::int64_t pid = 0;
   std::string name;
   std::optional<std::string> executor;
@@ -195,6 +196,11 @@ struct CallbackReport {
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
   // Of samples, in the recording: before the queue, and in it by later ones. Empty: not told.
+  // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
+  bool may_lack_runs = false;
+  // the longest that a run may have executed or been blocked for of which that is not known, cut
+  // ones included. Empty: it is known of all that ended.
+  std::optional<Duration> longest_unmeasured{};
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
   std::optional<ReleaseSource> release_source;

@@ -53,9 +53,10 @@ struct CallbackSchedulability {
   std::optional<std::int64_t> bound_ns;  // of the response time; empty: none, `reason` says why
   std::string reason;
   std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
-  // What an instance took at least, those whose release is known by a bound only included.
+  // What an instance took at least, those whose release is known by a bound only included;
   std::optional<std::int64_t> observed_at_least_ns{};
   std::vector<Explanation> explanations;  // only where observed is above bound
+  bool may_have_taken_longer = false;     // one of the latter did, or may have
   bool is_flagged = false;                // it is above by more than they explain
 
   bool is_above_bound() const noexcept {

@@ -1,0 +1,141 @@
+// What bounds rest on: what a recording lacks guarantees no deadline.
+#include <cie/analysis/schedulability.hpp>
+
+#include "support/trace_text.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::analysis {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kSystem = R"(
+    callback lo timer period=100 deadline=40 cpu=0
+    callback hi subscription topic=/x cpu=0
+    1 initial lo
+    2 initial hi
+    3 applied lo policy=fifo priority=10 cpus=0
+    4 applied hi policy=fifo priority=50 cpus=0
+    99 switch 0 idle lo
+    100 start lo release=100
+    110 end lo
+    111 switch 0 lo idle
+    149 switch 0 idle hi
+    150 start hi release=150
+    170 end hi
+    171 switch 0 hi idle
+    )";
+
+// hi, with C = 20, is released 25 apart: lo, with C = 10, responds in 10 + 2 * 20 at worst.
+std::string close_releases(const std::string& release) {
+  return std::string(kSystem) + R"(
+    174 switch 0 idle hi
+    175 start hi release=)" +
+         release + R"(
+    195 end hi
+    196 switch 0 hi idle
+    269 switch 0 idle hi
+    270 start hi release=270
+    290 end hi
+    291 switch 0 hi idle
+    369 switch 0 idle hi
+    370 start hi release=370
+    390 end hi
+    391 switch 0 hi idle)";
+}
+
+CallbackSchedulability of(const test::TextTrace& trace, const std::string& id,
+                          const std::string& spec_text = {}) {
+  const auto report = test::analyze(trace).report;
+  const auto spec = SchedulingSpec::parse("callback_groups: [" + spec_text + "]\n", "spec.yaml");
+  const auto result = schedulability_of(report, &spec);
+  const auto found = std::ranges::find(result.callbacks, id, &CallbackSchedulability::logical_id);
+  if (found == result.callbacks.end()) throw std::invalid_argument(id);
+  return *found;
+}
+
+void expect_undecided(const CallbackSchedulability& callback, const std::string& reason) {
+  EXPECT_EQ(callback.bound_ns, std::nullopt);
+  EXPECT_EQ(callback.meets_deadline(), std::nullopt);
+  EXPECT_THAT(callback.reason, HasSubstr(reason));
+}
+
+TEST(SchedulabilityEvidence, IsWholeWhereEveryRunIsKnown) {
+  const auto lo = of(test::trace_of(close_releases("175")), "lo");
+  EXPECT_EQ(lo.bound_ns, 10 + 2 * 20);
+  EXPECT_EQ(lo.meets_deadline(), false);
+}
+
+TEST(SchedulabilityEvidence, DecidesNothingBesideReleasesThatAreNotKnown) {
+  const auto trace = test::trace_of(close_releases("none"));
+  expect_undecided(of(trace, "lo"),
+                   "how often hi, which may preempt it, is released is not known, "
+                   "because 2 of its 3 inter-arrival times are not known");
+  expect_undecided(of(trace, "hi"), "its shortest inter-arrival time is not known");
+  EXPECT_EQ(of(trace, "lo", "{id: hi, min_inter_arrival: 25}").meets_deadline(), false);
+  EXPECT_EQ(of(trace, "lo", "{id: hi, min_inter_arrival: 100}").meets_deadline(), true);
+}
+
+TEST(SchedulabilityEvidence, DecidesNothingBesideRunsThatAreMissing) {
+  auto trace = test::trace_of(close_releases("175"));
+  const auto is_second = [](const auto& event, const EventHead&) { return event.seq == 1; };
+  trace.erase<CallbackStart>(is_second);
+  trace.erase<CallbackEnd>(is_second);
+  expect_undecided(of(trace, "lo"), "runs of it are missing from the recording");
+  EXPECT_EQ(of(trace, "lo", "{id: hi, wcet: 20, min_inter_arrival: 100}").meets_deadline(), true);
+}
+
+TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatNobodySaw) {
+  auto trace = test::trace_of(close_releases("175"));
+  const auto is_hi = [](const auto&, const EventHead& head) { return head.time.ns >= 150; };
+  trace.erase<CallbackStart>(is_hi);
+  trace.erase<CallbackEnd>(is_hi);
+  trace.erase<CallbackInit>(
+      [](const CallbackInit& init, const EventHead&) { return init.logical_id == "hi"; });
+  trace.erase<CallbackFini>(
+      [](const CallbackFini& fini, const EventHead&) { return fini.started == 4; });
+  expect_undecided(of(trace, "lo"), "callbacks of pid 100 are missing from the recording");
+}
+
+TEST(SchedulabilityEvidence, DecidesNothingBesideARunThatDidNotEnd) {
+  const auto trace = test::trace_of(std::string(kSystem) + R"(
+    249 switch 0 idle hi
+    250 start hi release=250
+    300 switch 0 hi idle)");
+  expect_undecided(of(trace, "lo"), "1 of its runs did not end in the recording");
+}
+
+// A hole in the kernel's record hides what the second run of hi executed: no more than it took.
+TEST(SchedulabilityEvidence, TakesForExecutionWhatARunMayHaveExecuted) {
+  const auto with_hole = [](const std::string& end) {
+    return test::trace_of(std::string(kSystem) + R"(
+    249 switch 0 idle hi
+    250 start hi release=250
+    251 discard kernel until=252
+    )" + end + R"( end hi
+    299 switch 0 hi idle)");
+  };
+  EXPECT_EQ(of(with_hole("270"), "lo").bound_ns, 10 + 20);
+  EXPECT_EQ(of(with_hole("270"), "lo").meets_deadline(), true);
+  expect_undecided(
+      of(with_hole("271"), "lo"),
+      "the longest execution time of hi, which may preempt it, is not known, because of "
+      "a run that took longer it was not measured; declare wcet in the spec");
+  expect_undecided(of(with_hole("271"), "hi"), "its longest execution time is not known");
+}
+
+TEST(SchedulabilityEvidence, SaysThatARunMayHaveTakenLonger) {
+  const auto hi = of(test::trace_of(close_releases("none")), "hi");
+  EXPECT_EQ(hi.observed_ns, 20);
+  EXPECT_TRUE(hi.may_have_taken_longer);
+  EXPECT_FALSE(of(test::trace_of(close_releases("175")), "hi").may_have_taken_longer);
+}
+
+}  // namespace
+}  // namespace cie::analysis
