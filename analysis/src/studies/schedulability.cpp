@@ -341,7 +341,8 @@ std::string SchedulabilityReport::why_undecided() const {
   for (const auto& callback : callbacks) {
     if (!callback.deadline) continue;
     is_execution_unknown = is_execution_unknown && !callback.execution;
-    reasons.insert(callback.reason);
+    reasons.insert(callback.is_above_bound() ? "an instance took longer than its bound"
+                                             : std::string_view(callback.reason));
   }
   if (is_execution_unknown) return "execution times unknown";
   return reasons.size() == 1 ? std::string(*reasons.begin()) : "why is said of each";

@@ -2,6 +2,7 @@
 #include <cie/analysis/schedulability.hpp>
 
 #include "support/trace_text.hpp"
+#include "task_system.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -135,6 +136,20 @@ TEST(SchedulabilityEvidence, SaysThatARunMayHaveTakenLonger) {
   EXPECT_EQ(hi.observed_ns, 20);
   EXPECT_TRUE(hi.may_have_taken_longer);
   EXPECT_FALSE(of(test::trace_of(close_releases("175")), "hi").may_have_taken_longer);
+}
+
+TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceeded) {
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];  // its bound is 3
+  high.response_time = extremes(0, 5);
+  high.wakeup_latency = extremes(0, 2);
+  constexpr const char* kSpec = "callback_groups:\n  - {id: high, response_deadline: 6}\n";
+  const auto result = system.analyzed(kSpec);
+  EXPECT_EQ(result.callbacks[0].bound_ns, 3);
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt);
+  EXPECT_FALSE(result.has_finding()) << "it is explained";
+  EXPECT_TRUE(result.is_undecided());
+  EXPECT_EQ(result.why_undecided(), "an instance took longer than its bound");
 }
 
 }  // namespace

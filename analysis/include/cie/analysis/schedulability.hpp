@@ -7,6 +7,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -66,12 +67,14 @@ struct CallbackSchedulability {
   bool has_missed_deadline() const noexcept {
     return deadline && observed_at_least_ns && *observed_at_least_ns > deadline->ns;
   }
-  // One that was missed is not met, whatever the bound. Empty without deadline or analysis.
+  // One that was missed is not met, whatever the bound, and a bound that an instance was above
+  // guarantees nothing. Empty without deadline or analysis, too.
   std::optional<bool> meets_deadline() const noexcept {
     if (!deadline) return std::nullopt;
     if (has_missed_deadline()) return false;
     if (method == BoundMethod::none) return std::nullopt;
-    return bound_ns && *bound_ns <= deadline->ns;
+    if (!bound_ns || *bound_ns > deadline->ns) return false;
+    return is_above_bound() ? std::nullopt : std::optional(true);
   }
 };
 
