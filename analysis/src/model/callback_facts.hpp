@@ -189,6 +189,7 @@ struct alignas(64) CallbackFacts {
 
   // Witnesses of the extremes, over complete instances in the window.
   std::optional<Extreme<Duration>> max_response{};        // known ones
+  ResponseParts max_response_parts{};                     // of that one
   std::optional<Extreme<Duration>> max_response_lower{};  // what is certain of it
   std::optional<Extreme<Duration>> max_response_upper{};  // exact value or upper bound
   std::optional<Extreme<Duration>> max_duration{};

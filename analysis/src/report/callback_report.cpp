@@ -159,6 +159,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.release_source = release_source_of(facts);
   if (facts.has_grid_releases()) report.release_error = facts.release_error();
   report.response_time = facts.response_time.summary(keep_buckets);
+  report.longest_response = facts.max_response_parts;
   report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
   report.start_latency = facts.start_latency.summary(keep_buckets);
   report.duration = facts.duration.summary(keep_buckets);

@@ -4,6 +4,8 @@
 #include "task_model.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -68,8 +70,6 @@ class Analysis {
                  : "it was released once, so its inter-arrival time is not known; record longer, or "
                    "declare min_inter_arrival in the spec";
     }
-    if (task.result.period->ns <= 0) return "releases coincide: their least distance is 0";
-    if (waits_for_another_thread(task)) {
     if (const auto longer = longer_execution(task); !longer.empty()) {
       return "its longest execution time is not known, because " + longer +
              "; declare wcet in the spec";
@@ -78,6 +78,8 @@ class Analysis {
       return "its shortest inter-arrival time is not known, because " + nearer +
              "; declare min_inter_arrival in the spec";
     }
+    if (task.result.period->ns <= 0) return "releases coincide: their least distance is 0";
+    if (waits_for_another_thread(task)) {
       return "callbacks of its group run on other threads, and it waits for them whatever the "
              "priorities";
     }
@@ -187,63 +189,131 @@ class Analysis {
     auto& result = task.result;
     if (!result.is_above_bound()) return;
     const auto& callback = *task.callback;
-    const auto add = [&result](std::string kind, std::int64_t ns, std::string text) {
-      if (ns > 0) result.explanations.push_back({std::move(kind), std::move(text), ns});
-    };
     const auto measured = max_of(callback.execution_time);
     if (result.execution->source == ParameterSource::declared) {
       const auto wcet = result.execution->ns - result.waiting_ns.value_or(0);
-      add("overrun", measured - wcet,
-          "an instance executed " + in_us(measured) + ", declared are " + in_us(wcet));
+      explain(task, "overrun", measured - wcet,
+              "an instance executed " + in_us(measured) + ", declared are " + in_us(wcet));
     }
     if (result.period->source == ParameterSource::declared && callback.inter_arrival &&
         callback.inter_arrival->min < result.period->ns) {
-      add("burst", *result.observed_ns,
-          "releases came " + in_us(callback.inter_arrival->min) + " apart, declared are " +
-              in_us(result.period->ns));
+      explain(task, "burst", result.longest_ns(),
+              "releases came " + in_us(callback.inter_arrival->min) + " apart, declared are " +
+                  in_us(result.period->ns));
     }
     explain_by_threads(task);
-    // Of the time from release to start the model's threads account for the bound less C.
-    const auto start = max_of(callback.start_latency);
-    const auto late = start - (*result.bound_ns - result.execution->ns);
-    if (late > max_of(callback.wakeup_latency)) {
-      add("kernel", late,
-          "an instance started " + in_us(start) + " after its release, " + in_us(late) +
-              " more than the threads of the model account for: a timer, an interrupt, a wake-up or "
-              "a thread in no bound took that long");
-    } else {
-      add("kernel", max_of(callback.wakeup_latency),
-          "from wake-up to running took the kernel, or a thread in no bound, up to " +
-              in_us(max_of(callback.wakeup_latency)));
-    }
-    const auto excess = *result.observed_ns - *result.bound_ns;
+    explain_by_waiting(task);
+    const auto excess = result.longest_ns() - *result.bound_ns;
     std::int64_t explained = 0;
     for (const auto& explanation : result.explanations)
       explained += std::min(explanation.ns, excess);
     result.is_flagged = explained < excess;
   }
 
+  bool is_modelled(const Task& task, const Preemptor& preemptor) const {
+    return !modelled(task, preemptor).empty();
+  }
+
+  // The threads of callbacks in bounds on the task's host that have the preemptor's tid.
+  std::vector<const ThreadReport*> modelled(const Task& task, const Preemptor& preemptor) const {
+    std::vector<const ThreadReport*> found;
+    for (const auto& other : model_.tasks()) {
+      if (other.process->host_index != task.process->host_index) continue;
+      std::ranges::copy_if(
+          other.threads, std::back_inserter(found), [&](const ThreadReport* thread) {
+            return thread != nullptr && thread->tid == preemptor.tid && thread->sched &&
+                   (is_fixed_priority(*thread->sched) || is_deadline(*thread->sched)) &&
+                   std::ranges::find(found, thread) == found.end();
+          });
+    }
+    return found;
+  }
+
   // Threads that preempted it and are in no bound.
   void explain_by_threads(Task& task) const {
-    const auto longest = max_of(task.callback->preempted);
+    const auto longest = preempted_of_longest(*task.callback);
     for (const auto& preemptor : task.callback->preempted_by) {
-      const bool is_modelled = std::ranges::any_of(model_.tasks(), [&](const Task& other) {
-        return other.process->host_index == task.process->host_index &&
-               std::ranges::any_of(other.threads, [&preemptor](const ThreadReport* thread) {
-                 return thread != nullptr && thread->tid == preemptor.tid && thread->sched &&
-                        (is_fixed_priority(*thread->sched) || is_deadline(*thread->sched));
-               });
-      });
-      if (is_modelled || preemptor.time.ns <= 0) continue;
+      if (is_modelled(task, preemptor) || preemptor.time.ns <= 0) continue;
       const auto name = preemptor.tid == 0 ? std::string("the idle thread")
                                            : "thread " + std::to_string(preemptor.tid) + " (" +
                                                  preemptor.name + ')';
-      task.result.explanations.push_back(
-          {"outside-thread",
-           name + ", which runs no callback of the model, ran in its place for " +
-               in_us(preemptor.time.ns) + " in all its instances",
-           std::min(preemptor.time.ns, longest)});
+      explain(task, "outside-thread", std::min(preemptor.time.ns, longest),
+              name + ", which runs no callback of the model, ran in its place for " +
+                  in_us(preemptor.time.ns) + " in all its instances");
     }
+  }
+
+  // The bound less C is what other callbacks may demand from release to end; of the rest of the
+  // waiting, threads that ran outside their callbacks, and the kernel, took each a part.
+  void explain_by_waiting(Task& task) const {
+    const auto& callback = *task.callback;
+    const auto& parts = callback.longest_response;
+    const auto modelled = *task.result.bound_ns - task.result.execution->ns;
+    std::int64_t outside = 0;
+    for (const auto& explanation : task.result.explanations) {
+      if (explanation.kind == "outside-thread") outside += explanation.ns;
+    }
+    const auto preempted = parts.preempted ? parts.preempted->ns : 0;
+    const auto by_model = std::max<std::int64_t>(preempted - outside, 0);
+    explain(task, "thread", std::min(by_model - modelled, outside_callbacks(task)),
+            "threads of the model preempted it for " + in_us(by_model) + ", their callbacks for " +
+                in_us(modelled) + " of that at most: the rest they ran outside their callbacks");
+    explain_start(task, std::max<std::int64_t>(modelled - by_model, 0));
+    const auto wake_delay = parts.wake_delay ? parts.wake_delay->ns : 0;
+    explain(task, "kernel", wake_delay,
+            "when it had waited within the instance, it took " + in_us(wake_delay) +
+                " from wake-up to running");
+  }
+
+  // `modelled`: what other callbacks may account for.
+  static void explain_start(Task& task, std::int64_t modelled) {
+    const auto& callback = *task.callback;
+    const auto& known = callback.longest_response.start_latency;
+    const auto start = known ? known->ns : max_of(callback.start_latency);
+    const auto late = start - modelled;
+    const auto wakeup = max_of(callback.wakeup_latency);
+    if (late > 0 && (known || late > wakeup)) {
+      explain(task, "kernel", late,
+              "an instance started " + in_us(start) + " after its release, " + in_us(late) +
+                  " more than the threads of the model account for: a timer, an interrupt, a "
+                  "wake-up or a thread in no bound took that long");
+    } else if (!callback.longest_response.preempted) {
+      explain(task, "kernel", wakeup,
+              "from wake-up to running took the kernel, or a thread in no bound, up to " +
+                  in_us(wakeup));
+    }
+  }
+
+  // How long those that preempted it ran without running a callback, as far as is known.
+  std::int64_t outside_callbacks(const Task& task) const {
+    constexpr auto kAny = std::numeric_limits<std::int64_t>::max();
+    std::int64_t sum = 0;
+    for (const auto& preemptor : task.callback->preempted_by) {
+      for (const auto* thread : modelled(task, preemptor)) {
+        if (!thread->busy_ns) return kAny;
+        sum += std::max<std::int64_t>(*thread->busy_ns - executed_on(*thread), 0);
+      }
+    }
+    return sum;
+  }
+
+  // As far as measured, of callbacks that ran nowhere else.
+  std::int64_t executed_on(const ThreadReport& thread) const {
+    Int128 sum = 0;
+    for (const auto& task : model_.tasks()) {
+      if (task.thread() == &thread && task.callback->execution_time)
+        sum += task.callback->execution_time->sum;
+    }
+    return static_cast<std::int64_t>(std::min<Int128>(sum, thread.busy_ns.value_or(0)));
+  }
+
+  static std::int64_t preempted_of_longest(const CallbackReport& callback) {
+    const auto& known = callback.longest_response.preempted;
+    return known ? known->ns : max_of(callback.preempted);
+  }
+
+  static void explain(Task& task, std::string kind, std::int64_t ns, std::string text) {
+    if (ns > 0) task.result.explanations.push_back({std::move(kind), std::move(text), ns});
   }
 
   std::vector<std::string> outside() const {

@@ -257,7 +257,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   if (is_known(source)) {
     Arrival instance{
         .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
-    note_known(facts, bounds, instance);
+    note_known(facts, bounds, instance, measured);
     note_arrival(facts, live.callback, live.host, instance, bounds);
   } else if (measured.unproven) [[unlikely]] {
     keep_unproven(
@@ -269,14 +269,19 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_known(CallbackFacts& facts,
                                                                 Bounds& bounds,
-                                                                const Arrival& instance) {
+                                                                const Arrival& instance,
+                                                                const Measured& measured) {
   keep_lower_apart(facts);
   ++facts.exact_instances;
   const auto response = instance.end.time - instance.release;
+  const auto start_latency = instance.start.time - instance.release;
   facts.response_time.add(response);
-  facts.start_latency.add(instance.start.time - instance.release);
+  facts.start_latency.add(start_latency);
   if (bounds.response.rise(response)) {
     facts.max_response = extreme_of(instance, instance.release, response);
+    facts.max_response_parts = {.start_latency = start_latency};
+    if (measured.parts != nullptr) facts.max_response_parts.preempted = measured.parts->preempted;
+    if (measured.has_wake_parts) facts.max_response_parts.wake_delay = measured.parts->wake_delay;
   }
   if (bounds.response_upper.rise(response)) {
     facts.max_response_upper = extreme_of(instance, instance.release, response);
@@ -310,7 +315,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
     for (auto* extreme : longest_of(facts)) {
       if (*extreme && (*extreme)->seq == instance.seq) (*extreme)->release = instance.release;
     }
-    note_known(facts, bounds, instance);
+    note_known(facts, bounds, instance, {});
     note_arrival(facts, index, unproven.host, instance, bounds);
   }
   unproven.instances.clear();
@@ -410,18 +415,18 @@ void InstanceMeasurer::finish() {
       facts.wake_delay.add(*parts->wake_delay);
       const auto sum = parts->execution + parts->preempted + *parts->blocked + *parts->wake_delay;
       if (sum != duration) ++facts.identity_failures;
+    } else {
+      note_unmeasured(facts, duration - parts->preempted);
     }
   } else {
     if (bounds.duration_without_execution.rise(duration)) {
       facts.max_duration_without_execution = extreme_of(live, measured.release, duration);
+      note_unmeasured(facts, duration);
     }
-    } else {
-      note_unmeasured(facts, duration - parts->preempted);
   }
   if (measured.waking && live.wake.first_in) {
     facts.wakeup_latency.add(*live.wake.first_in - *measured.waking);
   }
-      note_unmeasured(facts, duration);
 }
 
 // If their numbers are: those of ROS 2's events are counted, and do not tell of what was lost.

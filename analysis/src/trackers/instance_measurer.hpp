@@ -218,7 +218,8 @@ class InstanceMeasurer {
                                  Bounds& bounds);
   inline void note_parts(const LiveInstance& live, const Measured& measured, Bounds& bounds);
   // An instance whose release is known.
-  inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance);
+  inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance,
+                         const Measured& measured);
   inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
                            Arrival& arrived, Bounds& bounds);
   static bool is_unproven(const LiveInstance& live) {

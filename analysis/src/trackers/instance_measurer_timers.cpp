@@ -19,6 +19,7 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   facts.start_latency = {};
   facts.inter_arrival = {};
   facts.max_response.reset();
+  facts.max_response_parts = {};
   facts.max_response_upper.reset();
   facts.min_inter_arrival.reset();
   facts.max_inter_arrival.reset();

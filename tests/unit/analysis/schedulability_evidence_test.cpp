@@ -1,4 +1,4 @@
-// What bounds rest on: what a recording lacks guarantees no deadline.
+// What bounds rest on: what a recording lacks guarantees no deadline, and what it shows explains.
 #include <cie/analysis/schedulability.hpp>
 
 #include "support/trace_text.hpp"
@@ -14,6 +14,8 @@
 namespace cie::analysis {
 namespace {
 
+using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::HasSubstr;
 
 constexpr const char* kSystem = R"(
@@ -150,6 +152,51 @@ TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceeded) {
   EXPECT_FALSE(result.has_finding()) << "it is explained";
   EXPECT_TRUE(result.is_undecided());
   EXPECT_EQ(result.why_undecided(), "an instance took longer than its bound");
+}
+
+// lo starts 20 after its release; the thread of hi preempts it for 500, its callback for 490 of
+// these.
+constexpr const char* kOverhead = R"(
+    callback lo timer period=10000 cpu=0
+    callback hi timer period=10000 cpu=0
+    1 initial lo
+    2 initial hi
+    3 applied lo policy=fifo priority=10 cpus=0
+    4 applied hi policy=fifo priority=50 cpus=0
+    110 switch 0 idle lo
+    120 start lo release=100
+    1100 preempt lo by=hi
+    1105 start hi release=1095
+    1595 end hi
+    1600 switch 0 hi lo
+    )";
+
+TEST(SchedulabilityEvidence, ExplainsByWhatThreadsOfTheModelRunBesideTheirCallbacks) {
+  const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
+    3100 end lo
+    3105 switch 0 lo idle)"),
+                     "lo");
+  EXPECT_EQ(lo.bound_ns, 2480 + 490);
+  EXPECT_EQ(lo.observed_ns, 3000);
+  EXPECT_THAT(lo.explanations,
+              ElementsAre(Field(&Explanation::ns, 500 - 490), Field(&Explanation::ns, 20)));
+  EXPECT_FALSE(lo.is_flagged);
+}
+
+// hi runs a second time, before its period has elapsed: its thread was not that long outside of it.
+TEST(SchedulabilityEvidence, DoesNotExplainByRunsOfTheModelThatItDoesNotHave) {
+  const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
+    1700 preempt lo by=hi
+    1705 start hi release=1695
+    2195 end hi
+    2200 switch 0 hi lo
+    3600 end lo
+    3605 switch 0 lo idle)"),
+                     "lo");
+  EXPECT_EQ(lo.bound_ns, 2480 + 490);
+  EXPECT_EQ(lo.observed_ns, 3500);
+  EXPECT_LT(lo.explanations.at(0).ns, 490) << "its thread was on a CPU for little longer";
+  EXPECT_TRUE(lo.is_flagged);
 }
 
 }  // namespace

@@ -161,6 +161,13 @@ struct Preemptor {
   Duration time;
 };
 
+// What of a response time was not execution. Empty: not measured.
+struct ResponseParts {
+  std::optional<Duration> start_latency{};
+  std::optional<Duration> preempted{};
+  std::optional<Duration> wake_delay{};
+};
+
 // An instance that did not end.
 struct OpenRun {
   std::uint64_t seq = 0;
@@ -189,6 +196,11 @@ struct CallbackReport {
   std::uint64_t cut = 0;         // by an edge of the window
   // That the recording proves and does not show: before it began, outside the window, or lost.
   std::uint64_t runs_not_seen = 0;
+  // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
+  bool may_lack_runs = false;
+  // the longest that a run may have executed or been blocked for of which that is not known, cut
+  // ones included. Empty: it is known of all that ended.
+  std::optional<Duration> longest_unmeasured{};
   std::optional<OpenRun> longest_open{};    // of those that are open; not part of the JSON
   std::optional<std::uint64_t> exceptions;  // instances that one ended; empty: not told
   std::optional<std::uint64_t> missed_releases;
@@ -196,11 +208,6 @@ struct CallbackReport {
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
   // Of samples, in the recording: before the queue, and in it by later ones. Empty: not told.
-  // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
-  bool may_lack_runs = false;
-  // the longest that a run may have executed or been blocked for of which that is not known, cut
-  // ones included. Empty: it is known of all that ended.
-  std::optional<Duration> longest_unmeasured{};
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
   std::optional<ReleaseSource> release_source;
@@ -208,6 +215,7 @@ struct CallbackReport {
   // what all of some consecutive starts lie behind them. Empty: there are none.
   std::optional<Duration> release_error{};
   std::optional<Summary> response_time;
+  ResponseParts longest_response{};  // of the longest of these; not part of the JSON
   std::optional<Summary> response_time_lower;
   std::optional<Summary> response_time_upper;
   // Of all instances, those of `response_time` and of `response_time_lower`: no quantile of the

@@ -56,12 +56,14 @@ struct CallbackSchedulability {
   std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
   // What an instance took at least, those whose release is known by a bound only included;
   std::optional<std::int64_t> observed_at_least_ns{};
-  std::vector<Explanation> explanations;  // only where observed is above bound
   bool may_have_taken_longer = false;     // one of the latter did, or may have
+  std::vector<Explanation> explanations;  // only where observed is above bound
   bool is_flagged = false;                // it is above by more than they explain
 
+  // As far as is certain. Requires that something was observed.
+  std::int64_t longest_ns() const noexcept { return *std::max(observed_ns, observed_at_least_ns); }
   bool is_above_bound() const noexcept {
-    return bound_ns && observed_ns && *observed_ns > *bound_ns;
+    return bound_ns && std::max(observed_ns, observed_at_least_ns) > bound_ns;
   }
   // An instance took longer for certain.
   bool has_missed_deadline() const noexcept {
