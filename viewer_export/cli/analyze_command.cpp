@@ -6,6 +6,10 @@
 #include "inputs.hpp"
 #include "output.hpp"
 #include "window_option.hpp"
+#include "words/text_layout.hpp"
+#include "worst_runs.hpp"
+
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -23,12 +27,13 @@ constexpr const char* kAnalyzeFooter =
     "  cie analyze schedulability run1                    bounds from what was measured\n"
     "  cie analyze schedulability run1 --spec app.yaml    wcet, min_inter_arrival and\n"
     "                                                     response_deadline from the spec\n"
+    "  cie analyze schedulability run1 --all              every callback\n"
     "  cie analyze schedulability run1 -f json -o s.json  for programs\n"
     "\n"
     "Execution times need the kernel's events: cie record --kernel. Formulas: analysis/README.md.\n"
     "Exit codes: 0 done, 1 a deadline is not guaranteed or an observed response time exceeds its\n"
     "bound without explanation, 2 wrong usage or spec, 3 there are deadlines and none could be\n"
-    "bounded, 4 trace unreadable or result not writable.\n";
+    "decided, 4 trace unreadable or result not writable.\n";
 
 }  // namespace
 
@@ -38,6 +43,8 @@ int analyze_command(const Arguments& arguments) {
   std::string spec_file;
   std::string target = "-";
   std::string format = "text";
+  bool is_all = false;
+  bool has_ids = false;
   CommandLine line(
       {"cie analyze schedulability TRACE... [OPTIONS]", kAnalyzeDescription, kAnalyzeFooter});
   line.argument("WHAT", subject, "schedulability");
@@ -45,6 +52,8 @@ int analyze_command(const Arguments& arguments) {
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML); what it declares counts");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.flag("--all", is_all, "Text: every callback, not only what one screen has room for");
+  line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
@@ -63,12 +72,23 @@ int analyze_command(const Arguments& arguments) {
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
-  const auto& result = analyze_until_exit(traces, options, bar);
+  const bool is_screen = format == "text" && !is_all;
+  WorstRuns worst_runs;
+  const auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : nullptr);
   window.check(result.report, traces, options);
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
-  if (format == "text") {
-    viewer_export::write_schedulability_text(output.stream(), schedulability, result.report,
-                                             screen_style(output));
+  auto style = screen_style(output);
+  style.ids = has_ids;
+  if (is_screen) {
+    viewer_export::write_schedulability_screen(
+        output.stream(), schedulability, result.report, result.verdicts,
+        {.worst_runs = std::move(worst_runs).take(),
+         .verify_arguments = printable(input_arguments(traces, reader, spec_file, window.text())),
+         .view_arguments = printable(input_arguments(traces, reader, spec_file))},
+        style);
+    output.commit();
+  } else if (format == "text") {
+    viewer_export::write_schedulability_text(output.stream(), schedulability, result.report, style);
     output.commit();
   } else {
     tell_of_damage(result.report);

@@ -12,8 +12,8 @@ SHARED = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
 COMMANDS = [
     (*command, *more) for command in (
         ("report", TRACE), ("report", SHARED, "--all"), ("report", SHARED, "--threads"), ("report", SHARED, "--chains"),
-        ("verify", SHARED), ("verify", SHARED, "--all"), ("analyze", "schedulability", TRACE), ("diff", TRACE, SHARED),
-        ("diff", TRACE, SHARED, "--all"))
+        ("verify", SHARED), ("verify", SHARED, "--all"), ("analyze", "schedulability", TRACE),
+        ("analyze", "schedulability", TRACE, "--all"), ("diff", TRACE, SHARED), ("diff", TRACE, SHARED, "--all"))
     for more in ((), ("--spec", SPEC))] + [("spec", "check", SPEC), ("doctor",)]
 
 
@@ -40,7 +40,7 @@ class Width(Folder):
                 self.check(command, cie(*command).stdout.decode(), 100)
 
     def test_all_columns_of_bounds_fit(self):
-        _, shown, _ = on_terminal("analyze", "schedulability", TRACE, columns=80, environment={"NO_COLOR": "1"})
+        _, shown, _ = on_terminal("analyze", "schedulability", TRACE, "--all", columns=80, environment={"NO_COLOR": "1"})
         for title in ("policy", "CPUs", "execution", "inter-arr.", "deadline", "bound", "observed"):
             self.assertRegex(shown.decode(), rf"(?m)^  callback .*\b{title}")
 

@@ -1,7 +1,9 @@
 #include <cie/viewer_export/schedulability_writers.hpp>
 
+#include <cstdint>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,8 +13,13 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::ParameterSource;
+using ::testing::Contains;
+using ::testing::Each;
 using ::testing::HasSubstr;
+using ::testing::Le;
+using ::testing::MatchesRegex;
 using ::testing::Not;
+using ::testing::SizeIs;
 using ::testing::StartsWith;
 
 analysis::SchedulabilityReport sample() {
@@ -137,15 +144,16 @@ TEST(SchedulabilityText, SaysThatNoDeadlineIsBounded) {
     callback.deadline = analysis::TaskParameter{3'000'000, ParameterSource::declared};
   report.cpus[0].real_time_ppb.reset();
   auto text = text_of(report);
-  EXPECT_THAT(text, HasSubstr("\n2 deadlines, none bounded: execution times unknown\n"));
+  EXPECT_THAT(text, HasSubstr("\n2 deadlines, none decided: execution times unknown\n"));
   EXPECT_THAT(text, HasSubstr("CPU 0: what real-time callbacks demand is unknown"));
   EXPECT_THAT(text, Not(HasSubstr("0.00 %")));
 
   report.callbacks.push_back(sample().callbacks[0]);
   text = text_of(report);
-  EXPECT_THAT(text,
-              StartsWith("1 of 3 callbacks has a bound; 1 of 3 deadlines not guaranteed, 2 not "
-                         "bounded; 1 above the"));
+  EXPECT_THAT(
+      text,
+      StartsWith("1 of 3 callbacks has a bound; 1 of 3 deadlines not guaranteed, 2 undecided; "
+                 "1 above the"));
 
   std::ostringstream out;
   write_schedulability_json(out, report, analyzed());
@@ -184,6 +192,121 @@ TEST(SchedulabilityText, SaysWhatWasMissedAndWhatCHolds) {
   EXPECT_THAT(text, HasSubstr(" =2.000 ms   =10.00 ms  =3.000 ms  4.000 ms  >5.000 ms\n"));
   callback.waiting_ns = 500'000;
   EXPECT_THAT(text_of(report), HasSubstr(" 2.000 ms   =10.00 ms")) << "a part of it was measured";
+}
+
+// A callback of 1 ms every 10 ms, whose deadline that is.
+analysis::CallbackSchedulability kept(std::uint32_t number) {
+  analysis::CallbackSchedulability callback = sample().callbacks[0];
+  callback.index = analysis::CallbackIndex{number};
+  callback.logical_id = "/n" + std::to_string(number) + "@Timer(10000000)";
+  callback.execution->ns = 1'000'000;
+  callback.deadline->ns = 10'000'000;
+  callback.bound_ns = callback.observed_ns = 1'000'000;
+  callback.explanations.clear();
+  callback.is_flagged = false;
+  return callback;
+}
+
+class SchedulabilityScreen : public ::testing::Test {
+ protected:
+  SchedulabilityScreen() {
+    analyzed_ = analyzed();
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      report_.callbacks.push_back(kept(i));
+      auto& row = analyzed_.callbacks.emplace_back();
+      row.index = analysis::CallbackIndex{i};
+      row.logical_id = report_.callbacks.back().logical_id;
+      row.response_time = analysis::Summary{.count = 1, .max = 17'670'000};
+    }
+  }
+
+  std::vector<std::string> lines(const std::vector<WorstRun>& worst_runs = {}) const {
+    std::stringstream text;
+    write_schedulability_screen(
+        text, report_, analyzed_, {},
+        {.worst_runs = worst_runs, .verify_arguments = "run1", .view_arguments = "run1"},
+        {.columns = 80});
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);)
+      lines.push_back(line);
+    return lines;
+  }
+
+  static constexpr std::size_t kFirstRow = 4;  // behind the outcome, a blank line, and titles
+
+  analysis::SchedulabilityReport report_;
+  analysis::Report analyzed_;
+};
+
+TEST_F(SchedulabilityScreen, NamesTheWorstFirstAndSaysWhyAndWhatNext) {
+  auto& missed = report_.callbacks[33];
+  missed.observed_ns = missed.observed_at_least_ns = 17'670'000;
+  missed.bound_ns.reset();
+  missed.method = analysis::BoundMethod::none;
+  missed.reason = "it may run on 2 CPUs";
+  report_.callbacks[20].bound_ns = 15'000'000;
+  report_.callbacks[21].bound_ns = 20'000'000;
+  const auto shown = lines({{.callback = missed.index,
+                             .seq = 12,
+                             .start = {},
+                             .response_time = analysis::Duration{17'670'000},
+                             .start_latency = analysis::Duration{15'000'000}}});
+  EXPECT_EQ(shown.size(), 24U);
+  EXPECT_THAT(shown, Each(SizeIs(Le(80U))));
+  EXPECT_EQ(shown[0],
+            "39 of 40 callbacks have a bound; 1 of 40 deadlines missed, 2 not guaranteed");
+  EXPECT_THAT(shown[kFirstRow], MatchesRegex("  n33 timer 10 ms +MISSED +10.00ms +- +17.67ms .*"));
+  EXPECT_THAT(shown[kFirstRow + 1], MatchesRegex("  n21 timer 10 ms +NO +10.00ms +20.00ms .*"));
+  EXPECT_THAT(shown[kFirstRow + 2], MatchesRegex("  n20 timer 10 ms +NO +10.00ms +15.00ms .*"));
+  EXPECT_THAT(shown[kFirstRow + 3], MatchesRegex("  n0 timer 10 ms +yes .*"));
+  EXPECT_THAT(shown, Contains("  worst: n33 timer 10 ms, run 12: 15.00 ms waiting to start (of "
+                              "17.67 ms)"));
+  EXPECT_THAT(shown, Contains(StartsWith("  -> shorten it or what is as urgent")));
+  EXPECT_THAT(shown, Contains("  no bound: n33 timer 10 ms: it may run on 2 CPUs"));
+  EXPECT_THAT(shown, Contains(HasSubstr("cie analyze schedulability run1 --all")));
+}
+
+TEST_F(SchedulabilityScreen, SaysOfWhatABoundConsists) {
+  report_.callbacks[20].bound_ns = 15'000'000;
+  EXPECT_THAT(lines(),
+              Contains("  worst: n20 timer 10 ms, R 15.00 ms: 1.000 ms of its own, 14.00 ms "
+                       "of callbacks"));
+}
+
+TEST_F(SchedulabilityScreen, StaysAScreenHoweverMuchThereIsToTell) {
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    auto& unbounded = report_.callbacks[i];
+    unbounded.bound_ns.reset();
+    unbounded.method = analysis::BoundMethod::none;
+    unbounded.reason = std::string(120, static_cast<char>('a' + i)) + " is not known";
+    report_.cpus.push_back({.cpu = i, .real_time_ppb = std::nullopt});
+    analyzed_.defects.push_back({.kind = analysis::DefectKind::seq_gaps,
+                                 .severity = analysis::Severity::loss,
+                                 .count = 1,
+                                 .advice = "instances are missing from the record"});
+  }
+  report_.callbacks[11].bound_ns = 20'000'000;
+  report_.callbacks[12].observed_ns = 1'000'001;
+  const auto shown = lines();
+  EXPECT_THAT(shown, SizeIs(Le(24U)));
+  EXPECT_THAT(shown, Contains(MatchesRegex("  n11 timer 10 ms +NO .*")));
+  EXPECT_THAT(shown, Contains(HasSubstr("more without a bound")));
+  EXPECT_THAT(shown, Contains(HasSubstr("more on CPUs")));
+}
+
+TEST_F(SchedulabilityScreen, MarksWhatNothingExplainsAndWhatIsUndecided) {
+  auto& above = report_.callbacks[7];
+  above.deadline.reset();
+  above.observed_ns = 3'000'000;
+  above.is_flagged = true;
+  auto& exceeded = report_.callbacks[8];
+  exceeded.observed_ns = 1'000'001;
+  const auto shown = lines();
+  EXPECT_EQ(shown[1], "without explanation") << "the outcome takes two lines";
+  EXPECT_THAT(shown[kFirstRow + 1], MatchesRegex("  n7 timer 10 ms +ABOVE R .*"));
+  EXPECT_THAT(shown[kFirstRow + 2], MatchesRegex("  n8 timer 10 ms +\\? .*"));
+  EXPECT_THAT(shown,
+              Contains(StartsWith("  worst: n7 timer 10 ms, observed is 2.000 ms above the")));
 }
 
 TEST(SchedulabilityJson, HoldsEverything) {
