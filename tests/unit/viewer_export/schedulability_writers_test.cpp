@@ -238,6 +238,14 @@ class SchedulabilityScreen : public ::testing::Test {
   analysis::Report analyzed_;
 };
 
+TEST_F(SchedulabilityScreen, NamesTheWindowThatWasAskedFor) {
+  EXPECT_EQ(lines()[1], "");
+  analyzed_.trace.recording_begin = analysis::Timestamp{0};
+  analyzed_.trace.begin = analysis::Timestamp{7};
+  analyzed_.trace.end = analysis::Timestamp{9};
+  EXPECT_EQ(lines()[1], "measured in the window 7..9 ns (2 ns) alone");
+}
+
 TEST_F(SchedulabilityScreen, NamesTheWorstFirstAndSaysWhyAndWhatNext) {
   auto& missed = report_.callbacks[33];
   missed.observed_ns = missed.observed_at_least_ns = 17'670'000;
