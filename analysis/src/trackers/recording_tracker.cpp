@@ -115,7 +115,9 @@ Window RecordingTracker::covered(const Channel& channel) const {
     const auto& facts = model_.streams[index];
     const auto& state = *states_.find(StreamIndex{index});
     const bool is_empty = !facts.begin && (is_live_ || state.ended);
-    if (is_empty || facts.is_left_out) continue;
+    // LTTng flushes the buffer of an idle CPU once, at the end of a chunk or the begin of the next one.
+    const bool is_flush_alone = state.is_idle && facts.begin && facts.begin == facts.end;
+    if (is_empty || is_flush_alone || facts.is_left_out) continue;
     if (!facts.begin && !state.is_idle) {
       has_all_begun = false;
       continue;

@@ -132,6 +132,21 @@ TEST_F(OneIsIdle, NothingIsKnownOfItsCpuAfterItsEnd) {
   EXPECT_EQ(report.trace.end, Timestamp{40});
 }
 
+// As in a chunk that begins with the flush of the one before: LTTng flushes no buffer twice that stays empty.
+TEST_F(OneIsIdle, AFlushOfAnEmptyBufferEndsNothing) {
+  push(0, 0, PacketBegin{});
+  push(2, 1, PacketBegin{});
+  push(2, 1, PacketEnd{});
+  push(2, 1, StreamEnd{});
+  start(50);
+  end(60);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.trace.end, Timestamp{100});
+}
+
 // Taken for idle, as it was silent for so long: what was counted meanwhile may lack its events.
 TEST_F(OneIsIdle, ThatHasAnEventAfterAllNarrowsTheWindowAndIsToldOf) {
   constexpr std::int64_t kLate =
