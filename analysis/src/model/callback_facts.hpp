@@ -151,7 +151,11 @@ struct alignas(64) CallbackFacts {
   std::uint32_t queue_depth = 0;
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
-  std::string logical_id{};                 // "?<id>" when never registered
+  std::optional<Timestamp> last_told{};     // by a callback_init of either kind
+  // The last one that was taken for an announcement, and the one before it: where what it announces was
+  // lost it may be a registration.
+  Rare<std::pair<Timestamp, EventRef>> announced_after{};
+  std::string logical_id{};  // "?<id>" when never registered
   std::string node{};
   NodeId node_id{};
   std::optional<GroupId> group{};

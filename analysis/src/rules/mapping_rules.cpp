@@ -273,6 +273,12 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
       // A callback_init in between may be what was lost.
       judgement.overrule(
           proof.user_loss(to.process, move.last_on_from.time, move.first_on_to.time));
+      // So may be that of an announcement before, for which the one in between was taken.
+      if (const auto& announced = callback.announced_after;
+          announced && announced->second.time > move.last_on_from.time &&
+          announced->second.time <= move.first_on_to.time) {
+        judgement.overrule(proof.user_loss(to.process, announced->first, announced->second.time));
+      }
       if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
         judgement.overrule(unordered_init(*callback.last_init, to));
       }

@@ -130,6 +130,8 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const bool is_announcement = announcements != facts.announcements_at_init;
   facts.announcements_at_init = announcements;
   if (!is_announcement) facts.last_init = ref(head);
+  if (is_announcement && facts.last_told) facts.announced_after = {*facts.last_told, ref(head)};
+  facts.last_told = head.time;
   if (facts.registered) {
     // Ids are given once: another process has this pid, and its run_begin was not seen.
     auto& of = model_.processes[at(*process)];

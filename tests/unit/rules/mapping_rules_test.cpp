@@ -146,6 +146,15 @@ TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
   EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::pass);
 }
 
+// State follows a repeated run_begin: where its callback_init is lost, the next one is taken for it.
+TEST(MappingPersistent, IsInconclusiveWhereARegistrationMayBeTakenForARepetition) {
+  const auto announced = std::string(kReplaced) + "\n  1 reload\n  16 init fusion";
+  EXPECT_EQ(Verified(announced)["M4"], Verdict::fail);
+  EXPECT_EQ(Verified(announced + "\n  2 init fusion")["M4"], Verdict::pass);
+  EXPECT_EQ(Verified(announced + "\n  2 discard user until=4 count=1")["M4"],
+            Verdict::inconclusive);
+}
+
 // Two CPUs' events of one nanosecond have no order.
 TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
   for (const auto* time : {"12", "30"}) {
