@@ -146,6 +146,24 @@ std::optional<Timestamp> last_end(const RuleContext& context,
   return last;
 }
 
+// Every process tells of its clocks each second: one that is silent while another one of the same trace
+// goes on has ended, if nothing was lost.
+bool is_silent_beside(const RuleContext& context, ProcessIndex index, ProcessIndex other) {
+  constexpr Duration kSilence{2'000'000'000};
+  const auto& model = context.model;
+  const auto& process = model.processes[at(index)];
+  const auto trace_of = [&model](const ProcessFacts& of) -> std::optional<std::uint32_t> {
+    const auto stream = of.first_seen.value_or(EventRef{}).stream;
+    if (at(stream) >= model.streams.size()) return std::nullopt;
+    return model.streams[at(stream)].trace;
+  };
+  const auto trace = trace_of(process);
+  if (!process.run_begin || !trace || trace != trace_of(model.processes[at(other)])) return false;
+  const auto last = context.lives.last_sign(index);
+  const auto until = context.lives.last_sign(other);
+  return until - last > kSilence && !context.proof.user_loss(index, last, until);
+}
+
 // Why it may have lived on beside the later one, as far as is known.
 std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFacts& before,
                                    const CallbackFacts& after) {
@@ -154,7 +172,7 @@ std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFac
   const bool is_pid_given_anew = process.pid == other.pid && process.pid_ns == other.pid_ns &&
                                  !process.shares_pid_since && before.process != after.process;
   if (before.fini || process.run_end || context.lives.has_exited(before.process) ||
-      is_pid_given_anew)
+      is_pid_given_anew || is_silent_beside(context, before.process, after.process))
     return std::nullopt;
   return without_event(moment(context.lives.last_sign(before.process)),
                        "the end of the process before was not seen, this is its last sign: it may "

@@ -184,6 +184,17 @@ TEST(MappingSurvivesRestart, FailsOnlyWhereTheFormerLifetimeIsSeenToEnd) {
       << "its main thread lives on";
 }
 
+// A process that lives tells of its clocks every second.
+TEST(MappingSurvivesRestart, FailsWhereTheFormerProcessIsSilentWhileTheOtherGoesOn) {
+  const auto goes_on = [](const std::string& until, const std::string& lines = {}) {
+    return Verified(perhaps_idle(31, until + " start b\n" + until + "0 end b\n" + lines));
+  };
+  EXPECT_EQ(goes_on("300000000").of("M5", kLater), Verdict::fail);
+  EXPECT_EQ(goes_on("100000000").of("M5", kLater), Verdict::inconclusive);
+  EXPECT_EQ(goes_on("300000000", "1000000000 discard user until=1000000010 count=1")["M5"],
+            Verdict::inconclusive);
+}
+
 // A pid that another process has is nobody's any more.
 TEST(MappingSurvivesRestart, FailsWhereThePidWasGivenAnew) {
   auto trace = perhaps_idle(31, "");
