@@ -11,15 +11,10 @@ const HostClockFacts* find(const Model& model, HostPair from_to) {
   return found == model.host_clocks.end() ? nullptr : &found->second;
 }
 
-// Then they do not differ by one amount for the whole recording.
-bool is_any_set(const Model& model, HostPair hosts) {
-  return model.hosts[at(hosts.first)].is_clock_set || model.hosts[at(hosts.second)].is_clock_set;
-}
-
 // The way back takes off what the way there adds, unless a clock was set in between.
 std::optional<ClockError> error_along(const Model& model, const HostRoute& route) {
   for (const auto& pair : route)
-    if (pair && is_any_set(model, *pair)) return ClockError{};
+    if (pair && is_any_clock_set(model, *pair)) return ClockError{};
   std::vector<HostPair> ways;
   for (const auto& pair : route) {
     if (!pair) continue;
@@ -103,7 +98,7 @@ void HostClocks::sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t re
   const Timestamp now{monotonic_ns};
   if (is_step(former, offset)) {
     model_.hosts[at(host)].is_clock_set = true;
-    if (offsets.steps.size() >= kMostSteps) offsets.steps.erase(offsets.steps.begin());
+    if (offsets.steps.size() >= kMostSteps) offsets.steps.pop_front();
     offsets.steps.push_back(
         {.after = offsets.read_at, .until = now, .larger_offset = std::max(former, offset)});
   }
@@ -121,8 +116,9 @@ bool HostClocks::may_be_set_between(HostIndex host, std::int64_t realtime_ns,
   const auto* offsets = offsets_.find(host);
   if (offsets == nullptr) return false;
   return std::ranges::any_of(offsets->steps, [&](const Step& step) {
+    if (step.after >= until) return false;
     const Timestamp earliest{detail::wrapping_sub(realtime_ns, step.larger_offset)};
-    return step.after < until && earliest <= step.until;
+    return earliest <= step.until;
   });
 }
 
@@ -150,6 +146,10 @@ const HostFacts* reference_host(const Model& model) noexcept {
   return first == model.hosts.end() ? nullptr : &*first;
 }
 
+bool is_any_clock_set(const Model& model, HostPair hosts) {
+  return model.hosts[at(hosts.first)].is_clock_set || model.hosts[at(hosts.second)].is_clock_set;
+}
+
 Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept {
   if (!from.clock_offset_ns || !to.clock_offset_ns) return {};
   const bool is_same_boot = from.clock_uuid == to.clock_uuid && !from.clock_uuid.empty();
@@ -172,7 +172,7 @@ void require_one_clock(const Model& model) {
 
 ClockError clock_error(const Model& model, HostPair from_to) {
   ClockError error;
-  if (is_any_set(model, from_to)) return error;
+  if (is_any_clock_set(model, from_to)) return error;
   if (const auto* there = find(model, from_to)) error.least = Duration{} - there->shortest;
   if (const auto* back = find(model, {from_to.second, from_to.first})) error.most = back->shortest;
   return error;

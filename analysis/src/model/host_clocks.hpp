@@ -11,8 +11,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
-#include <vector>
 
 namespace cie::analysis {
 
@@ -56,9 +56,9 @@ class HostClocks {
     std::optional<std::int64_t> of_process;
     std::optional<std::int64_t> last_read;  // not merely shown
     Timestamp read_at;
-    std::vector<Step> steps;  // the latest kMostSteps
+    std::deque<Step> steps;  // the latest kMostSteps
   };
-  static constexpr std::size_t kMostSteps = 4096;
+  static constexpr std::size_t kMostSteps = 64;
   // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
   static constexpr Duration kLeastStep{100'000};
   static bool is_step(std::int64_t one_offset, std::int64_t other_offset) noexcept;
@@ -72,6 +72,9 @@ class HostClocks {
 
 // Whose clock the whole recording's times are of: the first one's by name. Null without hosts.
 const HostFacts* reference_host(const Model& model) noexcept;
+
+// Then they do not differ by one amount for the whole recording.
+bool is_any_clock_set(const Model& model, HostPair hosts);
 
 // What to add to a time of one host's clock for that of another, as far as their wall clocks agree.
 // Hosts of one boot are containers, which share the clock unless it was moved for one of them.

@@ -262,10 +262,11 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                     judgement);
         }
         judgement.doubt(calculated_releases(callback));
-        if (callback.without_upper_bound != 0) {
-          judgement.doubt(evidence("callback_start", callback.starts.first_at,
-                                   counted(callback.without_upper_bound, "instance") +
-                                       " without an upper bound of the response time"));
+        const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
+        if (unbounded != 0) {
+          judgement.doubt(evidence(
+              "callback_start", callback.starts.first_at,
+              counted(unbounded, "instance") + " without an upper bound of the response time"));
         }
         judgement.doubt(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;

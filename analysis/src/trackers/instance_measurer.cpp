@@ -340,6 +340,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
       note_bounded(live, measured, *written, bounds);
     } else {
       ++facts.without_upper_bound;
+      if (is_clock_set_meanwhile(live)) ++facts.with_doubtful_bound;
     }
   }
 }
@@ -356,7 +357,6 @@ void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& me
     note_upper(facts, bounds, upper);
     return;
   }
-  ++facts.without_upper_bound;  // so far
   bounded.push_back(
       {.callback = live.callback, .source_timestamp = live.source_timestamp, .upper = upper});
 }
@@ -372,7 +372,9 @@ void InstanceMeasurer::clocks_were_read(HostIndex host) {
     const auto start = bounded.upper.start.time;
     if (!clocks_.were_read_since(host, start)) return false;
     if (clocks_.may_be_set_between(host, bounded.source_timestamp, start)) {
-      ++model_.callbacks[at(bounded.callback)].with_doubtful_bound;
+      auto& facts = model_.callbacks[at(bounded.callback)];
+      ++facts.without_upper_bound;
+      ++facts.with_doubtful_bound;
     } else {
       take_bound(bounded);
     }
@@ -381,9 +383,7 @@ void InstanceMeasurer::clocks_were_read(HostIndex host) {
 }
 
 void InstanceMeasurer::take_bound(const Bounded& bounded) {
-  auto& facts = model_.callbacks[at(bounded.callback)];
-  --facts.without_upper_bound;
-  note_upper(facts, bounds_[bounded.callback], bounded.upper);
+  note_upper(model_.callbacks[at(bounded.callback)], bounds_[bounded.callback], bounded.upper);
 }
 
 void InstanceMeasurer::finish() {

@@ -88,9 +88,7 @@ class InstanceMeasurer {
   // as far as processes have read it until now.
   OptionalTime bound_of_release(const LiveInstance& live) const {
     const auto written = source_time(live);
-    const bool is_bound =
-        written && *written <= live.start.time &&
-        !clocks_.may_be_set_between(live.host, live.source_timestamp, live.start.time);
+    const bool is_bound = written && *written <= live.start.time && !is_clock_set_meanwhile(live);
     return is_bound ? written : OptionalTime{};
   }
   // A process of the host has read its clocks: bounds by messages until then are known to be some, or
@@ -120,6 +118,11 @@ class InstanceMeasurer {
   void leave_bounds(CallbackIndex index);
 
  private:
+  // Between the writing of its message, as far as it tells, and its start.
+  bool is_clock_set_meanwhile(const LiveInstance& live) const {
+    return live.source_timestamp > 0 &&
+           clocks_.may_be_set_between(live.host, live.source_timestamp, live.start.time);
+  }
   struct Arrival {
     std::uint64_t seq = 0;
     EventRef start;
