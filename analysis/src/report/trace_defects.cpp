@@ -75,12 +75,14 @@ std::uint64_t total_of(const Range& range, Count count) {
       [&count](std::uint64_t sum, const auto& item) { return sum + count(item); });
 }
 
-// Pairs of hosts whose fastest messages both ways took less than nothing together.
+// Pairs of hosts whose fastest messages both ways took less than nothing together, or of which a clock
+// was set.
 std::uint64_t contradictory_clocks(const Model& model) {
   return static_cast<std::uint64_t>(
       std::ranges::count_if(model.host_clocks, [&model](const auto& entry) {
         const auto& [from, to] = entry.first;
-        return from < to && clock_error(model, entry.first).is_contradiction();
+        return from < to && (is_any_clock_set(model, entry.first) ||
+                             clock_error(model, entry.first).is_contradiction());
       }));
 }
 
@@ -210,9 +212,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              "a stream's clock went back: its times cannot be trusted");
   add_defect(defects, DefectKind::clocks_unrelated, Severity::error, model.clocks_unrelated ? 1 : 0,
              "the traces do not share a boot id: times of different streams cannot be compared");
-  add_defect(defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
-             "messages between two hosts arrive before they were sent, whatever the difference of "
-             "their clocks: it changed meanwhile; synchronise them, or report a shorter --window");
+  add_defect(
+      defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
+      "the difference of two hosts' clocks changed meanwhile, as one was set, or messages arrive "
+      "before they were sent, whatever it is; synchronise them");
   for (const auto& gap : host_gaps(model))
     add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
   add_defect(defects, DefectKind::seq_gaps, Severity::loss,

@@ -270,6 +270,8 @@ TEST(HostClocks, BoundNothingWhereOneWasSet) {
   };
   EXPECT_EQ(judged("plan, show"), Verdict::inconclusive);
   EXPECT_EQ(judged("plan, show, ack"), Verdict::inconclusive) << "set on the way, perhaps";
+  const auto defects = analyze(trace).report.defects;
+  EXPECT_EQ(std::ranges::count(defects, DefectKind::clocks_drifted, &TraceDefect::kind), 1);
 }
 
 TEST(HostClocks, OfTwoBootsAreNoReasonToDoubtEitherHost) {
