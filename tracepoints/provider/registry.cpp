@@ -1,5 +1,6 @@
 #include "registry.hpp"
 
+#include "base/clock.hpp"
 #include "provider.h"
 #include "ros2_profile.hpp"
 
@@ -211,6 +212,10 @@ void Registry::remove_publisher(PublisherId publisher) {
 std::shared_ptr<ThreadState> Registry::add_thread(ThreadState thread) {
   auto added = std::make_shared<ThreadState>(std::move(thread));
   const Guard guard(*this);
+  // A spin within a callback: told as another thread, beside that of the callback.
+  const bool is_nested = std::ranges::any_of(
+      live_->threads, [&added](const auto& other) { return other->tid == added->tid; });
+  if (is_nested) added->start_ns = now_ns(CLOCK_MONOTONIC);
   live_->threads.push_back(added);
   if (live_->is_running) {
     ++live_->totals.threads;
