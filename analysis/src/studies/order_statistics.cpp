@@ -166,8 +166,11 @@ OrderStatistics OrderStatistics::of_start_latency(const CallbackReport& callback
   const auto known = of(callback.start_latency);
   const auto all = callback.duration ? callback.duration->count : 0;
   if (all <= known.count) return known;
-  return merged(known,
-                {.count = all - known.count, .at_least = {{1, 0}}, .at_most = {}, .estimates = {}});
+  OrderStatistics unknown{
+      .count = all - known.count, .at_least = {{1, 0}}, .at_most = {}, .estimates = {}};
+  for (const unsigned per_mille : kComparedQuantiles)
+    unknown.estimates[per_mille] = {.ns = 0, .is_bound = true};
+  return merged(known, unknown);
 }
 
 std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,
