@@ -263,7 +263,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     const auto& thread = model.threads[i];
-    if (!is_isolated(thread) || judged.contains(index)) continue;
+    if (!is_isolated(thread) || (!thread.group && judged.contains(index))) continue;
     if (thread.group && !seen.insert({thread.process, *thread.group}).second) continue;
     Judgement judgement(thread.group ? names.group(thread.process, *thread.group)
                                      : names.group_of(index));
