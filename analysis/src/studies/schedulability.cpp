@@ -208,6 +208,17 @@ class Analysis {
     for (const auto& explanation : result.explanations)
       explained += std::min(explanation.ns, excess);
     result.is_flagged = explained < excess;
+    if (result.deadline && !result.meets_deadline()) result.reason = why_undecided(result);
+  }
+
+  // Requires a bound that an instance was above.
+  static std::string why_undecided(const CallbackSchedulability& callback) {
+    if (callback.is_flagged)
+      return "an instance took longer than its bound, and nothing known explains all of that";
+    if (callback.breaks_declaration())
+      return "an instance took longer than its bound, which rests on a declaration that was not kept";
+    return "an instance took longer than its bound, and with what explains that the bound is beyond "
+           "the deadline";
   }
 
   bool is_modelled(const Task& task, const Preemptor& preemptor) const {
@@ -411,8 +422,7 @@ std::string SchedulabilityReport::why_undecided() const {
   for (const auto& callback : callbacks) {
     if (!callback.deadline) continue;
     is_execution_unknown = is_execution_unknown && !callback.execution;
-    reasons.insert(callback.is_above_bound() ? "an instance took longer than its bound"
-                                             : std::string_view(callback.reason));
+    reasons.insert(callback.reason);
   }
   if (is_execution_unknown) return "execution times unknown";
   return reasons.size() == 1 ? std::string(*reasons.begin()) : "why is said of each";

@@ -140,18 +140,50 @@ TEST(SchedulabilityEvidence, SaysThatARunMayHaveTakenLonger) {
   EXPECT_FALSE(of(test::trace_of(close_releases("175")), "hi").may_have_taken_longer);
 }
 
-TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceeded) {
+// The bound of `high` is 3, an instance took 5, and the kernel may have taken 3 of that.
+SchedulabilityReport exceeded(const std::string& declared) {
   auto system = textbook();
-  auto& high = system.report.callbacks[0];  // its bound is 3
+  auto& high = system.report.callbacks[0];
   high.response_time = extremes(0, 5);
-  high.wakeup_latency = extremes(0, 2);
-  constexpr const char* kSpec = "callback_groups:\n  - {id: high, response_deadline: 6}\n";
-  const auto result = system.analyzed(kSpec);
+  high.wakeup_latency = extremes(0, 3);
+  auto result = system.analyzed("callback_groups:\n  - {id: high, " + declared + "}\n");
   EXPECT_EQ(result.callbacks[0].bound_ns, 3);
-  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt);
+  return result;
+}
+
+TEST(SchedulabilityEvidence, AddsToABoundThatWasExceededWhatExplainsThat) {
+  auto result = exceeded("response_deadline: 6");
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), true) << "3 + 3 is within 6";
+  EXPECT_EQ(result.callbacks[0].reason, "");
+  EXPECT_FALSE(result.has_finding());
+
+  result = exceeded("response_deadline: 5");
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt) << "3 + 3 is beyond 5";
   EXPECT_FALSE(result.has_finding()) << "it is explained";
   EXPECT_TRUE(result.is_undecided());
-  EXPECT_EQ(result.why_undecided(), "an instance took longer than its bound");
+  EXPECT_THAT(result.why_undecided(), HasSubstr("the bound is beyond the deadline"));
+  EXPECT_EQ(result.callbacks[0].reason, result.why_undecided());
+}
+
+TEST(SchedulabilityEvidence, GuaranteesNothingByADeclarationThatWasNotKept) {
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];  // it executed for 3
+  high.response_time = extremes(0, 3);
+  const auto result =
+      system.analyzed("callback_groups:\n  - {id: high, wcet: 2, response_deadline: 50}\n");
+  EXPECT_EQ(result.callbacks[0].bound_ns, 2);
+  EXPECT_FALSE(result.callbacks[0].is_flagged) << "an overrun of 1 explains it";
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt);
+  EXPECT_THAT(result.callbacks[0].reason, HasSubstr("a declaration that was not kept"));
+}
+
+TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceededWithoutExplanation) {
+  auto system = textbook();
+  system.report.callbacks[0].response_time = extremes(0, 5);
+  const auto result = system.analyzed("callback_groups:\n  - {id: high, response_deadline: 50}\n");
+  EXPECT_TRUE(result.callbacks[0].is_flagged);
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt);
+  EXPECT_THAT(result.callbacks[0].reason, HasSubstr("nothing known explains all of that"));
 }
 
 // lo starts 20 after its release; the thread of hi preempts it for 500, its callback for 490 of

@@ -295,6 +295,8 @@ TEST_F(SchedulabilityScreen, StaysAScreenHoweverMuchThereIsToTell) {
   }
   report_.callbacks[11].bound_ns = 20'000'000;
   report_.callbacks[12].observed_ns = 1'000'001;
+  report_.callbacks[12].explanations = {{"kernel", "it started late", 10'000'000}};
+  report_.callbacks[12].reason = std::string(120, 'z');
   const auto shown = lines();
   EXPECT_THAT(shown, SizeIs(Le(24U)));
   EXPECT_THAT(shown, Contains(MatchesRegex("  n11 timer 10 ms +NO .*")));
@@ -309,12 +311,29 @@ TEST_F(SchedulabilityScreen, MarksWhatNothingExplainsAndWhatIsUndecided) {
   above.is_flagged = true;
   auto& exceeded = report_.callbacks[8];
   exceeded.observed_ns = 1'000'001;
+  exceeded.explanations = {{"kernel", "it started late", 9'000'001}};  // beyond 10 ms by 1 ns
+  exceeded.reason = "an instance took longer than its bound";
+  report_.callbacks[9].observed_ns = 1'000'001;
+  report_.callbacks[9].explanations = {{"kernel", "it started late", 9'000'000}};
   const auto shown = lines();
   EXPECT_EQ(shown[1], "without explanation") << "the outcome takes two lines";
   EXPECT_THAT(shown[kFirstRow + 1], MatchesRegex("  n7 timer 10 ms +ABOVE R .*"));
   EXPECT_THAT(shown[kFirstRow + 2], MatchesRegex("  n8 timer 10 ms +\\? .*"));
+  EXPECT_THAT(shown[kFirstRow + 3], MatchesRegex("  n0 timer 10 ms +yes .*")) << "n9 is met, too";
+  EXPECT_THAT(shown,
+              Contains("  undecided: n8 timer 10 ms: an instance took longer than its bound"));
   EXPECT_THAT(shown,
               Contains(StartsWith("  worst: n7 timer 10 ms, observed is 2.000 ms above the")));
+}
+
+TEST(SchedulabilityJson, SaysWhyABoundDecidesNothing) {
+  auto report = sample();
+  report.callbacks[0].reason = "nothing known explains all of that";
+  std::ostringstream out;
+  write_schedulability_json(out, report, analyzed());
+  EXPECT_EQ(nlohmann::json::parse(out.str())["callbacks"][0]["reason"],
+            "nothing known explains all of that");
+  EXPECT_THAT(text_of(report), HasSubstr("undecided: nothing known explains all of that\n"));
 }
 
 TEST(SchedulabilityJson, HoldsEverything) {

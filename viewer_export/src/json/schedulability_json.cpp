@@ -34,7 +34,7 @@ Json json_of(const CallbackSchedulability& callback, const analysis::ProcessRepo
                          ? Json(nullptr)
                          : Json(analysis::label(callback.method))},
           {"bound_ns", optional_json(callback.bound_ns)},
-          {"reason", callback.bound_ns ? Json(nullptr) : Json(callback.reason)},
+          {"reason", callback.reason.empty() ? Json(nullptr) : Json(callback.reason)},
           {"observed_ns", optional_json(callback.observed_ns)},
           {"meets_deadline", optional_json(callback.meets_deadline())},
           {"above_bound", callback.is_above_bound()},

@@ -48,7 +48,7 @@ class SchedulabilityScreen {
   // Below the table, with so many reasons and processors at most.
   Lines tail(std::size_t most) const {
     auto lines = about_worst(most);
-    append(lines, explained());
+    append(lines, undecided_above(most));
     append(lines, reasons(most));
     append(lines, demands(most));
     append(lines, commands());
@@ -77,10 +77,10 @@ class SchedulabilityScreen {
     return lines;
   }
 
-  // As why callbacks have no bound.
+  // Below the table.
   bool is_reason_told(const std::string& why) const {
     return std::ranges::any_of(report_.callbacks, [&why](const auto& callback) {
-      return !callback.bound_ns && callback.reason == why;
+      return !callback.is_flagged && callback.reason == why;
     });
   }
 
@@ -202,22 +202,27 @@ class SchedulabilityScreen {
     return judged_.names.in_words(printable(reason));
   }
 
-  Lines explained() const {
-    std::string names;
-    for (const auto* callback : rows_) {
-      if (callback->is_above_bound() && !callback->is_flagged)
-        names += (names.empty() ? "" : ", ") + name_of(*callback);
-    }
-    if (names.empty()) return {};
-    return paragraph("  above R, explained (--all): ", names, 1, style_);
+  std::string names_of(const CommonReason& common) const {
+    const auto& callbacks = common.callbacks;
+    return callbacks.size() == 1 ? name_of(*callbacks.front())
+                                 : counted(callbacks.size(), "callback");
   }
 
-  bool is_told_of_worst(const WithoutBound& without) const {
+  Lines undecided_above(std::size_t most) const {
+    Lines lines;
+    const std::size_t lines_of_each = most < kMostReasons ? 1 : 2;
+    for (const auto& common : undecided_by_bound(report_))
+      append(lines, paragraph("  undecided: ", names_of(common) + ": " + common.reason,
+                              lines_of_each, style_));
+    return lines;
+  }
+
+  bool is_told_of_worst(const CommonReason& without) const {
     return report_.has_finding() && !rows_.front()->has_missed_deadline() &&
            without.callbacks.size() == 1 && without.callbacks.front() == rows_.front();
   }
 
-  static bool has_deadline(const WithoutBound& without) {
+  static bool has_deadline(const CommonReason& without) {
     return std::ranges::any_of(without.callbacks,
                                [](const auto* callback) { return callback->deadline.has_value(); });
   }
@@ -225,19 +230,16 @@ class SchedulabilityScreen {
   // Where there are deadlines, of callbacks that have one.
   Lines reasons(std::size_t most) const {
     auto all = without_bound(report_);
-    std::erase_if(all, [this](const WithoutBound& without) { return is_told_of_worst(without); });
+    std::erase_if(all, [this](const CommonReason& without) { return is_told_of_worst(without); });
     auto shown = all;
     if (report_.deadlines() > 0)
-      std::erase_if(shown, [](const WithoutBound& without) { return !has_deadline(without); });
+      std::erase_if(shown, [](const CommonReason& without) { return !has_deadline(without); });
     if (shown.size() > most) shown.resize(most);
     const std::size_t lines_of_each = most < kMostReasons ? 1 : shown.size() == 1 ? 3 : 2;
     Lines lines;
     for (const auto& without : shown) {
-      const auto& callbacks = without.callbacks;
-      const auto who = callbacks.size() == 1 ? name_of(*callbacks.front())
-                                             : counted(callbacks.size(), "callback");
-      append(lines, paragraph("  no bound: ", who + ": " + in_names(without.reason), lines_of_each,
-                              style_));
+      append(lines, paragraph("  no bound: ", names_of(without) + ": " + in_names(without.reason),
+                              lines_of_each, style_));
     }
     if (shown.size() < all.size()) {
       std::size_t left = 0;

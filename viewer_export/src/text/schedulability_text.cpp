@@ -102,6 +102,8 @@ std::string above_the_bound(const SchedulabilityReport& report, const Titles& ti
     text += "  " + titles.of(callback) + '\n';
     for (const auto& line : why_above(callback))
       append_wrapped(text, line, style);
+    if (!callback.reason.empty())
+      append_wrapped(text, "whether its deadline is met is undecided: " + callback.reason, style);
   }
   return titled("Above the bound", text, style);
 }
@@ -135,7 +137,8 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
       filled(
           "R bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
           "declared, the rest was measured and holds for what this recording saw. C holds the longest "
-          "time that a run was blocked, too, where that was measured. Interrupts and the kernel's own work are not in R. "
+          "time that a run was blocked, too, where that was measured. Interrupts and the kernel's own work are not in R: where it was exceeded, a deadline is met if R and "
+          "what explains the excess are within it together. "
           "Before a name, MISSED, NO (not guaranteed), ? (undecided) and yes say whether its deadline is met, and "
           "ABOVE R that nothing explains an excess. --format json has all callbacks.",
           style.columns);

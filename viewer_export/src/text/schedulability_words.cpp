@@ -169,17 +169,33 @@ std::vector<const CallbackSchedulability*> worst_first(const SchedulabilityRepor
   return rows;
 }
 
-std::vector<WithoutBound> without_bound(const SchedulabilityReport& report) {
-  std::vector<WithoutBound> reasons;
+namespace {
+
+std::vector<CommonReason> reasons_of(const SchedulabilityReport& report,
+                                     bool (*is_wanted)(const CallbackSchedulability& callback)) {
+  std::vector<CommonReason> reasons;
   for (const auto& callback : report.callbacks) {
-    if (callback.bound_ns) continue;
-    auto found = std::ranges::find(reasons, callback.reason, &WithoutBound::reason);
+    if (!is_wanted(callback)) continue;
+    auto found = std::ranges::find(reasons, callback.reason, &CommonReason::reason);
     if (found == reasons.end()) found = reasons.insert(found, {callback.reason, {}});
     found->callbacks.push_back(&callback);
   }
   std::ranges::stable_sort(reasons, std::ranges::greater{},
                            [](const auto& reason) { return reason.callbacks.size(); });
   return reasons;
+}
+
+}  // namespace
+
+std::vector<CommonReason> without_bound(const SchedulabilityReport& report) {
+  return reasons_of(report, [](const auto& callback) { return !callback.bound_ns; });
+}
+
+std::vector<CommonReason> undecided_by_bound(const SchedulabilityReport& report) {
+  return reasons_of(report, [](const auto& callback) {
+    return callback.is_above_bound() && !callback.is_flagged && callback.deadline &&
+           !callback.meets_deadline();
+  });
 }
 
 std::string measured_window(const analysis::Report& report) {

@@ -14,7 +14,7 @@ namespace cie::viewer_export {
 
 using DurationFormat = std::string (*)(std::int64_t ns);
 
-// "2 of 28 callbacks have a bound; 3 of 19 deadlines missed, 14 not bounded".
+// "2 of 28 callbacks have a bound; 3 of 19 deadlines missed, 2 not guaranteed, 14 undecided".
 std::string outcome(const analysis::SchedulabilityReport& report);
 Look outcome_look(const analysis::SchedulabilityReport& report);
 // Why no deadline is decided; empty if one is.
@@ -40,12 +40,15 @@ std::vector<const analysis::CallbackSchedulability*> worst_first(
 // Of one that is above its bound: by how much, then what accounts for it.
 std::vector<std::string> why_above(const analysis::CallbackSchedulability& callback);
 
-// Why callbacks have no bound: each reason once, the most frequent first.
-struct WithoutBound {
+// What callbacks have in common.
+struct CommonReason {
   std::string reason;
   std::vector<const analysis::CallbackSchedulability*> callbacks;
 };
-std::vector<WithoutBound> without_bound(const analysis::SchedulabilityReport& report);
+// Why there is no bound, and why one that an instance exceeded, and not more than is explained,
+// decides no deadline: each reason once, the most frequent first.
+std::vector<CommonReason> without_bound(const analysis::SchedulabilityReport& report);
+std::vector<CommonReason> undecided_by_bound(const analysis::SchedulabilityReport& report);
 
 // "measured in the window 7..9 ns (2 ns) alone"; empty without one.
 std::string measured_window(const analysis::Report& report);

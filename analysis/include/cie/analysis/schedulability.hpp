@@ -30,9 +30,12 @@ std::string_view label(BoundMethod method) noexcept;
 
 // Something that the theory leaves out and that lengthened responses.
 struct Explanation {
-  std::string kind;     // "outside-thread", "kernel", "overrun", "burst"
+  std::string kind;     // "outside-thread", "thread", "kernel", "overrun", "burst"
   std::string text;     // with the numbers, for people
   std::int64_t ns = 0;  // how much of it there was in one instance at most
+
+  // What the bound rests on was not so.
+  bool is_broken_declaration() const noexcept { return kind == "overrun" || kind == "burst"; }
 };
 
 struct CallbackSchedulability {
@@ -51,8 +54,8 @@ struct CallbackSchedulability {
   std::optional<TaskParameter> period;    // shortest inter-arrival time (T)
   std::optional<TaskParameter> deadline;  // relative to the release (D)
   BoundMethod method = BoundMethod::none;
-  std::optional<std::int64_t> bound_ns;  // of the response time; empty: none, `reason` says why
-  std::string reason;
+  std::optional<std::int64_t> bound_ns;     // of the response time
+  std::string reason;                       // why there is none, or why it decides no deadline
   std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
   // What an instance took at least, those whose release is known by a bound only included;
   std::optional<std::int64_t> observed_at_least_ns{};
@@ -69,14 +72,29 @@ struct CallbackSchedulability {
   bool has_missed_deadline() const noexcept {
     return deadline && observed_at_least_ns && *observed_at_least_ns > deadline->ns;
   }
-  // One that was missed is not met, whatever the bound, and a bound that an instance was above
-  // guarantees nothing. Empty without deadline or analysis, too.
+  // One that was missed is not met, whatever the bound. A bound that an instance was above holds
+  // with what explains that. Empty without deadline or analysis, too.
   std::optional<bool> meets_deadline() const noexcept {
     if (!deadline) return std::nullopt;
     if (has_missed_deadline()) return false;
     if (method == BoundMethod::none) return std::nullopt;
     if (!bound_ns || *bound_ns > deadline->ns) return false;
-    return is_above_bound() ? std::nullopt : std::optional(true);
+    return !is_above_bound() || has_room_for_explanations() ? std::optional(true) : std::nullopt;
+  }
+  bool breaks_declaration() const noexcept {
+    return std::ranges::any_of(explanations, &Explanation::is_broken_declaration);
+  }
+
+ private:
+  // They explain the excess, and are within the deadline beside the bound.
+  bool has_room_for_explanations() const noexcept {
+    if (is_flagged || breaks_declaration()) return false;
+    auto left = deadline->ns - *bound_ns;
+    for (const auto& explanation : explanations) {
+      if (explanation.ns > left) return false;
+      left -= explanation.ns;
+    }
+    return true;
   }
 };
 
