@@ -242,7 +242,8 @@ class Analysis {
 
   // Threads that preempted it and are in no bound.
   void explain_by_threads(Task& task) const {
-    const auto longest = preempted_of_longest(*task.callback);
+    const auto longest =
+        known_or_longest(parts_of_longest(task).preempted, task.callback->preempted);
     for (const auto& preemptor : task.callback->preempted_by) {
       if (is_modelled(task, preemptor) || preemptor.time.ns <= 0) continue;
       const auto name = preemptor.tid == 0 ? std::string("the idle thread")
@@ -258,19 +259,19 @@ class Analysis {
   // waiting, threads that ran outside their callbacks, and the kernel, took each a part.
   void explain_by_waiting(Task& task) const {
     const auto& callback = *task.callback;
-    const auto& parts = callback.longest_response;
+    const auto& parts = parts_of_longest(task);
     const auto modelled = *task.result.bound_ns - task.result.execution->ns;
     std::int64_t outside = 0;
     for (const auto& explanation : task.result.explanations) {
       if (explanation.kind == "outside-thread") outside += explanation.ns;
     }
-    const auto preempted = parts.preempted ? parts.preempted->ns : 0;
+    const auto preempted = known_or_longest(parts.preempted, callback.preempted);
     const auto by_model = std::max<std::int64_t>(preempted - outside, 0);
     explain(task, "thread", std::min(by_model - modelled, outside_callbacks(task)),
             "threads of the model preempted it for " + in_us(by_model) + ", their callbacks for " +
                 in_us(modelled) + " of that at most: the rest they ran outside their callbacks");
     explain_start(task, std::max<std::int64_t>(modelled - by_model, 0));
-    const auto wake_delay = parts.wake_delay ? parts.wake_delay->ns : 0;
+    const auto wake_delay = known_or_longest(parts.wake_delay, callback.wake_delay);
     explain(task, "kernel", wake_delay,
             "when it had waited within the instance, it took " + in_us(wake_delay) +
                 " from wake-up to running");
@@ -279,8 +280,9 @@ class Analysis {
   // `modelled`: what other callbacks may account for.
   static void explain_start(Task& task, std::int64_t modelled) {
     const auto& callback = *task.callback;
-    const auto& known = callback.longest_response.start_latency;
-    const auto start = known ? known->ns : max_of(callback.start_latency);
+    const auto& parts = parts_of_longest(task);
+    const auto& known = parts.start_latency;
+    const auto start = known_or_longest(known, callback.start_latency);
     const auto late = start - modelled;
     const auto wakeup = max_of(callback.wakeup_latency);
     if (late > 0 && (known || late > wakeup)) {
@@ -288,7 +290,7 @@ class Analysis {
               "an instance started " + in_us(start) + " after its release, " + in_us(late) +
                   " more than the threads of the model account for: a timer, an interrupt, a "
                   "wake-up or a thread in no bound took that long");
-    } else if (!callback.longest_response.preempted) {
+    } else if (!parts.preempted) {
       explain(task, "kernel", wakeup,
               "from wake-up to running took the kernel, or a thread in no bound, up to " +
                   in_us(wakeup));
@@ -318,9 +320,17 @@ class Analysis {
     return static_cast<std::int64_t>(std::min<Int128>(sum, thread.busy_ns.value_or(0)));
   }
 
-  static std::int64_t preempted_of_longest(const CallbackReport& callback) {
-    const auto& known = callback.longest_response.preempted;
-    return known ? known->ns : max_of(callback.preempted);
+  // Of an instance whose release is not known, which may be the longest one, they are not known.
+  static const ResponseParts& parts_of_longest(const Task& task) {
+    static const ResponseParts none;
+    const bool is_exact = task.result.observed_ns == task.result.longest_ns();
+    return is_exact ? task.callback->longest_response : none;
+  }
+
+  // Of the longest response; else of any instance.
+  static std::int64_t known_or_longest(const std::optional<Duration>& known,
+                                       const std::optional<Summary>& of_any) {
+    return known ? known->ns : max_of(of_any);
   }
 
   static void explain(Task& task, std::string kind, std::int64_t ns, std::string text) {

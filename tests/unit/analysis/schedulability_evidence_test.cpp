@@ -186,6 +186,28 @@ TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceededWithoutExpl
   EXPECT_THAT(result.callbacks[0].reason, HasSubstr("nothing known explains all of that"));
 }
 
+// No release is known. It executes for 500 and is blocked for 200; then it wakes up for 3000.
+TEST(SchedulabilityEvidence, ExplainsByTheLongestPartsWhereTheLongestRunHasNoRelease) {
+  const auto lo = of(test::trace_of(R"(
+    callback lo subscription topic=/x cpu=0
+    1 initial lo
+    3 applied lo policy=fifo priority=10 cpus=0
+    99 switch 0 idle lo
+    100 start lo release=none
+    300 switch 0 lo idle state=1
+    500 waking lo
+    3500 switch 0 idle lo
+    3800 end lo
+    3810 switch 0 lo idle state=1)"),
+                     "lo", "{id: lo, wcet: 600, min_inter_arrival: 9000, response_deadline: 3799}");
+  EXPECT_EQ(lo.bound_ns, 600 + 200);
+  EXPECT_EQ(lo.observed_ns, std::nullopt);
+  EXPECT_EQ(lo.longest_ns(), 3700);
+  EXPECT_THAT(lo.explanations, ElementsAre(Field(&Explanation::ns, 3000)));
+  EXPECT_FALSE(lo.is_flagged);
+  EXPECT_EQ(lo.meets_deadline(), std::nullopt) << "800 + 3000 is beyond 3799";
+}
+
 // lo starts 20 after its release; the thread of hi preempts it for 500, its callback for 490 of
 // these.
 constexpr const char* kOverhead = R"(
