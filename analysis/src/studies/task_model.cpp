@@ -53,6 +53,12 @@ std::uint64_t runs_of(const CallbackReport& callback) {
   return callback.instances + callback.partly_seen();
 }
 
+// It was seen up to the end of the recording: one at most can be so of a callback that runs no two
+// at a time.
+bool is_one_in_progress(const CallbackReport& callback) {
+  return callback.incomplete == 1 && callback.longest_open.has_value();
+}
+
 constexpr const char* kLacksRuns = "runs of it are missing from the recording";
 
 bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
@@ -127,7 +133,9 @@ std::string longer_execution(const Task& task) {
   const auto& callback = *task.callback;
   if (is_declared(task.result.execution)) return {};
   if (callback.may_lack_runs) return kLacksRuns;
-  if (callback.incomplete > 0)
+  const bool is_open_within = is_one_in_progress(callback) &&
+                              callback.longest_open->until_end.ns <= task.result.execution->ns;
+  if (callback.incomplete > 0 && !is_open_within)
     return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
   const auto& unmeasured = callback.longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
@@ -139,7 +147,10 @@ std::string nearer_releases(const Task& task) {
   if (is_declared(task.result.period)) return {};
   if (callback.may_lack_runs) return kLacksRuns;
   const auto known = task.result.period ? callback.inter_arrival->count : 0;
-  const auto all = runs_of(callback) - std::min<std::uint64_t>(runs_of(callback), 1);
+  // Those at an edge are as the ones before and after the recording.
+  const auto within =
+      callback.instances + callback.incomplete - (is_one_in_progress(callback) ? 1U : 0U);
+  const auto all = within - std::min<std::uint64_t>(within, 1);
   if (known >= all) return {};
   return std::to_string(all - known) + " of its " + std::to_string(all) +
          " inter-arrival times are not known";

@@ -54,8 +54,8 @@ std::string close_releases(const std::string& release) {
 }
 
 CallbackSchedulability of(const test::TextTrace& trace, const std::string& id,
-                          const std::string& spec_text = {}) {
-  const auto report = test::analyze(trace).report;
+                          const std::string& spec_text = {}, const AnalysisOptions& options = {}) {
+  const auto report = test::analyze(trace, options).report;
   const auto spec = SchedulingSpec::parse("callback_groups: [" + spec_text + "]\n", "spec.yaml");
   const auto result = schedulability_of(report, &spec);
   const auto found = std::ranges::find(result.callbacks, id, &CallbackSchedulability::logical_id);
@@ -112,6 +112,39 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideARunThatDidNotEnd) {
     250 start hi release=250
     300 switch 0 hi idle)");
   expect_undecided(of(trace, "lo"), "1 of its runs did not end in the recording");
+}
+
+// An application outlives its recording, which ends 1 after `last`; hi has run since 470.
+test::TextTrace running_at_end(const std::string& last) {
+  return test::trace_of("    process app crash\n" + close_releases("175") + R"(
+    469 switch 0 idle hi
+    470 start hi release=470
+    )" + last + R"( waking lo)");
+}
+
+TEST(SchedulabilityEvidence, TakesForExecutionWhatWasSeenOfTheRunInProgress) {
+  EXPECT_EQ(of(running_at_end("489"), "lo").bound_ns, 10 + 2 * 20);
+  expect_undecided(of(running_at_end("490"), "lo"), "1 of its runs did not end in the recording");
+}
+
+// Released every 100, it executes for 10 from the next moment on.
+TEST(SchedulabilityEvidence, NeedsNoReleaseOfRunsThatAnEdgeCuts) {
+  std::string text = R"(
+    callback lo subscription topic=/x deadline=40 cpu=0
+    1 initial lo
+    3 applied lo policy=fifo priority=10 cpus=0)";
+  for (int release = 100; release <= 400; release += 100) {
+    const auto at = [release](int after) { return '\n' + std::to_string(release + after); };
+    text += at(0) + " switch 0 idle lo" + at(1) + " start lo release=" + std::to_string(release) +
+            at(11) + " end lo" + at(12) + " switch 0 lo idle state=1";
+  }
+  AnalysisOptions options;
+  options.window = TimeWindow{.from = {105}, .to = {405}};
+  const auto lo = of(test::trace_of(text), "lo", {}, options);
+  EXPECT_EQ(lo.runs, 2U) << "those of 200 and 300";
+  EXPECT_EQ(lo.period->ns, 100);
+  EXPECT_EQ(lo.bound_ns, 10);
+  EXPECT_EQ(lo.meets_deadline(), true);
 }
 
 // A hole in the kernel's record hides what the second run of hi executed: no more than it took.
