@@ -110,6 +110,14 @@ std::int32_t declared_priority_on(const SpecEntry* entry, std::uint32_t cpu) {
   return static_cast<std::int32_t>(asked.priority);
 }
 
+std::string may_be_missing(const ProcessReport& process) {
+  const auto pid = "pid " + std::to_string(process.pid);
+  const auto or_until = process.has_ended ? std::string() : ", or until " + pid + " ends";
+  return "callbacks of " + pid +
+         ", one of which may preempt it, may be missing from the recording; record without losses" +
+         or_until;
+}
+
 std::string named(const ThreadReport& thread) { return "thread " + std::to_string(thread.tid); }
 
 }  // namespace
@@ -230,8 +238,7 @@ Interference TaskModel::interference(const Processor& processor, std::int32_t le
   };
   for (const auto& process : report_.processes) {
     if (!process.may_hide_callbacks || !is_beside(process)) continue;
-    found.unknown = "callbacks of pid " + std::to_string(process.pid) +
-                    " are missing from the recording: one may preempt it";
+    found.unknown = may_be_missing(process);
     return found;
   }
   for (const auto& task : tasks_) {

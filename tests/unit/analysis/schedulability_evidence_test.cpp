@@ -17,6 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::Field;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kSystem = R"(
     callback lo timer period=100 deadline=40 cpu=0
@@ -103,7 +104,20 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatNobodySaw) {
       [](const CallbackInit& init, const EventHead&) { return init.logical_id == "hi"; });
   trace.erase<CallbackFini>(
       [](const CallbackFini& fini, const EventHead&) { return fini.started == 4; });
-  expect_undecided(of(trace, "lo"), "callbacks of pid 100 are missing from the recording");
+  const auto lo = of(trace, "lo");
+  expect_undecided(lo,
+                   "callbacks of pid 100, one of which may preempt it, may be missing from the "
+                   "recording; record without losses");
+  EXPECT_THAT(lo.reason, Not(HasSubstr("until"))) << "it has ended";
+}
+
+// Nothing counts the callbacks of an application that goes on.
+TEST(SchedulabilityEvidence, SaysThatALossMayHaveTakenACallback) {
+  const auto trace = test::trace_of("    process app crash\n" + std::string(kSystem) + R"(
+    180 discard user until=190 count=9)");
+  expect_undecided(of(trace, "lo", "{id: lo, wcet: 10, min_inter_arrival: 100}"),
+                   "callbacks of pid 100, one of which may preempt it, may be missing from the "
+                   "recording; record without losses, or until pid 100 ends");
 }
 
 TEST(SchedulabilityEvidence, DecidesNothingBesideARunThatDidNotEnd) {
