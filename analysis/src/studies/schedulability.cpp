@@ -64,7 +64,7 @@ class Analysis {
       return "its execution time is not known; record with --kernel, or declare wcet in the spec";
     }
     if (!task.result.period) {
-      return callback.instances > 1
+      return known_runs(callback) > 1
                  ? "its releases are not known, and so neither is its inter-arrival time; declare "
                    "min_inter_arrival in the spec"
                  : "it was released once, so its inter-arrival time is not known; record longer, or "

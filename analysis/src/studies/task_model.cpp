@@ -48,11 +48,6 @@ bool is_declared(const std::optional<TaskParameter>& parameter) {
   return parameter && parameter->source == ParameterSource::declared;
 }
 
-// Runs of which at least a part was seen.
-std::uint64_t runs_of(const CallbackReport& callback) {
-  return callback.instances + callback.partly_seen();
-}
-
 // It was seen up to the end of the recording: one at most can be so of a callback that runs no two
 // at a time.
 bool is_one_in_progress(const CallbackReport& callback) {
@@ -137,6 +132,10 @@ DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
           .period = static_cast<std::int64_t>(sched.period_ns)};
 }
 
+std::uint64_t known_runs(const CallbackReport& callback) noexcept {
+  return callback.instances + callback.partly_seen() + callback.runs_not_seen;
+}
+
 std::string longer_execution(const Task& task) {
   const auto& callback = *task.callback;
   if (is_declared(task.result.execution)) return {};
@@ -147,7 +146,7 @@ std::string longer_execution(const Task& task) {
     return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
   const auto& unmeasured = callback.longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
-  return "of a run that took longer it was not measured";
+  return "a run that took longer was not measured";
 }
 
 std::string nearer_releases(const Task& task) {
@@ -160,8 +159,8 @@ std::string nearer_releases(const Task& task) {
       callback.instances + callback.incomplete - (is_one_in_progress(callback) ? 1U : 0U);
   const auto all = within - std::min<std::uint64_t>(within, 1);
   if (known >= all) return {};
-  return std::to_string(all - known) + " of its " + std::to_string(all) +
-         " inter-arrival times are not known";
+  return std::to_string(all - known) + " of its " + std::to_string(all) + " inter-arrival times " +
+         (all - known == 1 ? "is" : "are") + " not known";
 }
 
 std::string unknown_parameters(const ThreadReport& thread) {
@@ -319,7 +318,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
     found.unknown = "the longest execution time of " + callback.logical_id +
                     ", which may preempt it, is not known, because " + longer +
                     "; declare wcet in the spec";
-  } else if (!period && runs_of(callback) + callback.runs_not_seen > 1) {
+  } else if (!period && known_runs(callback) > 1) {
     found.unknown = "how often " + callback.logical_id +
                     ", which may preempt it, is released is not known; declare min_inter_arrival "
                     "in the spec";

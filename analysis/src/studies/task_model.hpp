@@ -50,6 +50,8 @@ struct Interference {
   std::string unknown{};  // why that is not all; empty: it is
 };
 
+// That were seen, or a part of them, or that the recording proves.
+std::uint64_t known_runs(const CallbackReport& callback) noexcept;
 // Why a run may have executed for longer than the task's longest one; empty: none did, or it is
 // declared. Requires an execution time.
 std::string longer_execution(const Task& task);

@@ -86,6 +86,13 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideReleasesThatAreNotKnown) {
   EXPECT_EQ(of(trace, "lo", "{id: hi, min_inter_arrival: 100}").meets_deadline(), true);
 }
 
+// Of the runs from 150, 175, 270 and 370 on, no one told when the last was released.
+TEST(SchedulabilityEvidence, CountsTheInterArrivalTimesThatAreNotKnown) {
+  auto text = close_releases("175");
+  text.replace(text.find("release=370"), 11, "release=none");
+  expect_undecided(of(test::trace_of(text), "hi"), "1 of its 3 inter-arrival times is not known");
+}
+
 TEST(SchedulabilityEvidence, DecidesNothingBesideRunsThatAreMissing) {
   auto trace = test::trace_of(close_releases("175"));
   const auto is_second = [](const auto& event, const EventHead&) { return event.seq == 1; };
@@ -175,8 +182,8 @@ TEST(SchedulabilityEvidence, TakesForExecutionWhatARunMayHaveExecuted) {
   EXPECT_EQ(of(with_hole("270"), "lo").meets_deadline(), true);
   expect_undecided(
       of(with_hole("271"), "lo"),
-      "the longest execution time of hi, which may preempt it, is not known, because of "
-      "a run that took longer it was not measured; declare wcet in the spec");
+      "the longest execution time of hi, which may preempt it, is not known, because a "
+      "run that took longer was not measured; declare wcet in the spec");
   expect_undecided(of(with_hole("271"), "hi"), "its longest execution time is not known");
 }
 

@@ -144,6 +144,8 @@ TEST(Schedulability, SaysWhatIsMissing) {
   EXPECT_THAT(result.callbacks[0].reason, HasSubstr("record with --kernel"));
   EXPECT_THAT(result.callbacks[1].reason, HasSubstr("released once"));
   EXPECT_THAT(result.callbacks[2].reason, HasSubstr("execution time of high"));
+  system.report.callbacks[1].instances = system.report.callbacks[1].cut = 1;
+  EXPECT_THAT(system.analyzed().callbacks[1].reason, HasSubstr("its releases are not known"));
   system.report.callbacks[0].threads.push_back({.tid = 9, .name = {}, .instances = 1});
   system.report.threads[1].callbacks.push_back("another");
   system.report.threads[2].sched.reset();

@@ -1,6 +1,9 @@
 #include <cie/viewer_export/schedulability_writers.hpp>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -272,6 +275,45 @@ TEST_F(SchedulabilityScreen, NamesTheWorstFirstAndSaysWhyAndWhatNext) {
   EXPECT_THAT(shown, Contains(StartsWith("  -> shorten it or what is as urgent")));
   EXPECT_THAT(shown, Contains("  no bound: n33 timer 10 ms: it may run on 2 CPUs"));
   EXPECT_THAT(shown, Contains(HasSubstr("cie analyze schedulability run1 --all")));
+}
+
+TEST_F(SchedulabilityScreen, AdvisesWhatFitsThePolicy) {
+  auto& worst = report_.callbacks[20];
+  worst.bound_ns = 15'000'000;
+  EXPECT_THAT(lines(), Contains(HasSubstr("raise its priority")));
+  worst.policy = "SCHED_DEADLINE";
+  EXPECT_THAT(lines(), Contains(HasSubstr("-> shorten it, give it more runtime")));
+  report_.deadline = sample().deadline;
+  report_.deadline[0].is_guaranteed = false;
+  EXPECT_THAT(lines(), Contains(HasSubstr("-> reserve less of its CPUs")));
+  worst.policy = "SCHED_OTHER";
+  EXPECT_THAT(lines(), Contains(HasSubstr("-> shorten it, or give it SCHED_FIFO")));
+  analyzed_.callbacks[20].isolation = analysis::Isolation::not_isolated;
+  EXPECT_THAT(lines(), Contains(HasSubstr("-> shorten it, or give it a thread of its own")));
+}
+
+TEST_F(SchedulabilityScreen, SaysTheReasonOfTheWorstOnce) {
+  for (const auto number : {20U, 21U, 22U}) {
+    report_.callbacks[number].bound_ns.reset();
+    report_.callbacks[number].reason = "its runtime is too short";
+  }
+  const auto shown = lines();
+  EXPECT_THAT(shown, Contains("  worst: n20 timer 10 ms, no bound: its runtime is too short"));
+  EXPECT_THAT(shown, Contains("  no bound: 2 callbacks: for the same reason"));
+}
+
+// 80 % of CPU 0, an unknown part of 1, 120 % of 2, 90 % of 3 and 4.
+TEST_F(SchedulabilityScreen, NamesTheMostDemandedCpusFirst) {
+  report_.cpus = {{.cpu = 0, .real_time_ppb = 800'000'000},
+                  {.cpu = 1, .real_time_ppb = std::nullopt},
+                  {.cpu = 2, .real_time_ppb = 1'200'000'000},
+                  {.cpu = 3, .real_time_ppb = 900'000'000},
+                  {.cpu = 4, .real_time_ppb = 900'000'000}};
+  const auto shown = lines();
+  const auto first = std::ranges::find(shown, "  CPU 2: real-time callbacks demand up to 120.00 %");
+  ASSERT_NE(first, shown.end());
+  EXPECT_THAT(*std::next(first), StartsWith("  CPU 1: what real-time callbacks demand is unknown"));
+  EXPECT_THAT(shown, Contains("  ... 3 more on CPUs"));
 }
 
 TEST_F(SchedulabilityScreen, SaysOfWhatABoundConsists) {

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -161,13 +162,32 @@ class SchedulabilityScreen {
                      : worst.is_flagged          ? why_flagged(worst)
                                                  : why_not_guaranteed(worst);
     auto lines = paragraph("  worst: ", name_of(worst) + ", " + why, most, style_);
-    const bool is_flagged = worst.is_flagged && !worst.has_missed_deadline();
-    append(lines, paragraph(style_.unicode ? "  → " : "  -> ",
-                            is_flagged ? "look what ran meanwhile: cie export --to perfetto"
-                                       : "shorten it or what is as urgent, raise its priority, or "
-                                         "give it a CPU",
-                            2, style_));
+    append(lines, paragraph(style_.unicode ? "  → " : "  -> ", remedy(worst), 2, style_));
     return lines;
+  }
+
+  std::string_view remedy(const CallbackSchedulability& worst) const {
+    if (worst.is_flagged && !worst.has_missed_deadline())
+      return "look what ran meanwhile: cie export --to perfetto";
+    const auto* row = judged_.rows.find(worst.index);
+    if (row != nullptr && row->isolation == analysis::Isolation::not_isolated)
+      return "shorten it, or give it a thread of its own";
+    if (worst.policy == "SCHED_DEADLINE") {
+      return is_admission_doubtful(worst)
+                 ? "reserve less of its CPUs, or give it others"
+                 : "shorten it, give it more runtime, or release it less often";
+    }
+    return worst.policy.empty() || has_fixed_priority(worst)
+               ? "shorten it or what is as urgent, raise its priority, or give it a CPU"
+               : "shorten it, or give it SCHED_FIFO and a priority";
+  }
+
+  // The EDF test of its CPUs does not show that deadlines are met.
+  bool is_admission_doubtful(const CallbackSchedulability& callback) const {
+    return std::ranges::any_of(report_.deadline, [&callback](const auto& admission) {
+      return admission.is_guaranteed == false &&
+             std::ranges::find_first_of(admission.cpus, callback.cpus) != admission.cpus.end();
+    });
   }
 
   std::string why_missed(const CallbackSchedulability& worst) const {
@@ -217,9 +237,10 @@ class SchedulabilityScreen {
     return lines;
   }
 
-  bool is_told_of_worst(const CommonReason& without) const {
-    return report_.has_finding() && !rows_.front()->has_missed_deadline() &&
-           without.callbacks.size() == 1 && without.callbacks.front() == rows_.front();
+  // Its reason stands above.
+  const CallbackSchedulability* told_as_worst() const {
+    const bool is_told = report_.has_finding() && !rows_.front()->has_missed_deadline();
+    return is_told && !rows_.front()->bound_ns ? rows_.front() : nullptr;
   }
 
   static bool has_deadline(const CommonReason& without) {
@@ -230,7 +251,10 @@ class SchedulabilityScreen {
   // Where there are deadlines, of callbacks that have one.
   Lines reasons(std::size_t most) const {
     auto all = without_bound(report_);
-    std::erase_if(all, [this](const CommonReason& without) { return is_told_of_worst(without); });
+    const auto* told = told_as_worst();
+    for (auto& without : all)
+      std::erase(without.callbacks, told);
+    std::erase_if(all, [](const CommonReason& without) { return without.callbacks.empty(); });
     auto shown = all;
     if (report_.deadlines() > 0)
       std::erase_if(shown, [](const CommonReason& without) { return !has_deadline(without); });
@@ -238,8 +262,10 @@ class SchedulabilityScreen {
     const std::size_t lines_of_each = most < kMostReasons ? 1 : shown.size() == 1 ? 3 : 2;
     Lines lines;
     for (const auto& without : shown) {
-      append(lines, paragraph("  no bound: ", names_of(without) + ": " + in_names(without.reason),
-                              lines_of_each, style_));
+      const bool is_told = told != nullptr && without.reason == told->reason;
+      const auto why = is_told ? "for the same reason" : in_names(without.reason);
+      append(lines,
+             paragraph("  no bound: ", names_of(without) + ": " + why, lines_of_each, style_));
     }
     if (shown.size() < all.size()) {
       std::size_t left = 0;

@@ -84,11 +84,14 @@ std::string undecided(const SchedulabilityReport& report) {
                    ", none decided: " + report.why_undecided());
 }
 
+bool has_fixed_priority(const CallbackSchedulability& callback) {
+  return callback.policy == "SCHED_FIFO" || callback.policy == "SCHED_RR";
+}
+
 std::string policy_of(const CallbackSchedulability& callback) {
   if (callback.policy.empty()) return "-";
-  const bool has_priority = callback.policy == "SCHED_FIFO" || callback.policy == "SCHED_RR";
   const auto name = callback.policy.substr(callback.policy.find('_') + 1);
-  return has_priority ? fmt::format("{} {}", name, callback.priority) : name;
+  return has_fixed_priority(callback) ? fmt::format("{} {}", name, callback.priority) : name;
 }
 
 std::string parameter(const std::optional<analysis::TaskParameter>& value, DurationFormat format,
@@ -205,7 +208,12 @@ std::string measured_window(const analysis::Report& report) {
 
 std::vector<std::string> processors(const SchedulabilityReport& report) {
   std::vector<std::string> sentences;
-  for (const auto& demand : report.cpus) {
+  auto demands = report.cpus;
+  std::ranges::stable_sort(demands, std::ranges::greater{}, [](const auto& demand) {
+    constexpr std::int64_t kWhole = 1'000'000'000;
+    return demand.real_time_ppb.value_or(kWhole);
+  });
+  for (const auto& demand : demands) {
     const auto on = fmt::format("CPU {}{}: ", demand.cpu, on_host(demand.host));
     sentences.push_back(
         on +

@@ -20,6 +20,7 @@ Look outcome_look(const analysis::SchedulabilityReport& report);
 // Why no deadline is decided; empty if one is.
 std::string undecided(const analysis::SchedulabilityReport& report);
 
+bool has_fixed_priority(const analysis::CallbackSchedulability& callback);
 // "FIFO 80".
 std::string policy_of(const analysis::CallbackSchedulability& callback);
 // "=" marks what the spec or the callback declares, and nothing else.
@@ -53,7 +54,8 @@ std::vector<CommonReason> undecided_by_bound(const analysis::SchedulabilityRepor
 // "measured in the window 7..9 ns (2 ns) alone"; empty without one.
 std::string measured_window(const analysis::Report& report);
 
-// What CPUs are demanded and reserved, a sentence each.
+// What CPUs are demanded and reserved, a sentence each, the most demanded first: above all of it,
+// then unknown.
 std::vector<std::string> processors(const analysis::SchedulabilityReport& report);
 
 }  // namespace cie::viewer_export
