@@ -97,7 +97,7 @@ TEST(Compare, IsCertainOnlyOfWhatLiesApart) {
 
 // As with clocks that disagree: the tolerance is of what lies between it and 0.
 TEST(Compare, ToleratesAsMuchOfNegativeValues) {
-  const QuantileInterval before{.lower = -110, .estimate = -105, .upper = -100};
+  const QuantileInterval before{.lower = -110, .estimate = {.ns = -105}, .upper = -100};
   EXPECT_EQ(compare(before, before, 0.1), Change::within);
   const auto after = [&](std::int64_t lower, std::int64_t upper) {
     return compare(
