@@ -74,9 +74,9 @@ std::uint64_t most_at_once(const std::vector<Life>& lives) {
   return all;
 }
 
-constexpr auto order_statistics = [](const auto& bounded) {
+OrderStatistics statistics_of(const auto& bounded) {
   return OrderStatistics::of(bounded.at_least, bounded.at_most);
-};
+}
 
 }  // namespace
 
@@ -171,8 +171,8 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {
       const auto& measured = found->second;
-      sample.response_time = order_statistics(measured.response_time);
-      sample.start_latency = order_statistics(measured.start_latency);
+      sample.response_time = statistics_of(measured.response_time);
+      sample.start_latency = statistics_of(measured.start_latency);
       sample.duration = OrderStatistics::of(measured.duration);
       by_id.erase(found);
     }

@@ -163,7 +163,7 @@ OrderStatistics OrderStatistics::of_response_time(const CallbackReport& callback
 }
 
 OrderStatistics OrderStatistics::of_start_latency(const CallbackReport& callback) {
-  const auto known = of(callback.start_latency);
+  auto known = of(callback.start_latency);
   const auto all = callback.duration ? callback.duration->count : 0;
   if (all <= known.count) return known;
   OrderStatistics unknown{

@@ -148,9 +148,10 @@ class SchedulabilityScreen {
     std::istringstream text(shown.render(style_));
     for (std::string line; std::getline(text, line);)
       lines.push_back(line);
-    if (rows < rows_.size())
+    if (rows < rows_.size()) {
       lines.push_back(
           fmt::format("  {} {}", gap(style_), counted(rows_.size() - rows, "more callback")));
+    }
     return lines;
   }
 
@@ -193,7 +194,7 @@ class SchedulabilityScreen {
   std::string why_missed(const CallbackSchedulability& worst) const {
     const auto* row = judged_.rows.find(worst.index);
     const auto* run = row == nullptr ? nullptr : worst_run_of(judged_, *row);
-    const auto went = run == nullptr ? std::string() : where_time_went(judged_, *run);
+    auto went = run == nullptr ? std::string() : where_time_went(judged_, *run);
     if (!went.empty()) return went;
     return fmt::format("took {} of its {}", format_duration(worst.longest_ns()),
                        format_duration(worst.deadline->ns));
@@ -231,9 +232,10 @@ class SchedulabilityScreen {
   Lines undecided_above(std::size_t most) const {
     Lines lines;
     const std::size_t lines_of_each = most < kMostReasons ? 1 : 2;
-    for (const auto& common : undecided_by_bound(report_))
+    for (const auto& common : undecided_by_bound(report_)) {
       append(lines, paragraph("  undecided: ", names_of(common) + ": " + common.reason,
                               lines_of_each, style_));
+    }
     return lines;
   }
 

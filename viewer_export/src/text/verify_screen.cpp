@@ -224,9 +224,10 @@ class VerifyScreen {
     const auto open = head_.rules_with(Verdict::inconclusive);
     if (std::ranges::find(open, analysis::kReadableRule) != open.end())
       return "mend the copy or record again: no option passes what cannot be read";
-    if (judged_.report.callbacks.empty())
+    if (judged_.report.callbacks.empty()) {
       return "it holds nothing to judge: record again, with what T5 asks for, while the application "
              "runs";
+    }
     if (is_any_without_end()) {
       return "of processes that did not end in the recording --allow-crash judges what was seen; "
              "--inconclusive=warn exits with 0 whatever stays undecided";
