@@ -30,22 +30,22 @@ struct MessageFeeder::Decoder {
   explicit Decoder(Analyzer& analyzer) : input(analyzer) {}
 
   void consume(const bt_message* message) {
-    if (!is_holding) {
+    if (!is_holding_) {
       pass_on(message);
       return;
     }
-    held.push_back(share(message));
+    held_.push_back(share(message));
     note(message);
-    if ((!streams.empty() && silent == 0) || held.size() >= kMostHeld) release();
+    if ((!streams_.empty() && silent_ == 0) || held_.size() >= kMostHeld) release();
   }
   void release() {
-    is_holding = false;
-    for (auto& message : std::exchange(held, {})) {
+    is_holding_ = false;
+    for (auto& message : std::exchange(held_, {})) {
       pass_on(message.get());
       message.reset();
     }
-    streams.clear();
-    begun.clear();
+    streams_.clear();
+    begun_.clear();
   }
 
   bt::AnalyzerInput input;
@@ -55,15 +55,15 @@ struct MessageFeeder::Decoder {
   void note(const bt_message* message) {
     switch (bt_message_get_type(message)) {
       case BT_MESSAGE_TYPE_STREAM_BEGINNING:
-        if (streams
+        if (streams_
                 .try_emplace(bt_message_stream_beginning_borrow_stream_const(message),
                              Foretold::silence)
                 .second) {
-          ++silent;
+          ++silent_;
         }
         break;
       case BT_MESSAGE_TYPE_PACKET_BEGINNING:
-        begun.insert(bt_packet_borrow_stream_const(
+        begun_.insert(bt_packet_borrow_stream_const(
             bt_message_packet_beginning_borrow_packet_const(message)));
         break;
       case BT_MESSAGE_TYPE_EVENT:
@@ -78,16 +78,16 @@ struct MessageFeeder::Decoder {
     }
   }
   void decide(const bt_stream* stream, Foretold what) {
-    const auto found = streams.find(stream);
-    if (found == streams.end() || found->second != Foretold::silence) return;
+    const auto found = streams_.find(stream);
+    if (found == streams_.end() || found->second != Foretold::silence) return;
     found->second = what;
-    --silent;
+    --silent_;
   }
   // What begins early was made with the others, and is no idle one's: its events come later.
   Foretold foretold(const bt_stream* stream) const {
-    const auto found = streams.find(stream);
-    if (found == streams.end()) return Foretold::silence;
-    const bool is_early = found->second == Foretold::silence && begun.contains(stream);
+    const auto found = streams_.find(stream);
+    if (found == streams_.end()) return Foretold::silence;
+    const bool is_early = found->second == Foretold::silence && begun_.contains(stream);
     return is_early ? Foretold::events : found->second;
   }
   void pass_on(const bt_message* message) {
@@ -98,11 +98,11 @@ struct MessageFeeder::Decoder {
     messages.consume(message);
   }
 
-  bool is_holding = true;
-  std::deque<bt::Message> held;
-  std::unordered_map<const bt_stream*, Foretold> streams;  // that began among them
-  std::unordered_set<const bt_stream*> begun;              // of them, by a packet
-  std::size_t silent = 0;                                  // of them, as far as known
+  bool is_holding_ = true;
+  std::deque<bt::Message> held_;
+  std::unordered_map<const bt_stream*, Foretold> streams_;  // that began among them
+  std::unordered_set<const bt_stream*> begun_;              // of them, by a packet
+  std::size_t silent_ = 0;                                  // of them, as far as known
 };
 
 MessageFeeder::MessageFeeder(Analyzer& analyzer) : decoder_(std::make_unique<Decoder>(analyzer)) {}
