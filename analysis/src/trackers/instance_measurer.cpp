@@ -171,15 +171,6 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
   return instance;
 }
 
-OptionalTime InstanceMeasurer::find_source_time(const LiveInstance& live) const {
-  if (!live.realtime_offset) return {};
-  const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
-  if (!publisher) return {};
-  const auto process = model_.publishers[*publisher].process;
-  if (model_.processes[at(process)].host != live.host) return {};  // another clock
-  return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
-}
-
 void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
   const auto& facts = *live.callback_facts;
   for (const auto* quantity :
@@ -359,39 +350,6 @@ void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& me
   }
   bounded.push_back(
       {.callback = live.callback, .source_timestamp = live.source_timestamp, .upper = upper});
-}
-
-void InstanceMeasurer::note_upper(CallbackFacts& facts, Bounds& bounds,
-                                  const Extreme<Duration>& upper) {
-  facts.response_time_upper.add(upper.value);
-  if (bounds.response_upper.rise(upper.value)) facts.max_response_upper = upper;
-}
-
-void InstanceMeasurer::clocks_were_read(HostIndex host) {
-  std::erase_if(bounded_[host], [&](const Bounded& bounded) {
-    const auto start = bounded.upper.start.time;
-    if (!clocks_.were_read_since(host, start)) return false;
-    if (clocks_.may_be_set_between(host, bounded.source_timestamp, start)) {
-      auto& facts = model_.callbacks[at(bounded.callback)];
-      ++facts.without_upper_bound;
-      ++facts.with_doubtful_bound;
-    } else {
-      take_bound(bounded);
-    }
-    return true;
-  });
-}
-
-void InstanceMeasurer::take_bound(const Bounded& bounded) {
-  note_upper(model_.callbacks[at(bounded.callback)], bounds_[bounded.callback], bounded.upper);
-}
-
-void InstanceMeasurer::finish() {
-  for (auto& of_host : bounded_) {
-    for (const auto& bounded : of_host)
-      take_bound(bounded);
-    of_host.clear();
-  }
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,
