@@ -86,6 +86,8 @@ class ExecutorCore final : public FailureHandler,
   Placement::Teams take_departed(Departed which);
   void join_departed(Departed which);
   void configure_workers_of(const ServedNode& node);
+  // Tells the trace how the spins so far ended.
+  void count_spins(int more);
   KnownIds known_ids() const;
 
   const ExecutorOptions options_;
@@ -107,8 +109,6 @@ class ExecutorCore final : public FailureHandler,
   Placement::Teams departed_;  // stopped by a callback, and so not joined yet
   int departing_ = 0;          // calls that are about to add to these
   std::condition_variable departing_ended_;
-
-  void count_spins(int more);
 
   std::mutex failure_mutex_;                // of what follows
   int unreturned_spins_ = 0;                // that spin, or threw
