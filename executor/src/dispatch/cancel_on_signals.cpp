@@ -2,14 +2,14 @@
 #include <cie/executor/executor.hpp>
 #include <cie/scheduling/executor_core.hpp>
 
+#include "calls_in_progress.hpp"
+
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <mutex>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 namespace cie {
@@ -26,7 +26,7 @@ struct Slot {
 };
 std::atomic<Slot*> slots{nullptr};
 std::atomic<bool> is_received{false};
-std::atomic<int> handling{0};  // handlers that may use an executor
+executor::CallsInProgress handling;  // handlers that may use an executor
 static_assert(std::atomic<ExecutorCore*>::is_always_lock_free &&
               std::atomic<bool>::is_always_lock_free);
 
@@ -36,12 +36,12 @@ std::array<struct sigaction, kSignals.size()> former{};
 
 void on_signal(int) {
   const int error = errno;
-  handling.fetch_add(1);
+  handling.enter();
   is_received = true;
   for (Slot* slot = slots.load(); slot != nullptr; slot = slot->next) {
     if (ExecutorCore* const core = slot->core.load()) core->cancel();
   }
-  handling.fetch_sub(1);
+  handling.leave();
   errno = error;
 }
 
@@ -100,8 +100,7 @@ CancelOnSignals::CancelOnSignals(Executor& executor) : CancelOnSignals() { add(e
 CancelOnSignals::~CancelOnSignals() {
   for (const Entry& entry : entries_)
     entry.slot->core = nullptr;
-  while (handling.load() != 0)
-    std::this_thread::sleep_for(std::chrono::microseconds{50});
+  handling.wait_for_none();
   entries_.clear();  // the end of an executor that is gone already: a signal must not cut it short
   uninstall();
 }

@@ -5,6 +5,7 @@
 #include <cie/scheduling/callback.hpp>
 #include <cie/scheduling/clock.hpp>
 
+#include "calls_in_progress.hpp"
 #include "scheduling_names.hpp"
 
 #include <atomic>
@@ -34,7 +35,7 @@ class GuardConditionCallback final : public Callback {
   std::function<void()> function_;
   std::atomic<std::int64_t> triggered_ns_{kNone};  // the trigger that waits for its instance
   std::atomic<ReadySink*> sink_{nullptr};
-  std::atomic<int> triggering_{0};  // calls of trigger() that may use the sink
+  CallsInProgress triggering_;  // calls of trigger() that may use the sink
 };
 
 }  // namespace cie::executor
