@@ -149,6 +149,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.may_lack_runs = context.proof.loss(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(model, facts);
+  if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
   if (const auto losses = known_queue_losses(context, index)) {

@@ -178,7 +178,8 @@ std::vector<ThreadSchedReport> former_of(const ThreadFacts& thread) {
   return former;
 }
 
-ThreadReport report_of(const Model& model, ThreadIndex index) {
+ThreadReport report_of(const RuleContext& context, ThreadIndex index) {
+  const auto& model = context.model;
   const auto& facts = model.threads[at(index)];
   ThreadReport report;
   report.index = index;
@@ -197,6 +198,7 @@ ThreadReport report_of(const Model& model, ThreadIndex index) {
   if (const auto& last = facts.last_read_back) report.sched = report_of(facts, *last);
   if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
   report.former = former_of(facts);
+  report.may_lack_read_backs = context.proof.may_hide_read_back(index, std::nullopt, std::nullopt);
   report.busy_ns = facts.busy_ns;
   return report;
 }
@@ -432,7 +434,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto threads = threads_in_order(model);
   report.threads.reserve(threads.size());
   for (const auto index : threads)
-    report.threads.push_back(report_of(model, index));
+    report.threads.push_back(report_of(context, index));
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
     report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));

@@ -155,7 +155,7 @@ class Analysis {
     const auto processor = task.processor();
     const auto priority = static_cast<std::int32_t>(task.sched()->priority);
     auto [rivals, unknown] = model_.interference(processor, priority, task.process->lived, &task);
-    result.reason = std::move(unknown);
+    result.reason = unknown.empty() ? unknown_parameters(*task.thread()) : std::move(unknown);
     if (!result.reason.empty()) return;
     rivals.push_back(
         {.execution = result.execution->ns, .period = result.period->ns, .priority = priority});

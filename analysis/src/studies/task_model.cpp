@@ -34,8 +34,13 @@ std::optional<TaskParameter> execution_of(const CallbackReport& callback, const 
 std::optional<TaskParameter> period_of(const CallbackReport& callback, const SpecEntry* entry) {
   if (entry != nullptr && entry->min_inter_arrival_ns) return declared(entry->min_inter_arrival_ns);
   if (callback.period_ns) return declared(static_cast<std::int64_t>(*callback.period_ns));
-  if (!callback.inter_arrival) return std::nullopt;
-  return TaskParameter{.ns = callback.inter_arrival->min};
+  auto shortest = callback.shortest_inter_arrival;
+  if (callback.inter_arrival) {
+    const Duration of_ended{callback.inter_arrival->min};
+    shortest = std::min(shortest.value_or(of_ended), of_ended);
+  }
+  if (!shortest) return std::nullopt;
+  return TaskParameter{.ns = shortest->ns};
 }
 
 std::optional<TaskParameter> deadline_of(const CallbackReport& callback, const SpecEntry* entry) {
@@ -153,7 +158,7 @@ std::string nearer_releases(const Task& task) {
   const auto& callback = *task.callback;
   if (is_declared(task.result.period)) return {};
   if (callback.may_lack_runs) return kLacksRuns;
-  const auto known = task.result.period ? callback.inter_arrival->count : 0;
+  const auto known = callback.inter_arrival ? callback.inter_arrival->count : 0;
   // Those at an edge are as the ones before and after the recording.
   const auto within =
       callback.instances + callback.incomplete - (is_one_in_progress(callback) ? 1U : 0U);
@@ -166,6 +171,8 @@ std::string nearer_releases(const Task& task) {
 std::string unknown_parameters(const ThreadReport& thread) {
   if (!thread.sched) return "the parameters of " + named(thread) + " are not known";
   if (!thread.former.empty()) return "the parameters of " + named(thread) + " changed";
+  if (thread.may_lack_read_backs)
+    return "read-backs of the parameters of " + named(thread) + " are missing from the recording";
   if (thread.sched->cpus.empty()) return "the CPUs of " + named(thread) + " are not known";
   return {};
 }
@@ -304,6 +311,11 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
       found.unknown = "the parameters of thread " + std::to_string(callback.threads[i].tid) +
                       " are not known: " + callback.logical_id +
                       ", which ran on it, may preempt it";
+      return;
+    }
+    if (thread->may_lack_read_backs) {
+      found.unknown = unknown_parameters(*thread) + ": " + callback.logical_id +
+                      ", which ran on it, may have preempted it";
       return;
     }
     priority = std::max(priority, priority_on(*thread, processor.cpu));

@@ -148,6 +148,33 @@ TEST(SchedulabilityEvidence, TakesForExecutionWhatWasSeenOfTheRunInProgress) {
   expect_undecided(of(running_at_end("490"), "lo"), "1 of its runs did not end in the recording");
 }
 
+// hi was released every 100 until the run in progress, 25 after the last one.
+TEST(SchedulabilityEvidence, CountsTheReleaseOfTheRunInProgress) {
+  const auto hi = of(test::trace_of("    process app crash\n" + std::string(kSystem) + R"(
+    174 switch 0 idle hi
+    175 start hi release=175
+    180 waking lo)"),
+                     "hi");
+  ASSERT_TRUE(hi.period);
+  EXPECT_EQ(hi.period->ns, 25);
+}
+
+// hi became less urgent than lo after its first run, which a lost read-back alone tells.
+TEST(SchedulabilityEvidence, DecidesNothingBesideReadBacksThatAreMissing) {
+  auto trace = test::trace_of(std::string(kSystem) + R"(
+    180 applied hi policy=fifo priority=5 cpus=0
+    269 switch 0 idle hi
+    270 start hi release=270
+    290 end hi
+    291 switch 0 hi idle)");
+  const std::string spec = "{id: hi, wcet: 20, min_inter_arrival: 100}";
+  EXPECT_EQ(of(trace, "lo", spec).bound_ns, 10 + 20) << "as urgent as it ever was";
+  trace.erase<ThreadSched>(
+      [](const ThreadSched&, const EventHead& head) { return head.time.ns == 4; });
+  expect_undecided(of(trace, "lo", spec), "read-backs of the parameters of thread 102 are missing");
+  expect_undecided(of(trace, "hi", spec), "read-backs of the parameters of thread 102 are missing");
+}
+
 // Released every 100, it executes for 10 from the next moment on.
 TEST(SchedulabilityEvidence, NeedsNoReleaseOfRunsThatAnEdgeCuts) {
   std::string text = R"(

@@ -201,7 +201,9 @@ struct CallbackReport {
   // the longest that a run may have executed or been blocked for of which that is not known, cut
   // ones included. Empty: it is known of all that ended.
   std::optional<Duration> longest_unmeasured{};
-  std::optional<OpenRun> longest_open{};    // of those that are open; not part of the JSON
+  std::optional<OpenRun> longest_open{};  // of those that are open; not part of the JSON
+  // Between known releases that came in order, those of open runs included; not part of the JSON.
+  std::optional<Duration> shortest_inter_arrival{};
   std::optional<std::uint64_t> exceptions;  // instances that one ended; empty: not told
   std::optional<std::uint64_t> missed_releases;
   // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
@@ -275,6 +277,7 @@ struct ThreadReport {
   std::optional<ThreadSchedReport> applied{};
   // What else its callbacks ran as before `sched`, as far as it was read back; neither.
   std::vector<ThreadSchedReport> former{};
+  bool may_lack_read_backs = false;     // it may have run with others, too; not part of the JSON
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
 };
 
