@@ -101,6 +101,20 @@ TEST(Packets, EventsAreDiscardedWhenThePacketHasNoRoomForThem) {
       << "it has room in the end";
 }
 
+// A full packet ends where the next one begins. One that was flushed ends before, and until the next
+// one finds a free buffer events are discarded that it counts.
+TEST(Packets, EventsAreDiscardedBetweenAFlushedPacketAndTheNext) {
+  PacketText packet{.begin = 1000, .end = 2000, .sequence = 1, .discarded = 1};
+  for (std::uint64_t i = 0; i < 300; ++i)
+    packet.ticks.push_back({.time = 1000 + i});
+  const auto lost_before = [&packet](std::uint64_t end) {
+    const PacketText former{.begin = 100, .end = end, .ticks = {{110}}};
+    return lines_of(bytes_of({former, packet})).at(1);
+  };
+  EXPECT_EQ(lost_before(1000), "1000 lost 1 events until 2000, after 1128");
+  EXPECT_EQ(lost_before(999), "999 lost 1 events until 2000");
+}
+
 TEST(Packets, DiscardedCounterWraps) {
   auto packets = three();
   packets[0].discarded = 0xffff'ffff;

@@ -147,8 +147,11 @@ void StreamReader::count_losses(const PacketScanner::Found& found) {
     if (!last_discarded_ || !discarded->is_behind(last)) {
       if (const auto lost = discarded->since(last); lost > 0) {
         gap_.discarded_events = lost;
-        const bool is_of_this_packet =
-            last_discarded_ || (packet_->sequence && packet_->sequence->value == 0);
+        // Between a packet that was flushed and the next one there may have been no free buffer.
+        const bool follows_at_once = last_packet_ && packet_->begin <= last_packet_->end;
+        const bool is_of_this_packet = last_packet_
+                                           ? last_discarded_ && follows_at_once
+                                           : packet_->sequence && packet_->sequence->value == 0;
         if (is_of_this_packet) gap_.last_with_room = scanner_->last_clock_with_room(found);
       }
       last_discarded_ = discarded->value;
