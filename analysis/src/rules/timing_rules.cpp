@@ -401,7 +401,7 @@ const Rule kDeadline{
     "Remedy: the evidence names the instance: cie report tells what it waited for, cie analyze "
     "schedulability what it may have to wait for at worst.",
     judge_deadline,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kBudget{
     "R4",
@@ -416,7 +416,7 @@ const Rule kBudget{
     "Remedy: record with --kernel; make the callback faster, or declare what it really takes "
     "and analyze again.",
     judge_budget,
-    {.instances = true, .spec = true}};
+    {.instances = true, .spec = true, .totals = true}};
 
 const Rule kRate{
     "R5",

@@ -336,5 +336,33 @@ TEST(RecordedParts, AFailureOfWhatIsAbsentNeedsTotals) {
   EXPECT_EQ(Judged(trace, missing).of("E2", "callback fusion"), Verdict::inconclusive);
 }
 
+// What looks like one long run may be the start of one and the end of the next.
+TEST(RecordedParts, ALongRunNeedsTotals) {
+  auto trace = trace_of(R"(
+    process first pid=100
+    callback fusion subscription topic=/points deadline=5 cpu=0
+    11 switch 0 idle fusion
+    12 start fusion release=10
+    20 end fusion
+    21 switch 0 fusion idle)");
+  const auto spec =
+      SchedulingSpec::parse("callback_groups: [{id: fusion, wcet: 5}]\n", "spec.yaml");
+  const auto missing = manifest_of({kFirst, kSecond});
+  for (const auto* rule : {"R3", "R4"})
+    EXPECT_EQ(Judged(trace, {recording_of(missing)}, &spec).of(rule, "callback fusion"),
+              Verdict::fail)
+        << rule;
+  derive(trace);
+  for (const auto* rule : {"R3", "R4"}) {
+    EXPECT_EQ(
+        Judged(trace, {recording_of(manifest_of({kFirst}))}, &spec).of(rule, "callback fusion"),
+        Verdict::fail)
+        << rule;
+    EXPECT_EQ(Judged(trace, {recording_of(missing)}, &spec).of(rule, "callback fusion"),
+              Verdict::inconclusive)
+        << rule;
+  }
+}
+
 }  // namespace
 }  // namespace cie::test
