@@ -1,5 +1,6 @@
 #include <cie/analysis/analyzer.hpp>
 
+#include "model/doubtful_ids.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
 #include "report/report_builder.hpp"
@@ -505,6 +506,7 @@ AnalysisResult Analyzer::look() {
   pipeline.recording.finish();
   pipeline.chains->look();
   pipeline.enforcement.look(pipeline.now);
+  doubt_numbered_ids(pipeline.model);
   return pipeline.judge();
 }
 
@@ -521,6 +523,7 @@ AnalysisResult Analyzer::finish() {
   // What they remember of the last instances is as large as the facts.
   pipeline.instances.reset();
   pipeline.chains.reset();
+  doubt_numbered_ids(pipeline.model);
   return pipeline.judge();
 }
 

@@ -127,8 +127,8 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.symbol = facts.symbol;
   if (facts.period_ns > 0) report.period_ns = facts.period_ns;
   if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
-  report.response_deadline = facts.response_deadline;
-  if (facts.response_deadline)
+  if (!facts.may_be_another) report.response_deadline = facts.response_deadline;
+  if (report.response_deadline)
     report.late = facts.are_releases_certain() ? facts.late : facts.late_by_duration;
   if (facts.group) report.group = to_number(*facts.group);
   for (const auto* pair : facts.ran_on) {

@@ -93,11 +93,14 @@ EventRef first_sign(const CallbackFacts& callback) noexcept {
 }
 
 bool is_identified(const CallbackFacts& callback) noexcept {
-  return callback.registered && callback.is_identified;
+  return callback.registered && callback.is_identified && !callback.may_be_another;
 }
 
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
-  return callback.registered ? "registered in part only" : "never registered";
+  if (!callback.registered) return "never registered";
+  return callback.is_identified
+             ? "registered after events were lost, perhaps those of another of its id"
+             : "registered in part only";
 }
 
 EventRef last_sign(const CallbackFacts& callback) {

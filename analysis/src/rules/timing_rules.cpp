@@ -239,7 +239,10 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           Judgement& judgement) {
-        judgement.doubt(unknown_identity(callback));
+        if (auto unknown = unknown_identity(callback)) {
+          judgement.doubt(std::move(unknown));
+          return;
+        }
         if (!callback.response_deadline) return;
         const auto deadline = callback.response_deadline->ns;
         const auto* entry = spec_entry(context, callback);

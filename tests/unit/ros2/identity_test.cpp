@@ -375,5 +375,48 @@ TEST(Ros2Identity, IsUnknownWhereAPartOfItWasLost) {
   EXPECT_EQ(r3(kTwoTimers, "0 rcl_node_init"), Verdict::inconclusive);
 }
 
+// Two timers of one period; the second one runs for 10.
+constexpr const char* kTwoOfOneId = R"(
+    0 rcl_init context_handle=0x1
+    1 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    2 rcl_timer_init timer_handle=0x20 period=5
+    3 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    4 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    5 rcl_timer_init timer_handle=0x21 period=5
+    6 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+    7 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+    10 callback_start callback=0x31
+    20 callback_end callback=0x31
+    30 callback_start callback=0x30
+    31 callback_end callback=0x30)";
+constexpr const char* kFirstIsUrgent =
+    "callback_groups:\n  - {id: \"/n@Timer(5)\", response_deadline: 5}\n"
+    "  - {id: \"/n@Timer(5)#2\", response_deadline: 1000}\n";
+constexpr const char* kSecondIsUrgent =
+    "callback_groups:\n  - {id: \"/n@Timer(5)\", response_deadline: 1000}\n"
+    "  - {id: \"/n@Timer(5)#2\", response_deadline: 5}\n";
+
+// With the first one's registration the second one's number is lost: it was judged by the entry of the
+// first.
+TEST(Ros2Identity, TheEntryIsUnknownWhereTheOneBeforeMayBeLost) {
+  std::string partly = kTwoOfOneId;
+  const auto at = partly.find("2 rcl_timer_init");
+  partly.erase(at, partly.find('\n', at) - at);
+  EXPECT_NE(analyze_ros2(kTwoOfOneId, -1, kFirstIsUrgent).verdict("R3"), Verdict::fail);
+  const auto result = analyze_ros2(partly, 1, kFirstIsUrgent);
+  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
+  EXPECT_EQ(result.callback("/n@Timer(5)").response_deadline, std::nullopt);
+  EXPECT_THAT(result.evidence("R3"), HasSubstr("registered after events were lost"));
+}
+
+TEST(Ros2Identity, NoNumberIsCertainBehindALoss) {
+  const auto r3 = [](std::int64_t lost_at) {
+    return analyze_ros2(kTwoOfOneId, lost_at, kSecondIsUrgent).verdict("R3");
+  };
+  EXPECT_EQ(r3(-1), Verdict::fail);
+  EXPECT_EQ(r3(1), Verdict::inconclusive);
+  EXPECT_EQ(r3(25), Verdict::fail) << "both were registered before";
+}
+
 }  // namespace
 }  // namespace cie::test

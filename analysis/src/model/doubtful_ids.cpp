@@ -1,0 +1,85 @@
+#include "doubtful_ids.hpp"
+
+#include "recorded_parts.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+namespace {
+
+// "/node@Timer(10)" of "/node@Timer(10)#2".
+std::string_view without_number(std::string_view id) {
+  const auto mark = id.rfind('#');
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const bool is_numbered = mark != std::string_view::npos && mark + 1 < id.size() &&
+                           std::ranges::all_of(id.substr(mark + 1), is_digit);
+  return is_numbered ? id.substr(0, mark) : id;
+}
+
+bool is_named(const CallbackFacts& callback) {
+  return callback.registered && callback.is_identified;
+}
+
+struct Callbacks {
+  std::map<std::string_view, std::vector<CallbackFacts*>> by_id;  // without numbers
+  std::vector<const CallbackFacts*> nameless;
+};
+
+// What is known of the nameless one may be said of the other.
+bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
+  const bool is_kind_alike = !nameless.kind || nameless.kind == other.kind;
+  return is_kind_alike && (nameless.node.empty() || nameless.node == other.node);
+}
+
+// The first moment at which events of the process may have been lost; empty: none were.
+std::optional<Timestamp> first_loss(const Model& model, const ProcessFacts& process) {
+  const auto& begin = process.ros2_begin;
+  std::optional<Timestamp> first;
+  for (const auto& loss : model.losses) {
+    const bool is_its = loss.is_evidence && loss.domain != Domain::kernel &&
+                        loss.host == process.host && (!begin || loss.end >= begin->time);
+    if (is_its) first = std::min(first.value_or(loss.begin), loss.begin);
+  }
+  return first;
+}
+
+}  // namespace
+
+void doubt_numbered_ids(Model& model) {
+  std::map<ProcessIndex, Callbacks> processes;
+  for (auto& callback : model.callbacks) {
+    callback.may_be_another = false;
+    if (callback.is_accounted) continue;
+    auto& callbacks = processes[callback.process];
+    if (is_named(callback)) {
+      callbacks.by_id[without_number(callback.logical_id)].push_back(&callback);
+    } else {
+      callbacks.nameless.push_back(&callback);
+    }
+  }
+  if (processes.empty()) return;
+  const bool is_part_missing = missing_user_part(model).has_value();
+  for (auto& [index, callbacks] : processes) {
+    const auto first = is_part_missing ? std::optional<Timestamp>(Timestamp{})
+                                       : first_loss(model, model.processes[at(index)]);
+    if (!first) continue;
+    for (auto& [id, of_id] : callbacks.by_id) {
+      for (auto* callback : of_id) {
+        const bool is_one_of_several =
+            of_id.size() > 1 ||
+            std::ranges::any_of(callbacks.nameless, [callback](const CallbackFacts* nameless) {
+              return may_be_alike(*nameless, *callback);
+            });
+        callback->may_be_another = is_one_of_several && callback->registered->time >= *first;
+      }
+    }
+  }
+}
+
+}  // namespace cie::analysis
