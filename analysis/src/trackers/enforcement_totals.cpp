@@ -21,12 +21,21 @@ EnforcementTracker::Beginning EnforcementTracker::beginning_at(Timestamp time) {
   Beginning beginning;
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     const auto& thread = model_.threads[i];
-    auto& of_thread = beginning.emplace_back();
+    auto& of_thread = beginning.threads.emplace_back();
     if (!thread.is_known_to_kernel) continue;
     const auto host = model_.processes[at(thread.process)].host;
     timeline_.presume_since(host, thread.tid, time);
     of_thread = {.mark = timeline_.mark(host, thread.tid, time),
                  .is_over = thread.busy_ns.has_value()};
+  }
+  for (std::size_t i = 0; i < model_.hosts.size(); ++i) {
+    const HostIndex host{static_cast<std::uint32_t>(i)};
+    const auto* tids = tids_.find(host);
+    if (tids == nullptr) continue;
+    tids->each_number([&](std::int64_t tid) {
+      const auto busy = timeline_.mark(host, tid, time).total.execution;
+      beginning.tids.push_back({.host = host, .tid = tid, .busy = busy});
+    });
   }
   return beginning;
 }
@@ -42,13 +51,15 @@ void EnforcementTracker::begin_window(Timestamp begin) {
   const auto beginning =
       noted != possible_begins_.end() ? std::move(noted->second) : beginning_at(begin);
   possible_begins_.clear();
-  for (std::size_t i = 0; i < beginning.size(); ++i) {
+  for (const auto& [host, tid, busy] : beginning.tids)
+    tids_[host][tid].busy_before_window = busy;
+  for (std::size_t i = 0; i < beginning.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     if (!thread.is_known_to_kernel) continue;
     const auto host = model_.processes[at(thread.process)].host;
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& state = threads_[index];
-    const auto& [mark, is_over] = beginning[i];
+    const auto& [mark, is_over] = beginning.threads[i];
     const auto before = std::exchange(state.busy_before, mark.total.execution);
     if (thread.busy_ns)
       *thread.busy_ns = is_over ? 0 : *thread.busy_ns - (state.busy_before - before).ns;
@@ -117,7 +128,7 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
     if (registry_.thread_by_tid(host, thread.tid) == index) {
       const auto at_end = end.value_or(Timestamp{});
       const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
-      thread.busy_ns = (total - state.busy_before).ns;
+      thread.busy_ns = busy_of(state, tids_[host][thread.tid], total).ns;
     }
     const auto begin = told_since(thread);
     const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time

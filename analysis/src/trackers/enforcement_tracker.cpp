@@ -292,7 +292,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
       if (thread.fini || is_dead) {  // its last switch-out, unless another follows
         auto& tid = tids[event.prev_tid];
         tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
-        thread.busy_ns = (tid.busy_at_exit - state.busy_before).ns;
+        thread.busy_ns = busy_of(state, tid, tid.busy_at_exit).ns;
       }
       if (is_dead) {
         if (!thread.fini && !is_totalled_) total_foreign_work(*index, host, head.time);

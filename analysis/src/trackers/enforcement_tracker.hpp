@@ -101,6 +101,7 @@ class EnforcementTracker {
     // good.
     std::optional<ThreadIndex> thread;
     Duration busy_at_exit;
+    Duration busy_before_window;  // its on-CPU time when the window began
     // Of the incarnation that holds the tid, if a real-time thread created it: index into model.forks.
     std::optional<std::uint32_t> fork;
     bool is_new = false;  // its first switch-in is awaited
@@ -111,8 +112,20 @@ class EnforcementTracker {
     ThreadTimeline::Mark mark;
     bool is_over = false;  // it had ended
   };
-  using Beginning = std::vector<BeginningOfThread>;  // by thread
+  struct BusyTid {
+    HostIndex host{};
+    std::int64_t tid = 0;
+    Duration busy;
+  };
+  struct Beginning {
+    std::vector<BeginningOfThread> threads;  // by index
+    std::vector<BusyTid> tids;               // of threads, too, of which nothing is known yet
+  };
   Beginning beginning_at(Timestamp time);
+  // Of the thread's on-CPU time that of its tid is `total`.
+  static Duration busy_of(const OfThread& thread, const OfTid& tid, Duration total) {
+    return total - std::max(thread.busy_before, tid.busy_before_window);
+  }
 
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;

@@ -45,6 +45,13 @@ class FlatMap {
     }
     return {&slot.value, is_new};
   }
+  // Calls `visit` with each key and value, in no order.
+  template <typename Visit>
+  void each(const Visit& visit) const {
+    for (const auto& slot : slots_) {
+      if (slot.is_used) visit(slot.key, slot.value);
+    }
+  }
 
  private:
   struct Slot {
@@ -101,6 +108,16 @@ class DenseMap {
       place = ++used_;
     }
     return {&value_at(place), is_new};
+  }
+  // Calls `visit` with each number, in no order.
+  template <typename Visit>
+  void each_number(const Visit& visit) const {
+    places_.each([&visit](Number group, const Places& places) {
+      for (std::size_t within = 0; within < places.size(); ++within) {
+        if (places[within] != 0)
+          visit(static_cast<Number>((group << kGroupBits) + static_cast<Number>(within)));
+      }
+    });
   }
 
  private:

@@ -202,5 +202,36 @@ TEST(Snapshot, CountsWhatRanFromItsBeginOn) {
   EXPECT_EQ(verified["M6"], Verdict::pass) << "11 ns of 106";
 }
 
+// `late` is announced within the window, and ran from 10 on.
+TEST(Window, CountsWhatAThreadRanWithinBeforeItWasKnown) {
+  const auto trace = trace_of(R"(
+  kernel
+  callback tick timer period=100
+  callback late timer period=100
+  0 switch 0 idle tick
+  9 switch 0 tick idle state=1
+  10 switch 0 idle late
+  40 switch 0 late idle state=1
+  50 switch 0 idle late
+  52 begin late
+  53 start late release=50
+  57 end late
+  60 switch 0 late idle state=1
+  80 start tick release=80
+  82 end tick)");
+  const auto busy_from = [&trace](std::int64_t from) {
+    AnalysisOptions options;
+    options.window = TimeWindow{.from = Timestamp{from}, .to = Timestamp{70}};
+    for (const auto& thread : analyze(trace, options).report.threads) {
+      if (thread.name == "late") return thread.busy_ns;
+    }
+    return std::optional<std::int64_t>();
+  };
+  EXPECT_EQ(busy_from(5), 30 + 10);
+  EXPECT_EQ(busy_from(30), 10 + 10);
+  EXPECT_EQ(busy_from(45), 10);
+  EXPECT_EQ(busy_from(55), 5);
+}
+
 }  // namespace
 }  // namespace cie::test
