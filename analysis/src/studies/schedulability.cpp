@@ -15,10 +15,6 @@ namespace {
 
 std::int64_t max_of(const std::optional<Summary>& summary) { return summary ? summary->max : 0; }
 
-std::string in_us(std::int64_t ns) {
-  return std::to_string(ns / 1000) + '.' + std::to_string(ns % 1000 / 100) + " us";
-}
-
 class Analysis {
  public:
   Analysis(const Report& report, const SchedulingSpec* spec)
@@ -46,6 +42,8 @@ class Analysis {
   std::string obstacle(const Task& task) const {
     const auto& callback = *task.callback;
     const auto* sched = task.sched();
+    if (callback.threads.empty() && known_runs(callback) > 0)
+      return "none of its runs is in the recording";
     if (callback.threads.empty()) return "it never ran";
     if (callback.threads.size() > 1) return "it ran on several threads";
     if (sched == nullptr) return "the parameters of its thread are not in the recording";
@@ -73,6 +71,10 @@ class Analysis {
     if (const auto longer = longer_execution(task); !longer.empty()) {
       return "its longest execution time is not known, because " + longer +
              "; declare wcet in the spec";
+    }
+    if (const auto unmeasured = unmeasured_waiting(task); !unmeasured.empty()) {
+      return "how long it waits within a run is not known, because " + unmeasured +
+             "; record with --kernel";
     }
     if (const auto nearer = nearer_releases(task); !nearer.empty()) {
       return "its shortest inter-arrival time is not known, because " + nearer +
@@ -112,6 +114,11 @@ class Analysis {
     } else {
       bound_fixed_priority(task);
     }
+    if (auto own = broken_declaration(task); !own.empty())
+      result.broken_declaration = std::move(own);
+    if (result.deadline && result.reason.empty() && !result.meets_deadline())
+      result.reason =
+          "its bound rests on a declaration that was not kept: " + result.broken_declaration;
   }
 
   // The theory of servers is of jobs that do not wait: one that does may find its deadline
@@ -122,6 +129,12 @@ class Analysis {
       result.reason =
           "it waits within an instance: when it wakes up, SCHED_DEADLINE may give it a later "
           "deadline, which this analysis does not bound";
+      return;
+    }
+    if (task.callback->longest_unmeasured) {
+      result.reason =
+          "whether it waits within an instance is not known of all of them, and what waits "
+          "SCHED_DEADLINE may give a later deadline; record with --kernel";
       return;
     }
     const auto& known = servers_.at(task.thread());
@@ -154,9 +167,11 @@ class Analysis {
     auto& result = task.result;
     const auto processor = task.processor();
     const auto priority = static_cast<std::int32_t>(task.sched()->priority);
-    auto [rivals, unknown] = model_.interference(processor, priority, task.process->lived, &task);
+    auto [rivals, unknown, broken] =
+        model_.interference(processor, priority, task.process->lived, &task);
     result.reason = unknown.empty() ? unknown_parameters(*task.thread()) : std::move(unknown);
     if (!result.reason.empty()) return;
+    result.broken_declaration = std::move(broken);
     rivals.push_back(
         {.execution = result.execution->ns, .period = result.period->ns, .priority = priority});
     result.bound_ns = worst_response_time(rivals, rivals.size() - 1);
@@ -215,7 +230,7 @@ class Analysis {
   static std::string why_undecided(const CallbackSchedulability& callback) {
     if (callback.is_flagged)
       return "an instance took longer than its bound, and nothing known explains all of that";
-    if (callback.breaks_declaration())
+    if (!callback.broken_declaration.empty())
       return "an instance took longer than its bound, which rests on a declaration that was not kept";
     return "an instance took longer than its bound, and with what explains that the bound is beyond "
            "the deadline";

@@ -137,6 +137,10 @@ DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
           .period = static_cast<std::int64_t>(sched.period_ns)};
 }
 
+std::string in_us(std::int64_t ns) {
+  return std::to_string(ns / 1000) + '.' + std::to_string(ns % 1000 / 100) + " us";
+}
+
 std::uint64_t known_runs(const CallbackReport& callback) noexcept {
   return callback.instances + callback.partly_seen() + callback.runs_not_seen;
 }
@@ -152,6 +156,30 @@ std::string longer_execution(const Task& task) {
   const auto& unmeasured = callback.longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
   return "a run that took longer was not measured";
+}
+
+std::string unmeasured_waiting(const Task& task) {
+  const auto& unmeasured = task.callback->longest_unmeasured;
+  if (!is_declared(task.result.execution)) return {};  // longer_execution() tells
+  if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
+  return "a run that took longer than its wcet was not measured";
+}
+
+std::string broken_declaration(const Task& task) {
+  const auto& callback = *task.callback;
+  const auto& result = task.result;
+  if (is_declared(result.execution) && callback.execution_time) {
+    const auto wcet = result.execution->ns - result.waiting_ns.value_or(0);
+    const auto measured = callback.execution_time->max;
+    if (measured > wcet)
+      return "an instance of " + callback.logical_id + " executed " + in_us(measured) +
+             ", declared are " + in_us(wcet);
+  }
+  if (is_declared(result.period) && callback.inter_arrival &&
+      callback.inter_arrival->min < result.period->ns)
+    return "releases of " + callback.logical_id + " came " + in_us(callback.inter_arrival->min) +
+           " apart, declared are " + in_us(result.period->ns);
+  return {};
 }
 
 std::string nearer_releases(const Task& task) {
@@ -173,6 +201,9 @@ std::string unknown_parameters(const ThreadReport& thread) {
   if (!thread.former.empty()) return "the parameters of " + named(thread) + " changed";
   if (thread.may_lack_read_backs)
     return "read-backs of the parameters of " + named(thread) + " are missing from the recording";
+  if (thread.is_contradicted)
+    return "the kernel shows " + named(thread) +
+           " with other parameters than were read back (rules S3 and S4)";
   if (thread.sched->cpus.empty()) return "the CPUs of " + named(thread) + " are not known";
   return {};
 }
@@ -294,7 +325,8 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
   const auto& callback = *task.callback;
   const bool is_described =
       task.entry != nullptr && task.entry->wcet_ns && task.entry->min_inter_arrival_ns;
-  if (callback.threads.empty() && callback.may_lack_runs && !is_described) {
+  const bool has_run = callback.may_lack_runs || known_runs(callback) > 0;
+  if (callback.threads.empty() && has_run && !(is_described && task.entry->parameters.policy)) {
     found.unknown = "all runs of " + callback.logical_id +
                     ", which may preempt it, are missing from the recording";
     return;
@@ -313,7 +345,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
                       ", which ran on it, may preempt it";
       return;
     }
-    if (thread->may_lack_read_backs) {
+    if (thread->may_lack_read_backs || thread->is_contradicted) {
       found.unknown = unknown_parameters(*thread) + ": " + callback.logical_id +
                       ", which ran on it, may have preempted it";
       return;
@@ -330,6 +362,10 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
     found.unknown = "the longest execution time of " + callback.logical_id +
                     ", which may preempt it, is not known, because " + longer +
                     "; declare wcet in the spec";
+  } else if (!unmeasured_waiting(task).empty()) {
+    found.unknown = "how long " + callback.logical_id +
+                    ", which may preempt it, waits within a run is not known, because " +
+                    unmeasured_waiting(task) + "; record with --kernel";
   } else if (!period && known_runs(callback) > 1) {
     found.unknown = "how often " + callback.logical_id +
                     ", which may preempt it, is released is not known; declare min_inter_arrival "
@@ -346,6 +382,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
     found.rivals.push_back({.execution = execution->ns,
                             .period = period ? std::optional(period->ns) : std::nullopt,
                             .priority = priority});
+    if (found.broken_declaration.empty()) found.broken_declaration = broken_declaration(task);
   }
 }
 

@@ -47,14 +47,22 @@ struct Task {
 // What may run in place of a task.
 struct Interference {
   std::vector<FixedPriorityTask> rivals{};
-  std::string unknown{};  // why that is not all; empty: it is
+  std::string unknown{};             // why that is not all; empty: it is
+  std::string broken_declaration{};  // of one of them; empty: they kept theirs
 };
 
+// "12.5 us".
+std::string in_us(std::int64_t ns);
 // That were seen, or a part of them, or that the recording proves.
 std::uint64_t known_runs(const CallbackReport& callback) noexcept;
 // Why a run may have executed for longer than the task's longest one; empty: none did, or it is
 // declared. Requires an execution time.
 std::string longer_execution(const Task& task);
+// Why what a run waits may be in no C: a measured one may have waited for longer than is known, and what
+// is declared is execution time alone. Empty: all that ended is known to have taken no longer than C.
+std::string unmeasured_waiting(const Task& task);
+// What was declared of it and not kept, with the numbers; empty: it kept all, as far as is known.
+std::string broken_declaration(const Task& task);
 // Why releases may have come nearer to each other than is known; empty: none did, or it is declared.
 std::string nearer_releases(const Task& task);
 // Why a thread's parameters are not known, or were not always what they are; empty: they are.

@@ -258,6 +258,76 @@ TEST(SchedulabilityEvidence, GuaranteesNothingByADeclarationThatWasNotKept) {
   EXPECT_THAT(result.callbacks[0].reason, HasSubstr("a declaration that was not kept"));
 }
 
+// The declarations of `high` were not kept: others' bounds rest on them, too.
+TEST(SchedulabilityEvidence, GuaranteesNothingByARivalsDeclarationThatWasNotKept) {
+  for (const auto* declared : {"wcet: 2", "min_inter_arrival: 8"}) {
+    auto system = textbook();
+    system.report.callbacks[1].response_time = extremes(0, 5);
+    const auto result = system.analyzed(std::string("callback_groups:\n  - {id: high, ") +
+                                        declared + "}\n  - {id: mid, response_deadline: 50}\n");
+    EXPECT_TRUE(result.callbacks[1].bound_ns) << declared;
+    EXPECT_EQ(result.callbacks[1].meets_deadline(), std::nullopt) << declared;
+    EXPECT_THAT(result.callbacks[1].reason, HasSubstr("declaration that was not kept: "));
+  }
+  const auto kept = textbook().analyzed(
+      "callback_groups:\n  - {id: high, wcet: 3, min_inter_arrival: 7}\n"
+      "  - {id: mid, response_deadline: 50}\n");
+  EXPECT_EQ(kept.callbacks[1].meets_deadline(), true);
+}
+
+// A wcet is execution time: what `hi` waits within its runs of 20 is not in it.
+TEST(SchedulabilityEvidence, DecidesNothingBesideWaitingThatWasNotMeasured) {
+  auto trace = test::trace_of(kSystem + std::string("\n250 start hi release=250\n270 end hi"));
+  trace.erase<SchedSwitch>();
+  const auto spec = [](const std::string& wcet) {
+    return "{id: lo, wcet: 10}, {id: hi, min_inter_arrival: 100, wcet: " + wcet + "}";
+  };
+  EXPECT_EQ(of(trace, "lo", spec("20")).bound_ns, 10 + 20) << "no run took longer";
+  expect_undecided(of(trace, "lo", spec("19")),
+                   "how long hi, which may preempt it, waits within a run is not known, because a "
+                   "run that took longer than its wcet was not measured; record with --kernel");
+  expect_undecided(of(trace, "hi", spec("19")), "how long it waits within a run is not known");
+}
+
+// Linux may postpone the deadline of a server whose job waits, however short.
+TEST(SchedulabilityEvidence, BoundsNoServerOfWhichWaitingWasNotMeasured) {
+  TaskSystem system;
+  auto& callback = system.add(
+      "server", {.execution = 2, .inter_arrival = 20, .response = 4, .policy = Policy::deadline});
+  auto& sched = system.sched(0);
+  sched.runtime_ns = 4;
+  sched.deadline_ns = sched.period_ns = 10;
+  EXPECT_TRUE(system.analyzed().callbacks[0].bound_ns);
+  callback.longest_unmeasured = Duration{1};
+  expect_undecided(system.analyzed().callbacks[0], "whether it waits within an instance");
+}
+
+// Read back was CPU 1, and the kernel saw `hi` on CPU 0, where `lo` runs.
+TEST(SchedulabilityEvidence, DecidesNothingWhereTheKernelShowsOtherParameters) {
+  const std::string spec = "{id: hi, wcet: 20, min_inter_arrival: 100}";
+  auto text = std::string(kSystem);
+  const std::string read_back = "applied hi policy=fifo priority=50 cpus=0";
+  text.replace(text.find(read_back), read_back.size(), "applied hi policy=fifo priority=50 cpus=1");
+  const auto lo = of(test::trace_of(text), "lo", spec);
+  expect_undecided(lo, "the kernel shows thread 102 with other parameters than were read back");
+}
+
+// Totals count 20 runs of `hi`, which ended before the recording began.
+TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatRanBefore) {
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];
+  high.threads.clear();
+  high.execution_time.reset();
+  high.inter_arrival.reset();
+  high.response_time.reset();
+  high.isolation = Isolation::never_ran;
+  EXPECT_TRUE(system.analyzed().callbacks[1].bound_ns) << "it never ran";
+  high.runs_not_seen = 20;
+  const auto result = system.analyzed();
+  expect_undecided(result.callbacks[1], "all runs of high, which may preempt it, are missing");
+  EXPECT_EQ(result.callbacks[0].reason, "none of its runs is in the recording");
+}
+
 TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceededWithoutExplanation) {
   auto system = textbook();
   system.report.callbacks[0].response_time = extremes(0, 5);

@@ -36,7 +36,9 @@ TEST(Schedulability, BoundsCallbacksByWhatWasMeasured) {
 }
 
 TEST(Schedulability, PrefersWhatIsDeclared) {
-  const auto result = textbook().analyzed(R"(
+  auto system = textbook();
+  system.report.callbacks[2].inter_arrival = extremes(40, 40);
+  const auto result = system.analyzed(R"(
 callback_groups:
   - {id: low, wcet: 6, min_inter_arrival: 40, response_deadline: 22}
   - {id: mid, response_deadline: 5}
@@ -381,13 +383,13 @@ TEST(Schedulability, NamesRealTimeThreadsThatAreInNoBound) {
   EXPECT_THAT(system.analyzed().outside, ElementsAre("thread 77 \"recv\" (SCHED_FIFO 30)"));
 }
 
-// Each host has a CPU 0 and threads of the same ids. `plan` executes for 10 every 100, `show` for
-// 20 every 200; on the robot `plan` is the more urgent one, on the desk `show`.
+// Each host has a CPU 0 and threads of the same ids. `plan` executes for 60 every 100, `show` for
+// 60 every 200; on the robot `plan` is the more urgent one, on the desk `show`.
 TEST(Schedulability, OfTwoHostsIsThatOfEachAlone) {
   const auto spec = SchedulingSpec::parse(
       "callback_groups:\n"
-      "  - {id: plan, wcet: 10, min_inter_arrival: 100}\n"
-      "  - {id: show, wcet: 20, min_inter_arrival: 200}\n",
+      "  - {id: plan, wcet: 60, min_inter_arrival: 100}\n"
+      "  - {id: show, wcet: 60, min_inter_arrival: 200}\n",
       "spec.yaml");
   const auto trace = test::application_on_two_hosts();
   const auto report = test::analyze(trace).report;
@@ -396,14 +398,14 @@ TEST(Schedulability, OfTwoHostsIsThatOfEachAlone) {
   std::map<std::pair<std::string, std::string>, std::optional<std::int64_t>> bounds;
   for (const auto& callback : result.callbacks)
     bounds[{rows.process_of(callback).host, callback.logical_id}] = callback.bound_ns;
-  EXPECT_EQ((bounds[{"robot", "plan"}]), 10);
-  EXPECT_EQ((bounds[{"robot", "show"}]), 20 + 10);
-  EXPECT_EQ((bounds[{"desk", "plan"}]), 10 + 20);
-  EXPECT_EQ((bounds[{"desk", "show"}]), 20);
+  EXPECT_EQ((bounds[{"robot", "plan"}]), 60);
+  EXPECT_EQ((bounds[{"robot", "show"}]), 60 + 2 * 60);
+  EXPECT_EQ((bounds[{"desk", "plan"}]), 60 + 60);
+  EXPECT_EQ((bounds[{"desk", "show"}]), 60);
   ASSERT_EQ(result.cpus.size(), 2U);
   for (const auto& demand : result.cpus) {
     EXPECT_EQ(demand.cpu, 0U);
-    EXPECT_EQ(demand.real_time_ppb, 200'000'000) << "of " << demand.host;  // 10 / 100 + 20 / 200
+    EXPECT_EQ(demand.real_time_ppb, 900'000'000) << "of " << demand.host;  // 60 / 100 + 60 / 200
   }
   EXPECT_NE(result.cpus[0].host, result.cpus[1].host);
 }

@@ -277,7 +277,10 @@ struct ThreadReport {
   std::optional<ThreadSchedReport> applied{};
   // What else its callbacks ran as before `sched`, as far as it was read back; neither.
   std::vector<ThreadSchedReport> former{};
-  bool may_lack_read_backs = false;     // it may have run with others, too; not part of the JSON
+  // It may have run with others, too: some may be missing; the kernel shows a priority or a CPU that
+  // none of them tells. Not part of the JSON.
+  bool may_lack_read_backs = false;
+  bool is_contradicted = false;
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
 };
 

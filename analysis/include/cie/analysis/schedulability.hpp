@@ -33,9 +33,6 @@ struct Explanation {
   std::string kind;     // "outside-thread", "thread", "kernel", "overrun", "burst"
   std::string text;     // with the numbers, for people
   std::int64_t ns = 0;  // how much of it there was in one instance at most
-
-  // What the bound rests on was not so.
-  bool is_broken_declaration() const noexcept { return kind == "overrun" || kind == "burst"; }
 };
 
 struct CallbackSchedulability {
@@ -54,8 +51,10 @@ struct CallbackSchedulability {
   std::optional<TaskParameter> period;    // shortest inter-arrival time (T)
   std::optional<TaskParameter> deadline;  // relative to the release (D)
   BoundMethod method = BoundMethod::none;
-  std::optional<std::int64_t> bound_ns;     // of the response time
-  std::string reason;                       // why there is none, or why it decides no deadline
+  std::optional<std::int64_t> bound_ns;  // of the response time
+  std::string reason;                    // why there is none, or why it decides no deadline
+  // What was declared, of it or of another that its bound counts, and not kept; empty: all was.
+  std::string broken_declaration{};
   std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
   // What an instance took at least, those whose release is known by a bound only included;
   std::optional<std::int64_t> observed_at_least_ns{};
@@ -79,16 +78,14 @@ struct CallbackSchedulability {
     if (has_missed_deadline()) return false;
     if (method == BoundMethod::none) return std::nullopt;
     if (!bound_ns || *bound_ns > deadline->ns) return false;
+    if (!broken_declaration.empty()) return std::nullopt;
     return !is_above_bound() || has_room_for_explanations() ? std::optional(true) : std::nullopt;
-  }
-  bool breaks_declaration() const noexcept {
-    return std::ranges::any_of(explanations, &Explanation::is_broken_declaration);
   }
 
  private:
   // They explain the excess, and are within the deadline beside the bound.
   bool has_room_for_explanations() const noexcept {
-    if (is_flagged || breaks_declaration()) return false;
+    if (is_flagged) return false;
     auto left = deadline->ns - *bound_ns;
     for (const auto& explanation : explanations) {
       if (explanation.ns > left) return false;
