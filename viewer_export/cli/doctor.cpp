@@ -275,19 +275,26 @@ Finding examine_kernel_trial(const std::string& trial, const Finding& promised) 
     if (switches == 0) {
       return warning(kId, text + "the kernel told no switch of threads", kUseOfKernelEvents);
     }
+    // Full buffers come first: larger ones help, whatever else the kernel does not tell.
+    std::vector<std::string> what;
+    std::vector<std::string> advice;
+    if (lost > 0) {
+      what.push_back(fmt::format("{} events were lost, the buffers were full", lost));
+      advice.emplace_back("cie record --kernel-buffer 16m");
+    }
     if (untold > 0) {
       const auto percent = 100 * static_cast<double>(untold) / static_cast<double>(switches);
       const auto share =
           percent < 10 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
-      return warning(kId,
-                     fmt::format("{}the kernel did not tell {} of {} switches, {} %: {}", text,
-                                 untold, switches, share, fmt::join(holes, ", ")),
-                     "execution times of instances around them are not measured, all others are; "
-                     "virtual machines do this, and the machine itself does not");
+      what.push_back(fmt::format("the kernel did not tell {} of {} switches, {} %: {}", untold,
+                                 switches, share, fmt::join(holes, ", ")));
+      advice.emplace_back(
+          "execution times of instances around them are not measured, all others are; virtual "
+          "machines do this, and the machine itself does not");
     }
-    if (lost > 0) {
-      return warning(kId, fmt::format("{}{} events were lost, the buffers were full", text, lost),
-                     "cie record --kernel-buffer 16m");
+    if (!what.empty()) {
+      return warning(kId, fmt::format("{}{}", text, fmt::join(what, "; besides, ")),
+                     fmt::format("{}", fmt::join(advice, "; of the switches: ")));
     }
     return fine(kId, fmt::format("{}{} switches, none is missing", text, switches));
   } catch (const nlohmann::json::exception& error) {
@@ -322,6 +329,13 @@ std::uint64_t most_bytes_of_a_cpu(const fs::path& recording, const std::string& 
   return most;
 }
 
+// As an option takes it: "8m".
+std::string in_binary_units(std::uint64_t bytes) {
+  constexpr std::uint64_t kKibi = 1024;
+  if (bytes % (kKibi * kKibi) == 0) return fmt::format("{}m", bytes / (kKibi * kKibi));
+  return bytes % kKibi == 0 ? fmt::format("{}k", bytes / kKibi) : fmt::format("{}", bytes);
+}
+
 }  // namespace
 
 Finding examine_buffers(const fs::path& recording) {
@@ -339,9 +353,22 @@ Finding examine_buffers(const fs::path& recording) {
   const double rate = seconds > 0 ? bytes / seconds : 0;
   const double lasts =
       rate > 0 ? static_cast<double>(session.subbuf_size * session.num_subbuf) / rate : INFINITY;
-  const auto advice = fmt::format("cie record --num-subbuf {}", 2 * session.num_subbuf);
-  if (discarded > 0) {
-    return problem(kId, fmt::format("too small: {} events were discarded", discarded), advice);
+  const auto more_subbufs = fmt::format("--num-subbuf {}", 2 * session.num_subbuf);
+  const auto advice = "cie record " + more_subbufs;
+  const auto lost_by_kernel = manifest.kernel.lost_events;
+  if (discarded > 0 || lost_by_kernel > 0) {
+    std::vector<std::string> what;
+    std::vector<std::string> options;
+    if (discarded > 0) {
+      what.push_back(fmt::format("{} events were discarded", discarded));
+      options.push_back(more_subbufs);
+    }
+    if (lost_by_kernel > 0) {
+      what.push_back(fmt::format("the kernel's lost {} events", lost_by_kernel));
+      options.push_back("--kernel-buffer " + in_binary_units(2 * manifest.kernel.buffer_size));
+    }
+    return problem(kId, fmt::format("too small: {}", fmt::join(what, ", ")),
+                   fmt::format("cie record {}", fmt::join(options, " ")));
   }
   if (rate == 0) return fine(kId, "the recording holds no events of callbacks");
   const auto what = fmt::format("the busiest CPU wrote {:.1f} kB/s, for which they last {:.1f} s",

@@ -189,7 +189,7 @@ TEST(KernelTrial, SaysWhatShareOfSwitchesIsMissingAndWhere) {
   // 150 of 1850 + 150, all on CPU 1, of 3850 + 150 in all.
   const auto finding =
       examine_kernel_trial(trial_of(R"({"cpu": 0, "switches": 2000, "untold": 0, "lost": 0},
-                  {"cpu": 1, "switches": 1850, "untold": 150, "lost": 3})"),
+                  {"cpu": 1, "switches": 1850, "untold": 150, "lost": 0})"),
                            kPromised);
   EXPECT_EQ(label(finding.health), "warning");
   EXPECT_EQ(finding.what,
@@ -204,6 +204,16 @@ TEST(KernelTrial, SaysThatBuffersWereFull) {
   EXPECT_EQ(label(finding.health), "warning");
   EXPECT_THAT(finding.what, HasSubstr("7 events were lost"));
   EXPECT_THAT(finding.advice, HasSubstr("--kernel-buffer"));
+}
+
+TEST(KernelTrial, SaysThatBuffersWereFullBeforeWhatSwitchesAreMissing) {
+  const auto finding = examine_kernel_trial(
+      trial_of(R"({"cpu": 0, "switches": 1850, "untold": 150, "lost": 7})"), kPromised);
+  EXPECT_EQ(label(finding.health), "warning");
+  EXPECT_EQ(finding.what,
+            "by bpf, tried for 1.0 s: 7 events were lost, the buffers were full; besides, the "
+            "kernel did not tell 150 of 2000 switches, 7.5 %: 150 of 2000 on CPU 0");
+  EXPECT_THAT(finding.advice, testing::StartsWith("cie record --kernel-buffer"));
 }
 
 TEST(KernelTrial, OfAKernelThatTellsNothingIsAWarning) {
@@ -272,14 +282,17 @@ TEST_F(Doctor, BuffersNeedRoomInSharedMemory) {
 class Buffers : public Doctor {
  protected:
   // A recording of 10 s with sub-buffers of 1000 bytes.
-  void record(std::uint64_t num_subbuf, std::uint64_t discarded, std::size_t bytes) const {
+  void record(std::uint64_t num_subbuf, std::uint64_t discarded, std::size_t bytes,
+              std::uint64_t lost_by_kernel = 0) const {
     write("/rec/manifest.json",
           R"({"schema": "cie.recording/1", "begin": {"monotonic_ns": 5000000000},
               "end": {"monotonic_ns": 15000000000},
               "session": {"subbuf_size": 1000, "num_subbuf": )" +
               std::to_string(num_subbuf) + R"(},
               "channels": [{"name": "events", "discarded_events": )" +
-              std::to_string(discarded) + "}]}");
+              std::to_string(discarded) +
+              R"(}], "kernel": {"route": "bpf", "buffer_size": 4194304, "lost_events": )" +
+              std::to_string(lost_by_kernel) + "}}");
     write("/rec/ust/uid/0/64-bit/metadata", "");
     write("/rec/ust/uid/0/64-bit/events_0", std::string(bytes / 2, '\0'));
     write("/rec/ust/uid/0/64-bit/events_1", std::string(bytes, '\0'));
@@ -305,6 +318,20 @@ TEST_F(Buffers, ThatLostEventsAreAProblem) {
   record(4, 17, 10);
   EXPECT_EQ(label(buffers().health), "problem");
   EXPECT_THAT(buffers().what, HasSubstr("17 events"));
+}
+
+TEST_F(Buffers, OfTheKernelThatLostEventsAreAProblem) {
+  record(4, 0, 20'000, 23);
+  EXPECT_EQ(label(buffers().health), "problem");
+  EXPECT_EQ(buffers().what, "too small: the kernel's lost 23 events");
+  EXPECT_EQ(buffers().advice,
+            "cie record --kernel-buffer 8m");  // twice the 4 MiB that were too few
+}
+
+TEST_F(Buffers, ThatBothLostEventsAreBothToBeLarger) {
+  record(4, 17, 20'000, 23);
+  EXPECT_EQ(buffers().what, "too small: 17 events were discarded, the kernel's lost 23 events");
+  EXPECT_EQ(buffers().advice, "cie record --num-subbuf 8 --kernel-buffer 8m");
 }
 
 TEST_F(Buffers, OfAnEmptyRecordingAreFine) {
