@@ -68,6 +68,22 @@ std::uint64_t count_losses(const Model& model, LossKind kind) {
   return total;
 }
 
+// Whose buffers were too small, and what makes them larger: the recorder's options differ.
+std::string larger_buffers(const Model& model, LossKind kind) {
+  const auto is_of = [&model, kind](Domain domain) {
+    return std::ranges::any_of(model.losses, [kind, domain](const Loss& loss) {
+      return loss.kind == kind && loss.domain == domain;
+    });
+  };
+  const std::string of_applications =
+      "larger or more sub-buffers (cie record --subbuf-size, --num-subbuf)";
+  const std::string of_kernel =
+      "larger buffers of the kernel's events (cie record --kernel-buffer; LTTng: sub-buffers of the "
+      "kernel's channel)";
+  if (!is_of(Domain::kernel)) return of_applications;
+  return is_of(Domain::user) ? of_applications + ", and " + of_kernel : of_kernel;
+}
+
 template <typename Range, typename Count>
 std::uint64_t total_of(const Range& range, Count count) {
   return std::accumulate(
@@ -184,11 +200,12 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              "read with metadata that is not its own: right only as far as both agree");
   add_defect(defects, DefectKind::discarded_events, Severity::loss,
              count_losses(model, LossKind::discarded_events),
-             "the tracer's buffers were full: record with larger or more sub-buffers");
-  add_defect(
-      defects, DefectKind::discarded_packets, Severity::loss,
-      count_losses(model, LossKind::discarded_packets),
-      "whole packets are missing: use discard mode, larger buffers, or look for a lost file");
+             "the tracer's buffers were full: record with " +
+                 larger_buffers(model, LossKind::discarded_events));
+  add_defect(defects, DefectKind::discarded_packets, Severity::loss,
+             count_losses(model, LossKind::discarded_packets),
+             "whole packets are missing: use discard mode, or " +
+                 larger_buffers(model, LossKind::discarded_packets) + ", or look for a lost file");
   add_streams(
       defects, model, DefectKind::streams_left_out,
       [](const StreamFacts& s) { return s.is_left_out; },

@@ -250,8 +250,9 @@ const Rule kNoLoss{
     "Inconclusive when events or packets of applications were discarded, or nobody recorded them "
     "between two sessions, and some subject of a rule lost its proof with them; or when nothing "
     "was seen of a process, a chunk or the kernel's events that the recording's manifest names.\n"
-    "Remedy: larger or more sub-buffers (cie record --subbuf-size, --num-subbuf), or fewer "
-    "enabled events.",
+    "Remedy: where applications lost events, larger or more sub-buffers (cie record --subbuf-size, "
+    "--num-subbuf); where the kernel's were lost, larger buffers of theirs (cie record "
+    "--kernel-buffer); or fewer enabled events.",
     judge_no_loss,
     {.is_about_trace = true, .is_of_report = true}};
 

@@ -1,5 +1,8 @@
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +10,7 @@ namespace cie::test {
 namespace {
 
 using namespace analysis;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -19,7 +23,7 @@ constexpr const char* kOneCallback = R"(
   32 start fusion
   40 end fusion)";
 
-std::string with(const char* more) { return std::string(kOneCallback) + '\n' + more; }
+std::string with(const std::string& more) { return std::string(kOneCallback) + '\n' + more; }
 
 TEST(TraceReadable, IsInconclusiveWhenAPacketWasSkipped) {
   EXPECT_EQ(Verified(kOneCallback)["T1"], Verdict::pass);
@@ -40,6 +44,21 @@ TEST(NoLoss, PassesAndNamesALossThatCostNobodyHisProof) {
   EXPECT_EQ(verified.of("T2", "trace"), Verdict::pass);
   EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("22 discarded_events 7 lost until 28"));
   EXPECT_EQ(verified["M2"], Verdict::pass) << "numbers prove that the callback lost nothing";
+}
+
+// Each buffer is made larger by an option of its own.
+TEST(NoLoss, IsMendedByTheBuffersThatWereFull) {
+  const auto advice = [](const std::string& losses) {
+    const auto defects = analyze(trace_of(with(losses))).report.defects;
+    const auto found = std::ranges::find(defects, DefectKind::discarded_events, &TraceDefect::kind);
+    return found == defects.end() ? std::string() : found->advice;
+  };
+  const std::string user = "22 discard user until=28 count=7";
+  const std::string kernel = "22 discard kernel until=28 count=7";
+  EXPECT_THAT(advice(user), AllOf(HasSubstr("--subbuf-size"), Not(HasSubstr("--kernel-buffer"))));
+  EXPECT_THAT(advice(kernel), AllOf(HasSubstr("--kernel-buffer"), Not(HasSubstr("--subbuf-size"))));
+  EXPECT_THAT(advice(user + "\n" + kernel),
+              AllOf(HasSubstr("--subbuf-size"), HasSubstr("--kernel-buffer")));
 }
 
 TEST(NoLoss, IsInconclusiveWhenACallbackLostInstances) {
