@@ -148,6 +148,8 @@ CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Rec
   return change;
 }
 
+bool is_absent(const CallbackChange& change) { return change.absence != Absence::none; }
+
 // What the trace's kernel events, chains and read-backs lack leaves every run in the record.
 bool may_cost_runs(const TraceDefect& defect) {
   switch (defect.kind) {
@@ -254,11 +256,24 @@ Outcome Comparison::outcome() const {
   const auto any = [this](const auto& is_so) { return std::ranges::any_of(callbacks, is_so); };
   if (any([](const CallbackChange& change) { return change.is_regression(); }))
     return Outcome::regression;
-  const bool has_absence =
-      any([](const CallbackChange& change) { return change.absence != Absence::none; });
-  if (!has_compared() && !has_absence) return Outcome::nothing_compared;
-  return has_absence || !before.losses.empty() || !after.losses.empty() ? Outcome::undecided
-                                                                        : Outcome::no_regression;
+  if (!has_compared() && !any(is_absent)) return Outcome::nothing_compared;
+  return may_lack_runs() || !has_decided() ? Outcome::undecided : Outcome::no_regression;
+}
+
+bool Comparison::may_lack_runs() const {
+  return !before.losses.empty() || !after.losses.empty() ||
+         std::ranges::any_of(callbacks, is_absent);
+}
+
+bool Comparison::has_decided() const {
+  return std::ranges::any_of(callbacks, [](const CallbackChange& change) {
+    const auto is_decided = [](const QuantityChange& each) {
+      return each.change != Change::undecided;
+    };
+    return std::ranges::any_of(change.quantities, is_decided) || change.missed == Change::better ||
+           change.exceptions == Change::better || change.lost == Change::better ||
+           change.overwritten == Change::better;
+  });
 }
 
 bool Comparison::has_compared() const {

@@ -14,13 +14,16 @@ class Diff(Folder):
         change(report)
         return self.write(name, json.dumps(report).encode())
 
-    def test_nothing_is_worse_than_itself(self):
+    def test_what_ran_too_seldom_is_undecided_even_against_itself(self):
         for inputs in ((TRACE, TRACE), (self.report("a.json"), self.report("b.json"))):
             done = cie("diff", *inputs)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.returncode, 3, done.stderr)
             # Its callbacks ran up to 16 times: too seldom to tell anything from chance.
             self.assertTrue(done.stdout.startswith(b"Times undecided: of 48 quantiles none is certain; no other regression\n"),
                             done.stdout)
+            self.assertEqual(json.loads(cie("diff", *inputs, "-f", "json").stdout)["outcome"], "undecided")
+            for how, code in (("warn", 0), ("fail", 1)):
+                self.assertEqual(cie("diff", *inputs, "--inconclusive", how).returncode, code)
 
     def test_a_file_that_is_no_report_is_refused_in_words(self):
         for content, why in ((b"no json", b"is neither a recording nor a report: parse error at line 1"),
@@ -52,7 +55,7 @@ class Diff(Folder):
             return change
 
         # Every value known lies above every value known before: certain with 1000, not with 2.
-        for count, code in ((1000, 1), (2, 0)):
+        for count, code in ((1000, 1), (2, 3)):
             before = self.report("before.json", scaled(count, 1))
             after = self.report("after.json", scaled(count, 2))
             done = cie("diff", before, after, "-f", "json")
@@ -75,7 +78,7 @@ class Diff(Folder):
 
         old = self.report("old.json", version_1)
         done = cie("diff", old, self.report("new.json"), "-f", "json")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.returncode, 3, done.stderr)
         same = cie("diff", self.report("same.json"), self.report("new.json"), "-f", "json")
 
         def compared(diff):

@@ -136,7 +136,18 @@ TEST(Compare, FindsTheCallbackThatBecameSlower) {
   EXPECT_EQ(slower.outcome(), Outcome::regression);
   EXPECT_EQ(compared(sample(1'000'000, 2'000), sample(1'000'000, 2'000)).outcome(),
             Outcome::no_regression);
-  EXPECT_EQ(compared(sample(1'000'000, 3), sample(2'000'000, 3)).outcome(), Outcome::no_regression);
+}
+
+TEST(Compare, DecidesNothingWhereNoTimeIsDecided) {
+  EXPECT_EQ(compared(sample(1'000'000, 3), sample(2'000'000, 3)).outcome(), Outcome::undecided);
+  auto comparison = compared(sample(1'000'000, 3), sample(2'000'000, 3));
+  EXPECT_TRUE(comparison.has_compared());
+  EXPECT_FALSE(comparison.may_lack_runs());
+  comparison.callbacks.front().quantities.front().change = Change::within;
+  EXPECT_EQ(comparison.outcome(), Outcome::no_regression) << "one is enough";
+  comparison.callbacks.front().quantities.front().change = Change::undecided;
+  comparison.callbacks.front().missed = Change::better;
+  EXPECT_EQ(comparison.outcome(), Outcome::no_regression);
 }
 
 TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
@@ -280,8 +291,8 @@ TEST(Compare, OfRecordsThatLackRunsIsUndecided) {
       true);
   EXPECT_EQ(record.losses, (std::vector{RecordLoss{DefectKind::seq_gaps, 5}}));
   const ComparedSide whole{.record = {.is_complete = true, .losses = {}, .length = {}},
-                           .callbacks = {sample(0, 10)}};
-  const ComparedSide lossy{.record = record, .callbacks = {sample(0, 10)}};
+                           .callbacks = {sample(1'000'000, 2'000)}};
+  const ComparedSide lossy{.record = record, .callbacks = {sample(1'000'000, 2'000)}};
   EXPECT_EQ(compare(whole, lossy, 0.05).outcome(), Outcome::undecided);
   EXPECT_EQ(compare(lossy, whole, 0.05).outcome(), Outcome::undecided);
   EXPECT_EQ(compare(whole, whole, 0.05).outcome(), Outcome::no_regression);

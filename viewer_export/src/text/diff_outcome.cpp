@@ -117,13 +117,7 @@ std::string kinds_of_regression(const std::vector<CallbackChange>& changes) {
   return fmt::format(" ({})", fmt::join(kinds, ", "));
 }
 
-// Empty if something is better, or of some quantile it is certain how it changed or that it did not.
 std::string undecided_times(const std::vector<CallbackChange>& changes) {
-  const auto has_certain = [](const CallbackChange& change) {
-    return is_better(change) ||
-           std::ranges::any_of(change.quantities, is_certain, &QuantityChange::change);
-  };
-  if (tally_of(changes).within > 0 || std::ranges::any_of(changes, has_certain)) return {};
   const auto quantiles = quantiles_of(changes);
   const auto why = quantiles == 0
                        ? std::string("none was measured on both sides")
@@ -135,9 +129,7 @@ std::string undecided_times(const std::vector<CallbackChange>& changes) {
 
 bool is_decided(const analysis::Comparison& comparison) {
   const auto outcome = comparison.outcome();
-  return outcome == analysis::Outcome::regression ||
-         (outcome == analysis::Outcome::no_regression &&
-          undecided_times(comparison.callbacks).empty());
+  return outcome == analysis::Outcome::regression || outcome == analysis::Outcome::no_regression;
 }
 
 std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
@@ -156,13 +148,13 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
     case analysis::Outcome::undecided:
       if (!comparison.has_compared())
         return paint("Undecided: no callback ran in both recordings\n", Look::doubtful, style);
+      if (!comparison.may_lack_runs())
+        return paint(undecided_times(changes), Look::doubtful, style) + '\n';
       fact = {"Undecided: no regression in what was recorded", Look::doubtful};
       break;
     case analysis::Outcome::nothing_compared:
       return paint("Nothing to compare: no callback ran before and after\n", Look::doubtful, style);
     case analysis::Outcome::no_regression:
-      if (const auto times = undecided_times(changes); !times.empty())
-        return paint(times, Look::doubtful, style) + '\n';
       fact = {is_whole ? "No regression" : "No regression in what was recorded", Look::good};
       break;
   }

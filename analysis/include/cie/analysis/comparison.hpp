@@ -230,7 +230,8 @@ struct CallbackChange {
 enum class Outcome : std::uint8_t {
   no_regression,
   regression,       // for certain
-  undecided,        // none is, but a record lacks runs, or does not prove that a callback is gone
+  undecided,        // none is, but a record lacks runs, does not prove that a callback is gone, or
+                    // no time is decided
   nothing_compared  // no callback ran on both sides
 };
 std::string_view label(Outcome outcome) noexcept;  // "no_regression", "regression", …
@@ -242,6 +243,10 @@ struct Comparison {
 
   Outcome outcome() const;
   bool has_compared() const;  // a callback ran before and after
+  // A record lacks runs, or does not prove that a callback is gone.
+  bool may_lack_runs() const;
+  // Of some quantile it is certain how it changed or that it did not, or a count became better.
+  bool has_decided() const;
 };
 Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance);
 
