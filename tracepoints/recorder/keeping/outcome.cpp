@@ -110,10 +110,14 @@ std::string losses(const Manifest& manifest) {
                     in_number(manifest.kernel->lost_events, "event", "events"));
   }
   if (manifest.kernel && manifest.kernel->untold_switches > 0) {
+    // They are counted apart from what full buffers lost.
+    const bool is_besides = manifest.kernel->lost_events > 0;
     text += fmt::format(
-        "LOST: this kernel did not report {} of threads, though no buffer was full: "
-        "execution times around them are not measured\n",
-        in_number(manifest.kernel->untold_switches, "switch", "switches"));
+        "LOST: {}this kernel did not report {} of threads, {}: execution times around them are not "
+        "measured\n",
+        is_besides ? "besides, " : "",
+        in_number(manifest.kernel->untold_switches, "switch", "switches"),
+        is_besides ? "where no buffer was full" : "though no buffer was full");
   }
   return text;
 }
