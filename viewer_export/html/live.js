@@ -23,7 +23,7 @@ const columns = [
     title: "missed",
     value: c => c.total.missed_releases ?? -1,
     show: v => (v < 0 ? "-" : String(v)),
-    bad: c => c.total.missed_releases > 0,
+    bad: c => c.total.missed_too_many,
   },
   {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
   {title: "pid", value: c => c.pid},

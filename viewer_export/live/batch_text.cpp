@@ -54,7 +54,7 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
          {c->total_late ? std::to_string(*c->total_late) : "-",
           c->total_late.value_or(0) > 0 ? Look::bad : Look::plain},
          {c->total_missed ? std::to_string(*c->total_missed) : "-",
-          c->total_missed.value_or(0) > 0 ? Look::bad : Look::plain}});
+          c->is_missing_too_many ? Look::bad : Look::plain}});
   }
   return table.render(style);
 }

@@ -6,6 +6,7 @@
 
 #include "names.hpp"
 #include "text/verify_findings.hpp"
+#include "words/verify_words.hpp"
 
 #include <algorithm>
 #include <string>
@@ -109,8 +110,10 @@ analysis::Duration Monitor::OfCallback::age(Timestamp now, steady_clock::time_po
   return {duration_cast<nanoseconds>(time - end_seen.value_or(time)).count()};
 }
 
-void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::time_point time,
-                                 Snapshot& snapshot) {
+void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
+                                 steady_clock::time_point time, Snapshot& snapshot) {
+  const auto& report = result.report;
+  const auto missing_too_many = viewer_export::callbacks_violating(result.verdicts, "R2");
   const analysis::ReportRows rows(report);
   for (const auto& known : report.callbacks) {
     const auto& process = rows.process_of(known);
@@ -150,6 +153,7 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
     view.response = sum.response;
     view.total_instances = known.instances;
     view.total_missed = known.missed_releases;
+    view.is_missing_too_many = missing_too_many.contains(view.index);
     view.total_response = known.response_time ? known.response_time : known.response_time_lower;
     view.is_exact = mine.is_exact;
     view.counts = mine.counts;
@@ -206,7 +210,7 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
     snapshot.window_ns = std::max(snapshot.window_ns, window_ns);
   }
   cpu_.begin(report, now);
-  describe_callbacks(report, now, snapshot);
+  describe_callbacks(result, now, snapshot);
   describe_threads(report, snapshot);
   cpu_.end();
   const bool is_here = std::any_of(report.processes.begin(), report.processes.end(),

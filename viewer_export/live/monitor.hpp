@@ -62,8 +62,8 @@ class Monitor final : public analysis::Observer {
 
     analysis::Timestamp present(std::chrono::steady_clock::time_point now);
   };
-  void describe_callbacks(const analysis::Report& report, std::chrono::steady_clock::time_point now,
-                          Snapshot& snapshot);
+  void describe_callbacks(const analysis::AnalysisResult& result,
+                          std::chrono::steady_clock::time_point now, Snapshot& snapshot);
   void describe_threads(const analysis::Report& report, Snapshot& snapshot);
 
   std::unordered_map<analysis::CallbackIndex, OfCallback> callbacks_;

@@ -77,8 +77,9 @@ std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
   };
   const auto missed = [look_of_count](const CallbackView& c) {
     if (!c.total_missed) return Span{"-"};
-    return Span{std::to_string(*c.total_missed),
-                look_of_count(c.missed.value_or(0), *c.total_missed)};
+    return Span{
+        std::to_string(*c.total_missed),
+        c.is_missing_too_many ? look_of_count(c.missed.value_or(0), *c.total_missed) : Look::plain};
   };
   const auto pid = [](const CallbackView& c) { return Span{std::to_string(c.pid), Look::faint}; };
   using Group = NumberColumn::Group;

@@ -68,6 +68,7 @@ struct CallbackView {
   std::uint64_t total_instances = 0;
   std::optional<std::uint64_t> total_late;
   std::optional<std::uint64_t> total_missed;
+  bool is_missing_too_many = false;                 // more than it may (R2)
   std::optional<analysis::Summary> total_response;  // the report's
   bool is_exact = true;     // false: some release was not known, so response times are lower bounds
   ResponseCounts counts{};  // of all instances

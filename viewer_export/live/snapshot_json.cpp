@@ -61,6 +61,7 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
     total("instances", c.total_instances);
     total("late", c.total_late);
     total("missed_releases", c.total_missed);
+    total("missed_too_many", c.is_missing_too_many);
     total("response_time_ns", c.total_response);
     total("response_time_counts", c.counts);
     total("response_time_sum_ns", c.response_sum_ns);

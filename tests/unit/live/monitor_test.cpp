@@ -51,6 +51,21 @@ struct Watched {
   std::size_t next = 0;
 };
 
+TEST(Monitor, AccusesNobodyOfReleasesThatMayBeMissed) {
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n  - {id: /n@Timer(100), missed_releases_allowed: 2}\n", "app.yaml");
+  Watched watched(R"(
+    callback plan timer id=/n@Timer(100) period=100
+    100 start plan release=100
+    120 end plan
+    200 start plan release=200 missed=2
+    240 end plan)",
+                  &spec);
+  const auto snapshot = watched.until(350);
+  EXPECT_EQ(watched.callback(snapshot, "Timer").total_missed, 2U);
+  EXPECT_FALSE(watched.callback(snapshot, "Timer").is_missing_too_many);
+}
+
 TEST(Monitor, CountsLateInstancesAndMissedReleases) {
   Watched watched(kTwoCallbacks);
   const auto snapshot = watched.until(350);
@@ -60,6 +75,7 @@ TEST(Monitor, CountsLateInstancesAndMissedReleases) {
   EXPECT_EQ(plan.total_late, 1U);  // 40 > 30; 30 is in time
   EXPECT_EQ(plan.missed, 2U);
   EXPECT_EQ(plan.total_missed, 2U);
+  EXPECT_TRUE(plan.is_missing_too_many) << "nobody allows any";
   const auto& drive = watched.callback(snapshot, "drive");
   EXPECT_FALSE(drive.late || drive.total_late) << "it has no deadline";
   EXPECT_FALSE(drive.missed) << "a subscription has no periods to miss";

@@ -5,6 +5,7 @@
 
 #include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
+#include "words/verify_words.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -355,14 +356,7 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
 }
 
 MissedCells::MissedCells(const analysis::VerdictReport* verdicts) {
-  if (verdicts == nullptr) return;
-  const auto rule = std::ranges::find(verdicts->rules, "R2", &analysis::RuleVerdict::id);
-  if (rule == verdicts->rules.end()) return;
-  for (const auto& subject : rule->subjects) {
-    const auto& about = subject.about;
-    const bool is_callback = about.kind == analysis::SubjectKind::callback && about.index;
-    if (is_callback && subject.verdict == analysis::Verdict::fail) too_many_.insert(*about.index);
-  }
+  if (verdicts != nullptr) too_many_ = callbacks_violating(*verdicts, "R2");
 }
 
 TextCell MissedCells::of(const CallbackReport& callback) const {

@@ -123,6 +123,19 @@ std::string defects_of_trace(std::string_view names) {
   return fmt::format("defects of the trace (what they hide stays undecided): {}", names);
 }
 
+std::unordered_set<std::uint32_t> callbacks_violating(const analysis::VerdictReport& verdicts,
+                                                      std::string_view id) {
+  std::unordered_set<std::uint32_t> callbacks;
+  const auto rule = std::ranges::find(verdicts.rules, id, &analysis::RuleVerdict::id);
+  if (rule == verdicts.rules.end()) return callbacks;
+  for (const auto& subject : rule->subjects) {
+    const auto& about = subject.about;
+    const bool is_callback = about.kind == analysis::SubjectKind::callback && about.index;
+    if (is_callback && subject.verdict == analysis::Verdict::fail) callbacks.insert(*about.index);
+  }
+  return callbacks;
+}
+
 std::size_t rank_of(std::string_view rule) {
   constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
   return static_cast<std::size_t>(std::ranges::find(kGravest, rule) - kGravest.begin());

@@ -6,8 +6,10 @@
 #include <cie/analysis/verdict.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -40,6 +42,10 @@ std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp);
 // "defects of the trace (what they hide stays undecided): seq-gaps x 5" of their names: no defect
 // changes a verdict, it leaves open what rests on what is missing.
 std::string defects_of_trace(std::string_view names);
+
+// Callbacks, by their numbers, that violate the rule.
+std::unordered_set<std::uint32_t> callbacks_violating(const analysis::VerdictReport& verdicts,
+                                                      std::string_view rule);
 
 // Where a violated rule stands among those told, the gravest first: the mapping, deadlines, then all
 // others, which keep their order.
