@@ -35,12 +35,12 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   TextTable table({{"", "callback", TextTable::Align::left},
                    {"", has_hosts ? "host" : "pid"},
                    {"", "runs/s"},
-                   {"response", "p50", TextTable::Align::right, 1, true},
-                   {"time,", "p99", TextTable::Align::right, 0, true},
-                   {window, "max"},
+                   {"response time, " + window, "p50", TextTable::Align::right, 1, true},
+                   {"", "p99", TextTable::Align::right, 0, true},
+                   {"", "max"},
                    {"", "last", TextTable::Align::right, 2},
-                   {"since", "late", TextTable::Align::right, 0, true},
-                   {"start", "missed"}});
+                   {"since start", "late", TextTable::Align::right, 0, true},
+                   {"", "missed"}});
   for (const auto* c : chosen) {
     table.add(
         {{names.of(*c), c->has_ended ? Look::faint : Look::plain},

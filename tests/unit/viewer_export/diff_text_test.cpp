@@ -200,10 +200,10 @@ TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
             "No regression; better: 2 of 3 callbacks, beyond a tolerance of 5 %\n"
             "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
             "\n"
-            "  deadline 2.000ms  late           p99               max\n"
-            "  callback           old  new      old      new      old      new\n"
-            "  n7_1 timer 20 ms     7    1  3.000ms  1.000ms  4.000ms  1.500ms\n"
-            "  n3_0 timer 20 ms     3    0  3.000ms  1.000ms  4.000ms  1.500ms\n"
+            "  deadline 2.000ms    late           p99               max\n"
+            "  callback          old  new      old      new      old      new\n"
+            "  n7_1 timer 20 ms    7    1  3.000ms  1.000ms  4.000ms  1.500ms\n"
+            "  n3_0 timer 20 ms    3    0  3.000ms  1.000ms  4.000ms  1.500ms\n"
             "  every change: cie diff old new --all\n");
 }
 
@@ -215,8 +215,8 @@ TEST(DiffText, MarksALongestRunOfWhichOnlyABoundIsKnown) {
 
 TEST(DiffText, HasAColumnOfDeadlinesThatDiffer) {
   const auto text = diff_text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
-  EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us     7    1"));
-  EXPECT_THAT(text, HasSubstr("  n3_0 timer 20 ms   2.000ms     3    0"));
+  EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us    7    1"));
+  EXPECT_THAT(text, HasSubstr("  n3_0 timer 20 ms   2.000ms    3    0"));
 }
 
 TEST(DiffText, ShowsTheFiveThatWereLateMostOftenAndSaysWhetherOthersWere) {
@@ -225,7 +225,7 @@ TEST(DiffText, ShowsTheFiveThatWereLateMostOftenAndSaysWhetherOthersWere) {
     changes.push_back(with_deadline(2'000'000, i, 0));
   const auto text = diff_text_of(changes);
   EXPECT_THAT(text, HasSubstr("n6_0"));
-  EXPECT_THAT(text, HasSubstr("  n2_0 timer 20 ms     2    0"));
+  EXPECT_THAT(text, HasSubstr("  n2_0 timer 20 ms    2    0"));
   EXPECT_THAT(text, Not(HasSubstr("n1_0")));
   EXPECT_THAT(text, HasSubstr("\n  ... 2 more callbacks\n"));
   changes[1].lateness_before->late = 0;

@@ -25,7 +25,7 @@ TEST(ReportScreen, OfATerminalOf80Columns) {
             "  130.0 ms on robot: 1 process, isolated executor; 3 callbacks, 14 runs, nothing\n"
             "  lost, 1 cut or never ended\n"
             "\n"
-            "                                               response      time\n"
+            "                                                       response time\n"
             "  callback                               runs       p50       p99       max\n"
             "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms\n"
             "  plan timer 20 ms                          7   187.3us   289.4us   289.4us\n"
@@ -47,7 +47,7 @@ TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
       AllOf(
           HasSubstr(
               "\n\n"
-              "                                               response      time                       own     start     exec.\n"
+              "                                                       response time                    own     start     exec.\n"
               "  callback                               runs       p50       p99       max  missed  thread  lat. max  time max\n"
               "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO         -         -\n"
               "  plan timer 20 ms                          7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
@@ -68,7 +68,7 @@ TEST(ReportScreen, OfAPipeIsAscii) {
       text,
       HasSubstr(
           "\n\n"
-          "                                                response      time                       own\n"
+          "                                                        response time                    own\n"
           "  callback                                runs       p50       p99       max  missed  thread\n"
           "  lidar <- /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO\n"
           "  plan timer 20 ms                           7   187.3us   289.4us   289.4us       3     yes\n"
@@ -184,9 +184,9 @@ TEST(ReportScreen, OfDurationsAloneSaysHowOftenAndHowMuchOfTheTime) {
   report.chains.clear();
   // 7 runs of 1.65 ms in 130 ms: 8.9 %.
   EXPECT_THAT(screen_of(report, test::sample_verdicts()),
-              HasSubstr("                       duration\n"));
+              HasSubstr("                                   duration\n"));
   EXPECT_THAT(screen_of(report, test::sample_verdicts()),
-              HasSubstr("   7+1  20.00ms  1.650ms   2.400ms  2.400ms  8.9%\n"));
+              HasSubstr("   7+1  20.00ms  1.650ms  2.400ms  2.400ms  8.9%\n"));
 }
 
 // Seven runs of at most 289.4 us whose release is known, and one that took 50 ms or longer.
@@ -212,7 +212,7 @@ TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayBeTheLongest) {
               HasSubstr("    8   187.3us  >50.00ms  >50.00ms       3     yes\n"));
   report.callbacks[0].response_time_upper = test::summary(60'000'000, 60'000'000, 1);
   EXPECT_THAT(screen_of(report, {}),
-              AllOf(HasSubstr("response      time            response\n"),
+              AllOf(HasSubstr("   response time         response\n"),
                     HasSubstr("      p50       p99       max   at most  missed"),
                     HasSubstr(">50.00ms  >50.00ms  <60.00ms       3"),
                     HasSubstr("  response time: \">\" at least, \"<\" at most, where a release is "
@@ -229,7 +229,7 @@ TEST(ReportScreen, BesideDurationsSaysWhatTheUpperBoundIsOf) {
   report.chains.clear();
   const auto text = screen_of(report, test::sample_verdicts());
   EXPECT_THAT(text,
-              AllOf(HasSubstr("duration                 response\n"),
+              AllOf(HasSubstr("   duration                response\n"),
                     HasSubstr("      p99      max  busy   at most\n"),
                     HasSubstr("2.400ms  8.9%  <60.00ms\n"),
                     HasSubstr("  response time: \"<\" at most, where a release is not known\n")));

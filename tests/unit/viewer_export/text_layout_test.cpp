@@ -114,7 +114,7 @@ TEST(Table, LeavesOutColumnsWhereNumbersHaveNoRoom) {
     return table.render({.colour = false, .columns = columns});
   };
   EXPECT_EQ(render(32),
-            "           time\n"
+            "              time\n"
             "  name      p50      max  late\n"
             "  a     123.4us  567.8ms     9\n");
   EXPECT_EQ(render(25),
@@ -125,6 +125,24 @@ TEST(Table, LeavesOutColumnsWhereNumbersHaveNoRoom) {
             "           time\n"
             "  name      max\n"
             "  a     567.8ms\n");
+}
+
+// Of 16 columns in all, "response time" leaves three.
+TEST(Table, TitleAboveSeveralColumnsReadsAsOne) {
+  using enum TextTable::Align;
+  TextTable table(
+      {{"", "name", left}, {"response time", "p50", right, 0, true}, {"", "max"}, {"", "late"}});
+  table.add({{"a"}, {"123.4us"}, {"567.8ms"}, {"9"}});
+  EXPECT_EQ(table.render({.colour = false, .columns = 32}),
+            "          response time\n"
+            "  name      p50      max  late\n"
+            "  a     123.4us  567.8ms     9\n");
+  TextTable narrow({{"", "name", left}, {"since start", "late", right, 0, true}, {"", "missed"}});
+  narrow.add({{"a"}, {"1"}, {"2"}});
+  EXPECT_EQ(narrow.render({.colour = false, .columns = 32}),
+            "         since start\n"
+            "  name  late  missed\n"
+            "  a        1       2\n");
 }
 
 TEST(Table, TitleOfAColumnLeftOutStandsAboveNoOther) {

@@ -35,6 +35,14 @@ std::string pad(std::string_view text, std::size_t width, TextTable::Align align
 
 constexpr std::size_t kIndent = 2;  // of tables
 
+// Of the columns from `begin` up to `end`, with what stands between them.
+std::size_t width_of(const std::vector<std::size_t>& widths, std::size_t begin, std::size_t end) {
+  const auto at = [&widths](std::size_t i) {
+    return widths.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  return std::accumulate(at(begin), at(end), 2 * (end - begin - 1));
+}
+
 std::string trimmed(std::string line) {
   line.erase(line.find_last_not_of(' ') + 1);
   return line + '\n';
@@ -214,15 +222,27 @@ void TextTable::drop_columns_beyond(std::size_t columns) {
   }
 }
 
+std::size_t TextTable::end_of_title(std::size_t index) const {
+  auto end = index + 1;
+  while (end < columns_.size() && columns_[end - 1].is_title_shared && columns_[end].title.empty())
+    ++end;
+  return end;
+}
+
 std::vector<std::size_t> TextTable::natural_widths() const {
   std::vector<std::size_t> result;
-  for (const auto& column : columns_) {
-    result.push_back(std::max(display_width(column.title), display_width(column.subtitle)));
-  }
+  for (const auto& column : columns_)
+    result.push_back(display_width(column.subtitle));
   for (const auto& row : rows_) {
     for (std::size_t i = 0; i < row.size(); ++i) {
       result[i] = std::max(result[i], display_width(row[i].text));
     }
+  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const auto title = display_width(columns_[i].title);
+    const auto end = end_of_title(i);
+    const auto room = width_of(result, i, end);
+    if (title > room) result[end - 1] += title - room;
   }
   return result;
 }
@@ -259,6 +279,21 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
   return result;
 }
 
+// The upper titles: each in the middle of the columns that it stands above.
+std::string TextTable::titles(const std::vector<std::size_t>& width, const TextStyle& style) const {
+  std::string result = " ";
+  for (std::size_t i = 0; i < columns_.size();) {
+    const auto end = end_of_title(i);
+    const auto room = width_of(width, i, end);
+    auto text = cut(columns_[i].title, room, gap(style));
+    if (end - i > 1) text += std::string((room - display_width(text)) / 2, ' ');
+    result += i == 0 ? " " : "  ";
+    result += paint(pad(text, room, columns_[i].align), Look::faint, style);
+    i = end;
+  }
+  return trimmed(result);
+}
+
 std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
 
 std::string TextTable::render(const TextStyle& style) const {
@@ -282,13 +317,13 @@ std::string TextTable::render_all(const TextStyle& style) const {
                                          [](const Column& c) { return !c.subtitle.empty(); });
   const bool has_upper =
       std::ranges::any_of(columns_, [](const auto& c) { return !c.title.empty(); });
-  for (const auto part : {&Column::title, &Column::subtitle}) {
-    if (part == &Column::title ? has_upper || !has_two_lines : has_two_lines) {
-      text += line([&](std::size_t i) {
-        return paint(pad(cut(columns_[i].*part, width[i], gap(style)), width[i], columns_[i].align),
-                     Look::faint, style);
-      });
-    }
+  if (has_upper || !has_two_lines) text += titles(width, style);
+  if (has_two_lines) {
+    text += line([&](std::size_t i) {
+      return paint(
+          pad(cut(columns_[i].subtitle, width[i], gap(style)), width[i], columns_[i].align),
+          Look::faint, style);
+    });
   }
   for (const auto& row : rows_) {
     const bool is_split = !is_row_a_line_ && display_width(row.front().text) > width.front();

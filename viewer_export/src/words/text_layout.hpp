@@ -90,11 +90,14 @@ class TextTable {
   std::string render(const TextStyle& style) const;
 
  private:
+  // Behind the last column that the column's title stands above.
+  std::size_t end_of_title(std::size_t index) const;
   std::vector<std::size_t> natural_widths() const;
   std::vector<std::size_t> widths(std::size_t columns) const;
   void drop_column(std::size_t index);
   // Leaves out columns of numbers until the others are whole in so many.
   void drop_columns_beyond(std::size_t columns);
+  std::string titles(const std::vector<std::size_t>& width, const TextStyle& style) const;
   std::string render_all(const TextStyle& style) const;
 
   bool is_row_a_line_ = false;
