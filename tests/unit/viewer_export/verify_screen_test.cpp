@@ -3,6 +3,7 @@
 #include "sample_report.hpp"
 #include "words/text_layout.hpp"
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 
@@ -430,6 +431,33 @@ TEST(VerifyScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {
     for (auto& subject : rule.subjects)
       subject.verdict = rule.verdict;
     verdicts.rules.push_back(rule);
+  }
+}
+
+// Eight rules with three subjects each have no room for a third of them, and room for one of each.
+TEST(VerifyScreen, OfManyRulesHasTheWorstOfEach) {
+  auto verdicts = test::sample_verdicts();
+  auto rule = verdicts.rules[2];
+  const auto subject = rule.subjects[1];
+  verdicts.rules.clear();
+  for (int id = 0; id < 8; ++id) {
+    rule.id = "S" + std::to_string(id);
+    rule.verdict = Verdict::fail;
+    rule.subjects.clear();
+    for (int i = 0; i < 3; ++i) {
+      rule.subjects.push_back(subject);
+      rule.subjects.back().verdict = Verdict::fail;
+      rule.subjects.back().about = {};
+      rule.subjects.back().subject = "thread " + std::to_string(i);
+      rule.subjects.back().evidence[0].note = "note " + std::to_string(10 * id + i);
+    }
+    verdicts.rules.push_back(rule);
+  }
+  const auto text = screen_of(verdicts, test::sample_report(), {.columns = 80, .unicode = true});
+  EXPECT_LE(std::ranges::count(text, '\n'), 23) << text;
+  for (int id = 0; id < 8; ++id) {
+    EXPECT_THAT(text, HasSubstr("  S" + std::to_string(id) + ' '));
+    EXPECT_THAT(text, HasSubstr("  note " + std::to_string(10 * id) + ";")) << text;
   }
 }
 

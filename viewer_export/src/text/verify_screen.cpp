@@ -77,8 +77,9 @@ class VerifyScreen {
     return text;
   }
 
-  // Rows of at most so many lines each; what is longer is cut.
-  Lines block(const Finding& finding, std::size_t rows, std::size_t lines_of_a_row) const {
+  // Rows of at most so many lines each; what is longer is cut. A short one has nothing but rows.
+  Lines block(const Finding& finding, std::size_t rows, std::size_t lines_of_a_row,
+              bool is_short = false) const {
     const auto order = rows == 0 || finding.order.empty() ? "" : ", " + finding.order;
     Lines lines{cut(fmt::format("  {:<3}{:<28}{}{}", finding.rule->id, finding.rule->name,
                                 finding.subjects, order),
@@ -97,10 +98,11 @@ class VerifyScreen {
         std::min(widest, style_.columns - 7 - std::min(details, style_.columns * 2 / 5));
     for (std::size_t i = 0; i < shown; ++i) {
       append(lines, lines_of(finding.rows[i], width, lines_of_a_row));
+      if (is_short) continue;
       if (i == 0 && !finding.worst.empty())
         append(lines, paragraph("     worst: ", finding.worst, lines_of_a_row, style_));
     }
-    if (shown > 0 && told < finding.violating)
+    if (shown > 0 && told < finding.violating && !is_short)
       lines.push_back(fmt::format("     {} {} more", gap_, finding.violating - told));
     return lines;
   }
@@ -119,15 +121,37 @@ class VerifyScreen {
     return blocks;
   }
 
+  // Gives rules so many rows, the gravest first, as far as there is room for.
+  void grow(std::vector<Lines>& blocks, std::size_t room, std::size_t rows,
+            bool is_short = false) const {
+    auto size = size_of(blocks);
+    for (std::size_t i = 0; i < findings_.size(); ++i) {
+      auto longer = block(findings_[i], rows, 1, is_short);
+      const auto grown = size - blocks[i].size() + longer.size();
+      if (grown > room) continue;
+      blocks[i] = std::move(longer);
+      size = grown;
+    }
+  }
+
   // The violated rules with as many rows as there is room for, then why the others are undecided.
   // Rows are whole where that takes no line from any of it.
   Lines body(std::size_t room) const {
     const std::size_t for_doubts = doubts_.empty() ? 0 : 1;
     auto blocks = blocks_of(kRowsOfARule, kLinesOfAWholeRow);
     if (size_of(blocks) + for_doubts + doubts_.size() > room) {
-      for (auto rows = kRowsOfARule + 1; rows-- > 0;) {
+      const auto without_doubts = room - std::min(room, for_doubts);
+      auto rows = kRowsOfARule;
+      for (; rows > 0; --rows) {
         blocks = blocks_of(rows, 1);
-        if (size_of(blocks) + for_doubts <= room) break;
+        if (size_of(blocks) <= without_doubts) break;
+      }
+      if (rows == 0) {  // the worst of each is worth more than how many others there are
+        blocks = blocks_of(0, 1);
+        grow(blocks, without_doubts, 1, true);
+        grow(blocks, without_doubts, 1);
+      } else if (rows < kRowsOfARule) {
+        grow(blocks, without_doubts - std::min(without_doubts, doubts_.size()), rows + 1);
       }
     }
     Lines lines;
