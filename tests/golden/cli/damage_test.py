@@ -49,7 +49,7 @@ class Damage(Folder):
         _, shown, _ = on_terminal("verify", trace, "--only", "T1", columns=80, environment={"NO_COLOR": "1"})
         text = "".join(shown.decode().split())
         self.assertIn("".join(f"{trace}/ust/uid/0/64-bit/channel0_1 at byte".split()), text)
-        self.assertLessEqual(len(shown.splitlines()), 24)
+        self.assertLessEqual(len(shown.splitlines()), 23)
 
     def test_a_whole_recording_says_nothing(self):
         for command in WITHOUT_A_PLACE[:-1]:

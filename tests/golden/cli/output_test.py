@@ -241,7 +241,7 @@ class Terminal(Folder):
                      for columns in (80, 120)}
             shown[100] = cie("verify", os.path.basename(recording), cwd=os.path.dirname(recording)).stdout.decode("ascii").splitlines()
             for columns, lines in shown.items():
-                self.assertLessEqual(len(lines), 24, recording)
+                self.assertLessEqual(len(lines), 23, recording)
                 for line in lines:
                     self.assertLessEqual(len(line), columns, recording)
                 symbol = {0: "✓ PASS", 1: "✗ FAIL", 3: "? INCONCLUSIVE"}[cie("verify", recording).returncode]

@@ -50,7 +50,7 @@ class ToPaste(Folder):
         spec = self.write("a spec's.yaml", b"callback_groups:\n  - id: nobody@Timer(1)\n    response_deadline: 7\n")
         for options in ((), ("--spec", spec), ("--window", "+10ms..-10ms"), ("--ids",)):
             screen = cie("report", TRACE, *options).stdout.decode()
-            self.assertLessEqual(len(screen.splitlines()), 24)
+            self.assertLessEqual(len(screen.splitlines()), 23)
             text = whole_commands(screen)
             environment = {**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}
             for label, others in {"all": ["--all"], "threads": ["--threads"], "chains": ["--chains"]}.items():

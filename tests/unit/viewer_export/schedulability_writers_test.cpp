@@ -262,7 +262,7 @@ TEST_F(SchedulabilityScreen, NamesTheWorstFirstAndSaysWhyAndWhatNext) {
                              .start = {},
                              .response_time = analysis::Duration{17'670'000},
                              .start_latency = analysis::Duration{15'000'000}}});
-  EXPECT_EQ(shown.size(), 24U);
+  EXPECT_EQ(shown.size(), 23U);
   EXPECT_THAT(shown, Each(SizeIs(Le(80U))));
   EXPECT_EQ(shown[0],
             "39 of 40 callbacks have a bound; 1 of 40 deadlines missed, 2 not guaranteed");

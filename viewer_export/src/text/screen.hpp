@@ -13,7 +13,8 @@
 
 namespace cie::viewer_export {
 
-constexpr std::size_t kScreenLines = 24;
+// A terminal of 24 lines needs one for the prompt that follows, or the headline scrolls away.
+constexpr std::size_t kScreenLines = 23;
 
 using Lines = std::vector<std::string>;
 

@@ -34,7 +34,7 @@ struct DiffContext {
 // instances changed, what runs the records lack, and the worst and the best change; what is gone, new
 // or runs otherwise; where callbacks have deadlines, their slowest instances side by side; then what
 // is certain to have changed, in that order, and how many comparisons were undecided, and why. At most
-// 24 lines, unless all is wanted; where there are deadlines, they have the room of the changes.
+// 23 lines, unless all is wanted; where there are deadlines, they have the room of the changes.
 void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context, const TextStyle& style);
 

@@ -24,7 +24,7 @@ struct ReportContext {
   bool is_isolation_expected = false;
 };
 
-// For people, one screen of at most 24 lines: what is worst in words, what was recorded, the worst
+// For people, one screen of at most 23 lines: what is worst in words, what was recorded, the worst
 // callbacks and chains with their times, why the worst run took as long, and the commands for more.
 void write_report_screen(std::ostream& out, const analysis::Report& report,
                          const analysis::VerdictReport& verdicts, const ReportContext& context,

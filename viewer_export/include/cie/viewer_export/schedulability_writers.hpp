@@ -10,7 +10,7 @@
 
 namespace cie::viewer_export {
 
-// For people, one screen of at most 24 lines: the outcome, the worst callbacks with their bounds and
+// For people, one screen of at most 23 lines: the outcome, the worst callbacks with their bounds and
 // what was observed, why the worst is as it is, and what has no bound and why. Of `context` the worst
 // runs and the arguments count.
 void write_schedulability_screen(std::ostream& out, const analysis::SchedulabilityReport& report,

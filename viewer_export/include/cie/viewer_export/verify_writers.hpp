@@ -69,7 +69,7 @@ struct VerifyContext {
   std::string reader_arguments{};  // of these, those that say how to read
 };
 
-// For people, one screen of at most 24 lines: the gravest fact, a block per violated rule with the
+// For people, one screen of at most 23 lines: the gravest fact, a block per violated rule with the
 // worst of its subjects, what is undecided and why, what to do next, and what was checked.
 void write_verify_screen(std::ostream& out, const analysis::VerdictReport& verdicts,
                          const analysis::Report& report, const VerifyContext& context,
