@@ -129,6 +129,15 @@ TEST(ReportScreen, TellsOfLostAndOverwrittenSamples) {
                         "  samples overwritten: 5 of lidar <- /sensing/lidar/top/points_raw\n"));
 }
 
+TEST(ReportScreen, NamesFirstWhatMissedOrLostTheMost) {
+  auto report = shared_report();
+  report.callbacks[0].overwritten_samples = 24;
+  report.callbacks[1].overwritten_samples = 5;
+  const auto text = screen_of(report, {});
+  EXPECT_LT(text.find("lidar <-"), text.find("plan timer")) << "of the other order";
+  EXPECT_THAT(text, HasSubstr("  samples overwritten: 24 of plan timer 20 ms, 5 of lidar <- "));
+}
+
 // As a comparison counts them: the other callback's seven runs kept their deadline.
 TEST(ReportScreen, CountsTheRunsOfAllThatHaveADeadline) {
   auto report = unclaimed_report();

@@ -359,6 +359,12 @@ class ReportScreen {
   Lines notes() const {
     Lines lines;
     const auto* worst = callbacks_.empty() ? nullptr : worst_run_of(judged_, *callbacks_.front());
+    const auto number_of = [count](const CallbackReport* callback) {
+      return (callback->*count).value_or(0);
+    };
+    auto counted_ones = callbacks_;
+    std::erase_if(counted_ones, [&](const auto* callback) { return number_of(callback) == 0; });
+    std::ranges::stable_sort(counted_ones, std::ranges::greater{}, number_of);
     if (const auto why = worst == nullptr ? std::string() : where_time_went(judged_, *worst);
         !why.empty()) {
       append(lines,
@@ -375,15 +381,12 @@ class ReportScreen {
     return lines;
   }
 
-  // "  releases missed: 3 of plan timer 20 ms, 1 of map timer 1 s".
+  // "  releases missed: 3 of plan timer 20 ms, 1 of map timer 1 s": the most first.
   Lines counts(std::string_view what, std::optional<std::uint64_t> CallbackReport::*count) const {
     std::string text;
-    for (const auto* callback : callbacks_) {
-      const auto number = (callback->*count).value_or(0);
-      if (number == 0) continue;
-      text +=
-          fmt::format("{}{} of {}", text.empty() ? "" : ", ", number, judged_.names.of(*callback));
-    }
+    for (const auto* callback : counted_ones)
+      text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number_of(callback),
+                          judged_.names.of(*callback));
     if (text.empty()) return {};
     return paragraph(fmt::format("  {}: ", what), text, 1, style_);
   }
