@@ -15,25 +15,15 @@ import {
   responseTime,
   section,
   severalHosts,
+  shortNames,
   spec,
   verdicts,
 } from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 
-const longest = c => {
-  const r = responseTime(c, "max");
-  return r === null ? -1 : r.ns;
-};
-// The callback that took the longest; if deadlines were missed, the one that took the most of its deadline.
-export const worstIndex = () => {
-  const late = report.callbacks
-    .map((c, i) => [c.response_deadline_ns ? longest(c) / c.response_deadline_ns : 0, i])
-    .filter(x => x[0] > 1);
-  if (late.length) return late.sort((a, b) => b[0] - a[0])[0][1];
-  const worst = [...report.callbacks].sort((a, b) => longest(b) - longest(a))[0];
-  return worst && longest(worst) >= 0 ? report.callbacks.indexOf(worst) : -1;
-};
+// The callback that the text report has first; -1 where no response time is known.
+export const worstIndex = () => claims.worst ?? -1;
 const sentence = (verdict, ...text) =>
   el("li", {}, el("span", {class: `sign ${COLOUR[verdict]}`, "aria-hidden": "true"}, SIGN[verdict]), text);
 
@@ -236,15 +226,26 @@ export const inShort = () => {
       ),
     );
   }
-  const missed = report.callbacks.filter(c => c.missed_releases > 0);
-  const releases = missed.reduce((n, c) => n + c.missed_releases, 0);
-  if (missed.length)
-    lines.push(
-      sentence(
-        claims.claimed && missed.some(missedTooMany) ? "FAIL" : "NOT_APPLICABLE",
-        `${plural(releases, "release")} of ${plural(missed.length, "timer")} ${releases === 1 ? "was" : "were"} missed: ${missed.slice(0, 3).map(name).join(", ")}${missed.length > 3 ? " and others" : ""}.`,
-      ),
-    );
+  const missed = report.callbacks
+    .filter(c => c.missed_releases > 0)
+    .sort((a, b) => b.missed_releases - a.missed_releases);
+  const isBad = c => claims.claimed && missedTooMany(c);
+  for (const [those, verdict, timer] of [
+    [missed.filter(isBad), "FAIL", "timer"],
+    [missed.filter(c => !isBad(c)), "NOT_APPLICABLE", missed.some(isBad) ? "other timer" : "timer"],
+  ]) {
+    const releases = those.reduce((n, c) => n + c.missed_releases, 0);
+    if (those.length)
+      lines.push(
+        sentence(
+          verdict,
+          `${plural(releases, "release")} of ${plural(those.length, timer)} ${releases === 1 ? "was" : "were"} missed: ${those
+            .slice(0, 3)
+            .map(c => (those.length > 1 ? `${count(c.missed_releases)} of ${name(c)}` : name(c)))
+            .join(", ")}${those.length > 3 ? " and others" : ""}.`,
+        ),
+      );
+  }
   for (const d of report.defects.filter(d => d.severity !== "info")) {
     lines.push(
       sentence(
@@ -306,7 +307,9 @@ export const rules = () => {
     verdicts.rules
       .filter(r => r.verdict === v)
       .map(r => {
-        const subjects = r.subjects.filter(s => s.verdict === v);
+        const order = v === "FAIL" ? shortNames.order[r.id] : undefined;
+        const subjects = order ? order.map(i => r.subjects[i]) : r.subjects.filter(s => s.verdict === v);
+        const remedy = v === "FAIL" ? claims.remedies[r.id] : undefined;
         return el(
           "details",
           {open: v === "FAIL" && isAccused(r)},
@@ -327,6 +330,7 @@ export const rules = () => {
                   : null,
               )
             : null,
+          remedy ? el("p", {class: "remedy"}, `\u2192 ${remedy}`) : null,
         );
       }),
   );

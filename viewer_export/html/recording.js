@@ -8,7 +8,7 @@ export const {
   head: claims, // what somebody claimed, and what is violated of it
   input, // of a command that reads the same again
   spec, // its name; null without one
-  names: shortNames, // of callbacks and chains by row, and what is said instead of ids
+  names: shortNames, // of callbacks and chains by row, what is said instead of ids, and which subjects are worst
   histograms, // of response times, by row of report.callbacks: [ns, runs] of each bucket
   timeline: lanes,
 } = JSON.parse(document.getElementById("document").textContent);

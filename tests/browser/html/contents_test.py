@@ -5,6 +5,7 @@ import csv
 import gzip
 import io
 import json
+import re
 
 from page import EXAMPLES, NAMES, Page, cie, document_of, main  # first: it says where browsers and hosts are
 from other_host import on_host
@@ -163,6 +164,24 @@ class Contents(Page):
         short = " ".join(self.see("#short li"))
         self.assertIn("Worst against its deadline: " + name, short)
         self.assertNotIn("Slowest", short)
+
+    def test_what_loads_components_is_not_told_as_the_slowest(self):
+        for name in NAMES:
+            document = document_of(self.page(EXAMPLES / name / "trace"))
+            report = cie("report", EXAMPLES / name / "trace")
+            first = document["names"]["callbacks"][document["head"]["worst"]]
+            rows = [line.split("  ")[1] for line in report.splitlines() if line.startswith("  ") and "us  " in line]
+            self.assertEqual(rows[0], first.replace("\u2190", "<-").replace("\u21d0", "<="))
+            self.assertIn("Slowest: " + first, " ".join(self.see("#short li")))
+
+    def test_rules_are_told_with_times_that_people_read(self):
+        trace = EXAMPLES / "multi_threaded_fails" / "trace"
+        spec = self.folder / "deadline.yaml"
+        spec.write_text("callback_groups:\n  - id: /a/plan@Timer(20000000)\n    response_deadline: 1\n", encoding="utf-8")
+        self.page(trace, "--spec", spec)
+        evidence = [text.split(" (")[0] for text in self.see("#rules ~ details li")]
+        self.assertEqual([text for text in evidence if re.search(r"\d{4,} ns", text)], [])
+        self.assertIn("\u2192 ", " ".join(self.see("#rules ~ details p.remedy")))
 
     def test_nobody_is_accused_of_what_nobody_claimed(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"

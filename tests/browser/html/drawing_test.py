@@ -72,6 +72,36 @@ class Isolation(Page):
         self.assertTrue(line.startswith("\u2717"), line)
         self.assertEqual(cell, "\u2717 2")
 
+    def test_only_releases_that_may_not_be_missed_are_held_against_timers(self):
+        def change(document):
+            names = dict(zip((c["index"] for c in document["report"]["callbacks"]), document["names"]["callbacks"]))
+            self.timers = [c for c in document["report"]["callbacks"] if c["isolation"] != "never_ran"][:3]
+            self.called = [names[c["index"]] for c in self.timers]
+            for callback, count in zip(self.timers, (2, 3, 24)):
+                callback["missed_releases"] = count
+            rule = next(rule for rule in document["verdicts"]["rules"] if rule["id"] == "R2")
+            rule.update(verdict="FAIL", subjects=[
+                {"subject": "callback " + c["logical_id"], "verdict": verdict, "checked": 9, "evidence": [], "kind": "callback",
+                 "index": c["index"], "process": 0} for c, verdict in zip(self.timers, ("FAIL", "PASS", "FAIL"))])
+            document["head"].update(claimed=True)
+        self.shown(change, of=None)
+        two, three, many = self.called
+        self.assertEqual([line for line in self.see("#short li") if "missed" in line and "R2" not in line],
+                         [f"\u271726 releases of 2 timers were missed: 24 of {many}, 2 of {two}.",
+                          f"\u20133 releases of 1 other timer were missed: {three}."])
+
+    def test_rules_tell_the_worst_first_and_what_to_do(self):
+        def change(document):
+            rule = next(rule for rule in document["verdicts"]["rules"] if rule["id"] == "R2")
+            rule.update(verdict="FAIL", subjects=[
+                {"subject": f"callback {n}", "verdict": verdict, "checked": 9, "evidence": [], "kind": "callback", "index": 0,
+                 "process": 0} for n, verdict in enumerate(("FAIL", "PASS", "FAIL"))])
+            document["names"]["order"]["R2"] = [2, 0]
+            document["head"]["remedies"]["R2"] = "make room"
+        self.shown(change, of=None)
+        self.assertEqual(self.see("#rules ~ details p"),
+                         ["callback 2 (9 checked)", "callback 0 (9 checked)", "\u2192 make room"])
+
     def test_times_have_the_unit_that_fits_when_they_are_rounded(self):
         self.shown(lambda report: None)
         times = {999: "999 ns", 1000: "1.000 us", 999_949: "999.9 us", 999_951: "1.000 ms", 999_951_000: "1.000 s",
@@ -153,7 +183,9 @@ class Graph(Page):
              (13, 15), (13, 16), (0, 14), (3, 7), (1, 16), (2, 13), (11, 15), (15, 5), (9, 12), (9, 13))
 
     def drawn(self):
-        def change(report):
+        def change(document):
+            report = document["report"]
+            document["head"]["worst"] = None  # none of them ran
             first = report["callbacks"][0]
             edge = report["edges"][0]
             report["callbacks"] = [{**first, "index": i, "logical_id": f"/node_{i}@Subscription(/topic_of_{i})", "response_time_ns": None,
@@ -161,7 +193,7 @@ class Graph(Page):
             report["edges"] = [{**edge, "from": a, "to": b, "topic": f"/topic_of_{b}"} for a, b in self.LINKS]
             report["threads"] = report["chains"] = []
             self.names[:] = [f"node_{i} \u2190 /topic_of_{i}" for i in range(len(report["callbacks"]))]
-        return self.shown(change)
+        return self.shown(change, of=None)
 
     def test_edges_end_at_their_boxes_and_go_through_none(self):
         report = self.drawn()

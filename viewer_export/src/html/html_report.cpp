@@ -7,6 +7,7 @@
 #include "output/base64.hpp"
 #include "output/gzip_stream.hpp"
 #include "page_names.hpp"
+#include "text/callback_ranking.hpp"
 #include "text/headline.hpp"
 #include "text/report_head.hpp"
 #include "timelines/common_clock.hpp"
@@ -100,6 +101,14 @@ Json histograms_json(const analysis::Report& report) {
   return histograms;
 }
 
+// The row of the callback that the text report has first; null where no response time is known.
+Json worst_row(const analysis::Report& report) {
+  for (const auto* callback : worst_first(report)) {
+    if (analysis::longest_response(*callback)) return callback - report.callbacks.data();
+  }
+  return nullptr;
+}
+
 // As the text report's first lines.
 Json head_json(const analysis::AnalysisResult& result, const ReportContext& context) {
   const TextStyle style{.unicode = true};
@@ -111,9 +120,16 @@ Json head_json(const analysis::AnalysisResult& result, const ReportContext& cont
   Json accused = Json::array();
   for (const auto& finding : head.findings)
     accused.push_back(finding.rule->id);
+  Json remedies = Json::object();
+  for (const auto& finding : findings_of(judged)) {
+    if (auto remedy = remedy_of(judged, finding); !remedy.empty())
+      remedies[finding.rule->id] = std::move(remedy);
+  }
   return {
       {"claimed", head.is_isolation_claimed},
       {"accused", std::move(accused)},
+      {"remedies", std::move(remedies)},
+      {"worst", worst_row(result.report)},
       {"verdict", head.has_verdict() ? Json(analysis::label(headline.verdict())) : Json(nullptr)},
       {"fact", fact},
       {"isolation", is_told ? Json(nullptr) : Json(head.isolation)}};
@@ -215,7 +231,7 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
     }
     add("head", head_json(result, {.verify = {.spec = spec},
                                    .is_isolation_expected = is_isolation_expected}));
-    add("names", page_names(result));
+    add("names", page_names(result, spec));
     add("histograms", histograms_json(result.report));
     add("timeline", timeline);
   });

@@ -2,11 +2,14 @@
 
 #include <cie/analysis/report_rows.hpp>
 
+#include "text/verify_findings.hpp"
 #include "words/callback_names.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cie::viewer_export {
 namespace {
@@ -27,12 +30,25 @@ std::string subject_words(const analysis::SubjectVerdict& subject, const analysi
   return callback == nullptr ? names.in_words(subject.subject) : "callback " + names.of(*callback);
 }
 
+// Those of the rule's verdict; of a violated rule the worst first, and last what is suppressed.
+std::vector<const analysis::SubjectVerdict*> told_subjects(const Judged& judged,
+                                                           const analysis::RuleVerdict& rule) {
+  if (rule.verdict == Verdict::fail) return violating_worst_first(judged, rule);
+  std::vector<const analysis::SubjectVerdict*> subjects;
+  for (const auto& subject : rule.subjects) {
+    if (subject.verdict == rule.verdict) subjects.push_back(&subject);
+  }
+  return subjects;
+}
+
 }  // namespace
 
-Json page_names(const analysis::AnalysisResult& result) {
+Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* spec) {
   const auto& report = result.report;
-  const CallbackNames names(report, {.unicode = true});
-  const analysis::ReportRows rows(report);
+  const TextStyle style{.unicode = true};
+  const VerifyContext context{.spec = spec};
+  const Judged judged(result.verdicts, report, context, style);
+  const auto& names = judged.names;
   Json callbacks = Json::array();
   Json chains = Json::array();
   Json words = Json::object();
@@ -45,19 +61,28 @@ Json page_names(const analysis::AnalysisResult& result) {
   }
   for (const auto& chain : report.chains)
     chains.push_back(names.of(chain));
+  Json order = Json::object();
   for (const auto& rule : result.verdicts.rules) {
-    std::size_t told = 0;
-    for (const auto& subject : rule.subjects) {
-      if (subject.verdict != rule.verdict || rule.verdict < Verdict::inconclusive) continue;
-      if (++told > kMostSubjects) break;
-      say(subject.subject, subject_words(subject, rows, names));
-      for (std::size_t i = 0; i < std::min(subject.evidence.size(), kMostEvidence); ++i)
-        say(subject.evidence[i].note, names.in_words(subject.evidence[i].note));
+    if (rule.verdict < Verdict::inconclusive) continue;
+    auto subjects = told_subjects(judged, rule);
+    if (rule.verdict == Verdict::fail) {
+      auto& places = order[rule.id] = Json::array();
+      for (const auto* subject : subjects)
+        places.push_back(subject - rule.subjects.data());
+    }
+    subjects.resize(std::min(subjects.size(), kMostSubjects));
+    for (const auto* subject : subjects) {
+      say(subject->subject, subject_words(*subject, judged.rows, names));
+      for (std::size_t i = 0; i < std::min(subject->evidence.size(), kMostEvidence); ++i) {
+        const auto& note = subject->evidence[i].note;
+        say(note, with_fitting_units(names.in_words(note)));
+      }
     }
   }
   return {{"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)},
-          {"words", std::move(words)}};
+          {"words", std::move(words)},
+          {"order", std::move(order)}};
 }
 
 }  // namespace cie::viewer_export

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "json/json.hpp"
 
 namespace cie::viewer_export {
 
-// {"callbacks": […], "chains": […], "words": {…}}: the short names of the report's rows, in their
-// order, and for logical ids, and for subjects and notes of verdicts, what the page says instead.
-Json page_names(const analysis::AnalysisResult& result);
+// {"callbacks": […], "chains": […], "words": {…}, "order": {…}}: the short names of the report's
+// rows, in their order; for logical ids, and for subjects and notes of verdicts, what the page says
+// instead; and of each violated rule its violating subjects, by their places among all, the worst
+// first.
+Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* spec);
 
 }  // namespace cie::viewer_export

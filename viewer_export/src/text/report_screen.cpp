@@ -2,6 +2,7 @@
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
+#include "callback_ranking.hpp"
 #include "headline.hpp"
 #include "report_head.hpp"
 #include "screen.hpp"
@@ -20,7 +21,6 @@
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -40,20 +40,6 @@ TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*p
   if (!times) return not_measured();
   return {std::string(mark) + compact_duration((*times).*part),
           mark.empty() ? Look::plain : Look::doubtful};
-}
-
-// What loads the components of a container is done when the application runs.
-bool is_start_up(const CallbackReport& callback) {
-  return callback.kind == CallbackKind::service &&
-         callback.source.ends_with("/_container/load_node");
-}
-
-// Late ones by how much of their deadline they took, then the slowest; what ran but once or to start
-// others up stands behind.
-auto badness(const CallbackReport& callback) {
-  const auto longest = analysis::longest_response(callback).value_or(analysis::LongestResponse{});
-  return std::tuple(analysis::times_deadline(callback),
-                    !is_start_up(callback) && callback.instances > 1, longest.ns);
 }
 
 // What a chain's row tells, and what the spec allows of it.
@@ -102,12 +88,8 @@ class ReportScreen {
         style_(style),
         gap_(gap(style)),
         claims_(report_head(judged, context)),
-        head_(judged_, claims_.findings, style_) {
-    for (const auto& callback : report_.callbacks) {
-      if (callback.has_run()) callbacks_.push_back(&callback);
-    }
-    std::ranges::stable_sort(callbacks_, std::ranges::greater{},
-                             [](const auto* callback) { return badness(*callback); });
+        head_(judged_, claims_.findings, style_),
+        callbacks_(worst_first(report_)) {
     for (const auto& chain : report_.chains) {
       if (chain.is_specified || times_of(chain, spec()).times != nullptr) chains_.push_back(&chain);
     }
@@ -359,12 +341,6 @@ class ReportScreen {
   Lines notes() const {
     Lines lines;
     const auto* worst = callbacks_.empty() ? nullptr : worst_run_of(judged_, *callbacks_.front());
-    const auto number_of = [count](const CallbackReport* callback) {
-      return (callback->*count).value_or(0);
-    };
-    auto counted_ones = callbacks_;
-    std::erase_if(counted_ones, [&](const auto* callback) { return number_of(callback) == 0; });
-    std::ranges::stable_sort(counted_ones, std::ranges::greater{}, number_of);
     if (const auto why = worst == nullptr ? std::string() : where_time_went(judged_, *worst);
         !why.empty()) {
       append(lines,
@@ -383,6 +359,12 @@ class ReportScreen {
 
   // "  releases missed: 3 of plan timer 20 ms, 1 of map timer 1 s": the most first.
   Lines counts(std::string_view what, std::optional<std::uint64_t> CallbackReport::*count) const {
+    const auto number_of = [count](const CallbackReport* callback) {
+      return (callback->*count).value_or(0);
+    };
+    auto counted_ones = callbacks_;
+    std::erase_if(counted_ones, [&](const auto* callback) { return number_of(callback) == 0; });
+    std::ranges::stable_sort(counted_ones, std::ranges::greater{}, number_of);
     std::string text;
     for (const auto* callback : counted_ones)
       text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number_of(callback),

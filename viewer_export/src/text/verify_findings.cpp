@@ -323,6 +323,23 @@ std::string told_of_violation(const Judged& judged, const RuleVerdict& rule,
   return cut(told.detail + told.of_one, kMost, "...");
 }
 
+std::vector<const SubjectVerdict*> violating_worst_first(const Judged& judged,
+                                                         const RuleVerdict& rule) {
+  std::vector<std::pair<double, const SubjectVerdict*>> weighed;
+  for (const auto& subject : rule.subjects) {
+    if (subject.verdict != Verdict::fail) continue;
+    constexpr double kLast = -1;
+    const auto weight = subject.is_suppressed() ? kLast : told_of(judged, rule, subject).weight;
+    weighed.emplace_back(weight, &subject);
+  }
+  std::ranges::stable_sort(weighed, std::ranges::greater{},
+                           [](const auto& item) { return item.first; });
+  std::vector<const SubjectVerdict*> subjects;
+  for (const auto& [weight, subject] : weighed)
+    subjects.push_back(subject);
+  return subjects;
+}
+
 std::vector<Finding> findings_of(const Judged& judged) {
   std::vector<Finding> findings;
   for (const auto& rule : judged.verdicts.rules) {

@@ -65,6 +65,10 @@ std::string_view file_name(std::string_view path);
 // What is told of one violating subject: "2 callbacks: plan timer 1 ns, drive <- /pose".
 std::string told_of_violation(const Judged& judged, const analysis::RuleVerdict& rule,
                               const analysis::SubjectVerdict& subject);
+// All violating subjects of a rule, the worst first where there is a measure of it; last those that
+// are suppressed.
+std::vector<const analysis::SubjectVerdict*> violating_worst_first(
+    const Judged& judged, const analysis::RuleVerdict& rule);
 // The gravest first: the mapping, deadlines, then as the contract has them.
 std::vector<Finding> findings_of(const Judged& judged);
 // The most frequent first.
