@@ -63,6 +63,7 @@ void tell_of_damage(const analysis::Report& report) {
     tell(damage);
   if (damages.empty() && viewer_export::is_complete(report) == false)
     tell("the recording is NOT complete: see rules T2 to T4 of cie verify");
+  if (report.callbacks.empty()) tell(viewer_export::kNoCallbackSeen);
 }
 
 std::string input_arguments(const std::vector<std::filesystem::path>& traces,

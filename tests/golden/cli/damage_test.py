@@ -55,6 +55,18 @@ class Damage(Folder):
         for command in WITHOUT_A_PLACE[:-1]:
             self.assertEqual(cie(*command, TRACE, "-o", self.path("out")).stderr, b"", command)
 
+    def test_a_recording_without_callbacks_says_so(self):
+        trace = self.path("empty")
+        shutil.copytree(TRACE, trace, copy_function=shutil.copyfile)
+        for stream in pathlib.Path(trace, "ust").rglob("channel*"):
+            os.truncate(stream, 0)
+        report = " ".join(cie("report", trace).stdout.decode().split())
+        for command in WITHOUT_A_PLACE:
+            done = cie(*command, trace, "-o", self.path("_".join(command).replace("-", "")))
+            said = next(line for line in done.stderr.decode().splitlines() if "No callback was seen" in line)
+            self.assertIn(said.removeprefix("cie: "), report, command)
+            self.assertEqual(done.returncode, 0, command)
+
     def test_bounds_say_it_in_their_text(self):
         trace = self.damaged()
         done = cie("analyze", "schedulability", trace)
