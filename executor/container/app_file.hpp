@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,7 @@ struct ComponentEntry {
   std::string name;  // of the node
   std::string name_space = "/";
   ComponentOptions::Parameters parameters;
+  std::map<std::string, std::string> overridden;  // parameters not of the file, by who gave them
   Remaps remaps;
 
   // "/ns/name", which names the component within its container.

@@ -1,13 +1,37 @@
 #include "container.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace cie::container {
 namespace {
+
+// Whether the name stands in the text as a word of its own.
+bool is_named(std::string_view text, std::string_view name) {
+  const auto is_part = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+  };
+  for (auto at = text.find(name); at != std::string_view::npos; at = text.find(name, at + 1)) {
+    const auto end = at + name.size();
+    if ((at == 0 || !is_part(text[at - 1])) && (end == text.size() || !is_part(text[end])))
+      return true;
+  }
+  return false;
+}
+
+// Where the mistake is: what the command line says of a parameter does not stand in the file.
+std::string place_of(const ComponentEntry& entry, const std::string& file,
+                     std::string_view reason) {
+  for (const auto& [parameter, source] : entry.overridden) {
+    if (is_named(reason, parameter)) return source;
+  }
+  return fmt::format("{}:{}", file, entry.line);
+}
 
 Context::Options network(const AppFile& app) {
   Context::Options options = Context::Options::from_environment();
@@ -84,8 +108,8 @@ std::string Container::load(const ComponentEntry& entry, const std::string& file
     executor_->add_node(member.component->node());
     members_.push_back(std::move(member));
   } catch (const std::exception& error) {
-    throw std::runtime_error{
-        fmt::format("{}:{}: component {} is not loaded: {}", file, entry.line, what, error.what())};
+    throw std::runtime_error{fmt::format("{}: component {} is not loaded: {}",
+                                         place_of(entry, file, error.what()), what, error.what())};
   }
   return "loaded " + what;
 }

@@ -27,7 +27,7 @@ void override_parameter(AppFile& app, const std::string& assignment) {
   if (sign == std::string::npos || colon == sign || colon == 0 || colon + 1 == sign) {
     throw std::invalid_argument{"\"" + assignment +
                                 "\" sets no parameter: write NODE:NAME:=VALUE, for instance "
-                                "/demo/talker:period_ms:=50"};
+                                "/example/talker:period_ms:=50"};
   }
   const std::string node = assignment.substr(0, colon);
   ComponentEntry* const component = find_component(app, node);
@@ -35,8 +35,9 @@ void override_parameter(AppFile& app, const std::string& assignment) {
     throw std::invalid_argument{"\"" + assignment + "\": " + app.file + " has no component \"" +
                                 node + "\""};
   }
-  component->parameters.insert_or_assign(assignment.substr(colon + 1, sign - colon - 1),
-                                         parameter_text(assignment.substr(sign + 2)));
+  const std::string name = assignment.substr(colon + 1, sign - colon - 1);
+  component->parameters.insert_or_assign(name, parameter_text(assignment.substr(sign + 2)));
+  component->overridden[name] = "-p " + assignment;
 }
 
 void override_parameters(AppFile& app, const std::filesystem::path& file) {
@@ -52,8 +53,10 @@ void override_parameters(AppFile& app, const std::filesystem::path& file) {
         find_component(app, node.starts_with('/') ? node : "/" + node);
     const yaml::Value* const parameters = fields.find("ros__parameters");
     if (component == nullptr || parameters == nullptr) continue;
-    for (auto& [parameter, given] : read_parameters(*parameters))
+    for (auto& [parameter, given] : read_parameters(*parameters)) {
       component->parameters.insert_or_assign(parameter, std::move(given));
+      component->overridden[parameter] = name;
+    }
   }
 }
 

@@ -43,6 +43,13 @@ class BadComponents(unittest.TestCase):
     def test_unknown_parameter(self):
         self.assert_told(component("bad", more="parameters: {raet: 1}"), "no parameter raet")
 
+    def test_an_unknown_parameter_of_the_command_line_is_named_by_it(self):
+        given = "/bad:raet:=1"
+        status, text = run_to_its_end(app_file(component("bad")), "-p", given)
+        self.assertEqual(status, 4, text)
+        self.assertIn(f'-p {given}: component "/bad"', text)
+        self.assertNotIn("app.yaml:", text)
+
     def test_other_name(self):
         self.assert_told(component("bad", of="NamesItselfOtherwise"), '"/somebody_else"')
 

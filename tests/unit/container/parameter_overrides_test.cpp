@@ -39,6 +39,8 @@ TEST_F(Overrides, OfTheCommandLineReplaceAndAdd) {
   EXPECT_THAT(talker("period_ms").texts, ElementsAre("50"));
   EXPECT_THAT(talker("frames").texts, ElementsAre("front", "rear"));
   EXPECT_THAT(app.components[1].parameters.at("greeting").texts, ElementsAre("a:=b"));
+  EXPECT_EQ(app.components[0].overridden.at("period_ms"), "-p /demo/talker:period_ms:=50");
+  EXPECT_FALSE(app.components[0].overridden.contains("greeting"));
 }
 
 TEST_F(Overrides, OfTheCommandLineAreRefusedWhenNothingIsMeant) {
@@ -77,6 +79,7 @@ TEST_F(OverrideFiles, AreThoseOfRos) {
       "/elsewhere: {ros__parameters: {p: 1}}\n");
   EXPECT_THAT(talker("period_ms").texts, ElementsAre("50"));
   EXPECT_THAT(talker("gain.near").texts, ElementsAre("1.5"));
+  EXPECT_THAT(app.components[0].overridden.at("gain.near"), HasSubstr("cie-params-"));
   EXPECT_THAT(app.components[1].parameters.at("names").texts, ElementsAre("a"));
 }
 
