@@ -6,9 +6,12 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <iterator>
 #include <map>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace cie::analysis {
@@ -42,6 +45,13 @@ bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& threa
   const auto& process = context.model.processes[at(thread.process)];
   return thread.fini && process.spec_since && thread.fini->time < *process.spec_since &&
          process.spec_sha256 == context.options.spec->sha256();
+}
+
+// "EPERM: Operation not permitted"; numbers are Linux's on all its machines that we know.
+std::string error_words(std::int32_t error) {
+  const char* const name = ::strerrorname_np(error);
+  return name == nullptr ? "errno " + std::to_string(error)
+                         : name + (": " + std::generic_category().message(error));
 }
 
 void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
@@ -83,8 +93,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
   if (applied->change != 0) {
     note += " (since change " + std::to_string(applied->change) + " of its parameters)";
   }
-  if (applied->error != 0)
-    note += " (the request failed with errno " + std::to_string(applied->error) + ")";
+  if (applied->error != 0) note += " (the request failed with " + error_words(applied->error) + ")";
   if (differs_later) note += ", and read back later was " + describe(*last);
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
 }

@@ -142,7 +142,7 @@ std::optional<Evidence> doubt_of_first_audit(const RuleContext& context,
 std::string describe(const ReadBack& read) {
   std::string text = describe_policy(Policy{read.policy}, read.nice, read.priority, read.runtime_ns,
                                      read.deadline_ns, read.period_ns);
-  if (read.slice_ns.value_or(0) != 0) text += " slice " + std::to_string(*read.slice_ns);
+  if (read.slice_ns.value_or(0) != 0) text += " slice " + std::to_string(*read.slice_ns) + " ns";
   const bool is_clamped = read.util_min.value_or(0) != 0 || read.util_max.value_or(1024) < 1024;
   if (is_clamped && read.util_max != 0U) {
     text += " uclamp " + std::to_string(read.util_min.value_or(0)) + ".." +
@@ -156,7 +156,7 @@ std::string describe(const ThreadParameters& asked) {
                          ? describe_policy(*asked.policy, asked.nice, asked.priority,
                                            asked.runtime_ns, asked.deadline_ns, asked.period_ns)
                          : "any policy";
-  if (asked.slice_ns) text += " slice " + std::to_string(*asked.slice_ns);
+  if (asked.slice_ns) text += " slice " + std::to_string(*asked.slice_ns) + " ns";
   if (asked.util_min) text += " uclamp_min " + std::to_string(*asked.util_min);
   if (asked.util_max) text += " uclamp_max " + std::to_string(*asked.util_max);
   return text += asked.cpus ? " on CPUs " + cpu_list(*asked.cpus) : " on any CPU";

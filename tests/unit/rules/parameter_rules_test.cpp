@@ -78,9 +78,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(ParametersAsSpecifiedEvidence, SaysWhatWasAskedForAndWhatRuns) {
   const Verified verified(run_with("-90 applied fusion error=1"), kFifo80);
-  EXPECT_THAT(verified.evidence("S1", "callback fusion"),
-              HasSubstr("-90 thread_sched spec.yaml:2 asks for SCHED_FIFO 80 on CPUs 1; the thread "
-                        "runs SCHED_OTHER nice 0 on CPUs 0,1 (the request failed with errno 1)"));
+  EXPECT_THAT(
+      verified.evidence("S1", "callback fusion"),
+      HasSubstr(
+          "-90 thread_sched spec.yaml:2 asks for SCHED_FIFO 80 on CPUs 1; the thread "
+          "runs SCHED_OTHER nice 0 on CPUs 0,1 (the request failed with EPERM: Operation not permitted)"));
 }
 
 TEST(ParametersAsSpecifiedEvidence, JudgesTheLastApplied) {
