@@ -244,7 +244,9 @@ std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view fi
     }
     return first.take_root();
   } catch (const YAML::Exception& error) {
-    fail_at(file, line_of(error.mark), "not YAML: " + error.msg);
+    // The parser says where it gave up, which is not always where the mistake is.
+    fail_at(file, line_of(error.mark),
+            "not YAML: " + error.msg + "; check the indentation and brackets");
   }
 }
 

@@ -68,6 +68,7 @@ TEST(HostileSpec, LooksLikeSomethingElse) {
 TEST(HostileSpec, IsNotYaml) {
   EXPECT_THAT(error_of("callback_groups:\n  - id: \"a\n"), HasSubstr("not YAML"));
   EXPECT_THAT(error_of("a: b: c"), HasSubstr("not YAML"));
+  EXPECT_THAT(error_of("callback_groups: [}"), HasSubstr("; check the indentation and brackets"));
   EXPECT_THAT(error_of("callback_groups: [}"), HasSubstr("not YAML"));
   EXPECT_THAT(error_of("a: *unknown"), StartsWith("spec.yaml:1: "));
 }
