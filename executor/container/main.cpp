@@ -41,8 +41,8 @@ constexpr const char* kFooter =
     R"(Example:
   cie run app.yaml --executor single
   cie record -o out -- cie run app.yaml
-  cie run --control unload /demo/talker
-  cie run --control param set /demo/talker period_ms 50
+  cie run --control unload /example/talker
+  cie run --control param set /example/talker period_ms 50
 
 Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 nothing
 could be loaded, the spec could not be applied, a callback threw, or an order was not followed.)";
@@ -212,7 +212,7 @@ int command_line(int argc, char** argv) {
       ->option_text("NAME")
       ->check(one_of({cie::kExecutorNames.begin(), cie::kExecutorNames.end()}));
   app.add_option("-p,--parameter", arguments.parameters,
-                 "A parameter's value, instead of the file's: /demo/talker:period_ms:=50")
+                 "A parameter's value, instead of the file's: /example/talker:period_ms:=50")
       ->type_name("NODE:NAME:=VALUE")
       ->allow_extra_args(false);
   app.add_option("--params-file", arguments.parameter_files,

@@ -181,6 +181,14 @@ class References(unittest.TestCase):
         self.assertGreater(len(keys_read), 25)
         self.assertEqual(keys_read - manual, set())
 
+    def test_nodes_of_orders_are_the_examples(self):
+        app = read("executor", "examples", "components", "app.yaml")
+        nodes = {f"{space}/{name}" for name, space in re.findall(r"name: (\w+)\n +namespace: (\S+)", app)}
+        for text in (read("executor", "README.md"), PROGRAMS.run("cie-run", "--help").stdout):
+            named = re.findall(r"(?:--control unload|param set|-p) (/\w+/\w+)", text)
+            self.assertTrue(named)
+            self.assertEqual(set(named) - nodes, set())
+
     def test_every_key_of_json_is_told(self):
         page = read("viewer_export", "docs", "reference.md")
         spec = ("--spec", SPEC)
