@@ -181,6 +181,16 @@ class References(unittest.TestCase):
         self.assertGreater(len(keys_read), 25)
         self.assertEqual(keys_read - manual, set())
 
+    def test_the_synopsis_has_every_option(self):
+        synopsis = read("viewer_export", "README.md").partition("```\ncie run")[2].partition("```")[0]
+        everywhere = {"-h", "--help", "-q", "--quiet", "--metadata"}
+        for command in ("analyze", "diff", "doctor"):
+            lines = " ".join(re.findall(rf"^cie {command} .*", synopsis, re.M))
+            for option in PROGRAMS.options("cie", command):
+                if not everywhere.intersection(option.names):
+                    self.assertTrue(any(name in re.split(r"[^\w-]+", lines) for name in option.names),
+                                    (command, option.names))
+
     def test_nodes_of_orders_are_the_examples(self):
         app = read("executor", "examples", "components", "app.yaml")
         nodes = {f"{space}/{name}" for name, space in re.findall(r"name: (\w+)\n +namespace: (\S+)", app)}

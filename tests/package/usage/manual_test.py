@@ -60,6 +60,13 @@ class ManualPages(unittest.TestCase):
         for command in PROGRAMS.commands():
             self.assertIn(rf"\fBcie-{command}\fP(1)", PAGES["cie"].text)
 
+    def test_the_overview_says_which_commands_exit_with_1_and_3(self):
+        for status in ("1", "3"):
+            item = next(item for item in PAGES["cie"].section("EXIT STATUS").split(".TP\n") if item.startswith(status + "\n"))
+            named = set(re.findall(r"\\fBcie (\w+)\\fP", item))
+            have = {command for command in PROGRAMS.commands() if status in PAGES[f"cie-{command}"].tags("EXIT STATUS")}
+            self.assertEqual(named, have - {"run", "record", "collect"}, status)
+
     def test_options_are_those_of_the_help(self):
         for name, words in subjects():
             with self.subTest(name):
