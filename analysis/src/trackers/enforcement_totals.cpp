@@ -130,6 +130,7 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
       const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
       thread.busy_ns = busy_of(state, tids_[host][thread.tid], total).ns;
     }
+    if (state.is_former_unended) thread.busy_ns.reset();
     const auto begin = told_since(thread);
     const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time
                                   : end.value_or(thread.last_seen.value_or(EventRef{}).time);

@@ -292,6 +292,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
       if (thread.fini || is_dead) {  // its last switch-out, unless another follows
         auto& tid = tids[event.prev_tid];
         tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
+        tid.has_left = true;
         thread.busy_ns = busy_of(state, tid, tid.busy_at_exit).ns;
       }
       if (is_dead) {
@@ -331,6 +332,10 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
     registry_.give_tid_anew(host, event.child_tid);
   }
   auto& child = tids[event.child_tid];
+  if (child.thread && !child.has_left) {
+    child.busy_at_exit = timeline_.mark(host, event.child_tid, head.time).total.execution;
+    child.has_left = true;
+  }
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
   child.has_inheritance = false;
@@ -413,8 +418,11 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
   if (!model_.threads[at(index)].is_known_to_kernel) return;
   auto& tid = tids_[host][model_.threads[at(index)].tid];
   if (tid.thread == index) return;
-  threads_[index].busy_before = tid.busy_at_exit;
+  auto& state = threads_[index];
+  state.busy_before = tid.busy_at_exit;
+  state.is_former_unended = tid.thread.has_value() && !tid.has_left;
   tid.thread = index;
+  tid.has_left = false;
   if (tid.fork) model_.forks[*tid.fork].child = index;
 }
 

@@ -91,7 +91,8 @@ class EnforcementTracker {
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     Duration busy_before;                   // of earlier incarnations of its tid
-    bool is_gone = false;                   // left its CPU dead: what has its tid now is not it
+    bool is_former_unended = false;  // the last one on its tid, of which the end was not seen
+    bool is_gone = false;            // left its CPU dead: what has its tid now is not it
   };
   struct OfTid {
     std::int32_t prio = 120;
@@ -100,6 +101,7 @@ class EnforcementTracker {
     // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
     // good.
     std::optional<ThreadIndex> thread;
+    bool has_left = false;  // since that one began
     Duration busy_at_exit;
     Duration busy_before_window;  // its on-CPU time when the window began
     // Of the incarnation that holds the tid, if a real-time thread created it: index into model.forks.

@@ -144,6 +144,32 @@ TEST(Knowable, HowLongAThreadRanThatGoesOnAfterItsEnd) {
   EXPECT_EQ(busy, (std::vector<std::optional<std::int64_t>>{16 - 2, 40 - 28}));
 }
 
+// Where the former thread left the tid was not seen, so what it ran cannot be told from the later
+// one's.
+TEST(Knowable, NotHowLongAThreadRanWhoseTidAnotherMayHaveHeld) {
+  auto trace = test::trace_of(R"(
+    callback fusion
+    2  switch 0 idle fusion
+    3  begin  fusion
+    10 start  fusion
+    12 end    fusion
+    14 finish fusion
+    16 switch 0 fusion idle state=1
+    28 switch 0 idle fusion
+    29 begin  fusion
+    30 start  fusion
+    32 end    fusion
+    40 switch 0 fusion idle state=1)");
+  const auto later = [&trace] {
+    const auto result = test::analyze(trace);
+    return result.report.threads.back().busy_ns;
+  };
+  EXPECT_EQ(later(), 40 - 28);
+  trace.erase<SchedSwitch>(
+      [](const SchedSwitch&, const EventHead& head) { return head.time.ns == 16; });
+  EXPECT_EQ(later(), std::nullopt);
+}
+
 std::optional<std::uint64_t> longest_queue(const test::TextTrace& trace) {
   return test::analyze(trace).report.callbacks.at(0).longest_queue;
 }
