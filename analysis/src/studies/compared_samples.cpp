@@ -32,6 +32,11 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   add(into.exceptions, other.exceptions);
   into.isolation = worst_of(into.isolation, other.isolation);
   add(into.missed_releases, other.missed_releases);
+  if (into.missing_instances && other.missing_instances) {
+    *into.missing_instances += *other.missing_instances;
+  } else {
+    into.missing_instances.reset();
+  }
   add(into.lost_samples, other.lost_samples);
   add(into.overwritten_samples, other.overwritten_samples);
   if (!into.lateness || !other.lateness) {
@@ -106,6 +111,7 @@ void SampleCollector::on_instance(const Instance& instance) {
   measured.last_end = std::max(measured.last_end, *instance.end);
   const auto duration = *instance.end - instance.start;
   measured.duration.add(duration);
+  if (instance.missed.value_or(0) > 0) ++measured.missing_instances;
   const bool is_exact = is_known(instance.release_source) && instance.release;
   const auto least =
       is_exact ? *response_time(instance) : least_response_time(instance).value_or(duration);
@@ -124,12 +130,14 @@ void SampleCollector::Measured::merge_quantities(const Measured& other) {
   start_latency.at_least.merge(other.start_latency.at_least);
   start_latency.at_most.merge(other.start_latency.at_most);
   duration.merge(other.duration);
+  missing_instances += other.missing_instances;
 }
 
 SampleCollector::Measured SampleCollector::Measured::without_releases() const {
   Measured rest;
   rest.response_time.at_least = duration;
   rest.duration = duration;
+  rest.missing_instances = missing_instances;
   for (std::uint64_t i = 0; i < duration.count(); ++i)
     rest.start_latency.at_least.add(Duration{});
   return rest;
@@ -168,12 +176,14 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .lateness = Lateness::of(callback),
                           .lost_samples = callback.lost_samples,
                           .overwritten_samples = callback.overwritten_samples};
+    if (callback.missed_releases) sample.missing_instances = 0;
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {
       const auto& measured = found->second;
       sample.response_time = statistics_of(measured.response_time);
       sample.start_latency = statistics_of(measured.start_latency);
       sample.duration = OrderStatistics::of(measured.duration);
+      if (sample.missing_instances) sample.missing_instances = measured.missing_instances;
       by_id.erase(found);
     }
     add_sample(samples, std::move(sample));

@@ -73,12 +73,11 @@ bool runs_less(const CallbackSample& before, const CallbackSample& after, const 
 Absence absence_of(const CallbackSample& before, const CallbackSample& after,
                    const LengthRatio& ratio) {
   if (!after.has_run() && runs_less(before, after, ratio, 1)) return Absence::never_runs;
-  if (after.processes >= before.processes) return Absence::none;
   // Those of a program that was started again are one at a time.
   const bool is_known = before.processes_at_once && after.processes_at_once;
-  return is_known && *after.processes_at_once >= *before.processes_at_once
-             ? Absence::none
-             : Absence::gone_from_process;
+  const bool is_fewer = is_known ? *after.processes_at_once < *before.processes_at_once
+                                 : after.processes < before.processes;
+  return is_fewer ? Absence::gone_from_process : Absence::none;
 }
 
 Change change_of(const std::optional<std::uint64_t>& before, std::uint64_t runs_before,
@@ -93,6 +92,16 @@ Change change_of(std::optional<std::uint64_t> CallbackSample::*count, const Call
                  const CallbackSample& after, double tolerance) {
   return change_of(before.*count, before.instances + (before.*count).value_or(0), after.*count,
                    after.instances + (after.*count).value_or(0), tolerance);
+}
+
+// Releases that one delay missed are no independent events: where that is known, it counts once.
+Change change_of_missed(const CallbackSample& before, const CallbackSample& after,
+                        double tolerance) {
+  if (!before.missed_releases || !after.missed_releases) return Change::undecided;
+  if (!before.missing_instances || !after.missing_instances)
+    return change_of(&CallbackSample::missed_releases, before, after, tolerance);
+  return change_of(before.missing_instances, before.instances, after.missing_instances,
+                   after.instances, tolerance);
 }
 
 CallbackChange change_of(const CallbackSample& before, const CallbackSample& after,
@@ -120,7 +129,7 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
                                   after.instances, tolerance),
           .missed_before = before.missed_releases,
           .missed_after = after.missed_releases,
-          .missed = change_of(&CallbackSample::missed_releases, before, after, tolerance),
+          .missed = change_of_missed(before, after, tolerance),
           .lost_isolation =
               before.isolation == Isolation::isolated && after.isolation == Isolation::not_isolated,
           .lateness_before = before.lateness,
@@ -265,15 +274,26 @@ bool Comparison::may_lack_runs() const {
          std::ranges::any_of(callbacks, is_absent);
 }
 
-bool Comparison::has_decided() const {
-  return std::ranges::any_of(callbacks, [](const CallbackChange& change) {
-    const auto is_decided = [](const QuantityChange& each) {
-      return each.change != Change::undecided;
-    };
-    return std::ranges::any_of(change.quantities, is_decided) || change.missed == Change::better ||
-           change.exceptions == Change::better || change.lost == Change::better ||
-           change.overwritten == Change::better;
+// The same recording, or as good as the same: equal numbers need no statistics.
+bool Comparison::is_equal() const {
+  return std::ranges::all_of(callbacks, [](const CallbackChange& change) {
+    return change.instances_before == change.instances_after &&
+           change.incomplete_before == change.incomplete_after &&
+           std::ranges::all_of(change.quantities, [](const QuantityChange& each) {
+             return each.before == each.after;
+           });
   });
+}
+
+bool Comparison::has_decided() const {
+  return is_equal() || std::ranges::any_of(callbacks, [](const CallbackChange& change) {
+           const auto is_decided = [](const QuantityChange& each) {
+             return each.change != Change::undecided;
+           };
+           return std::ranges::any_of(change.quantities, is_decided) ||
+                  change.missed == Change::better || change.exceptions == Change::better ||
+                  change.lost == Change::better || change.overwritten == Change::better;
+         });
 }
 
 bool Comparison::has_compared() const {

@@ -138,6 +138,11 @@ TEST(Compare, FindsTheCallbackThatBecameSlower) {
             Outcome::no_regression);
 }
 
+TEST(Compare, OfARecordingWithItselfIsNoRegression) {
+  EXPECT_EQ(compared(sample(1'000'000, 3), sample(1'000'000, 3)).outcome(), Outcome::no_regression);
+  EXPECT_EQ(compared(sample(1'000'000, 3), sample(1'000'000, 4)).outcome(), Outcome::undecided);
+}
+
 TEST(Compare, DecidesNothingWhereNoTimeIsDecided) {
   EXPECT_EQ(compared(sample(1'000'000, 3), sample(2'000'000, 3)).outcome(), Outcome::undecided);
   auto comparison = compared(sample(1'000'000, 3), sample(2'000'000, 3));
@@ -233,9 +238,27 @@ TEST(Compare, MissesAProcessAndNotARestart) {
   EXPECT_EQ(change(in_processes(2, 2), in_processes(1, 1)).absence, Absence::gone_from_process);
   EXPECT_TRUE(change(in_processes(2, 2), in_processes(1, 1)).is_regression());
   EXPECT_EQ(change(in_processes(2, 1), in_processes(1, 1)).absence, Absence::none) << "restarted";
+  EXPECT_EQ(change(in_processes(2, 2), in_processes(2, 1)).absence, Absence::gone_from_process)
+      << "one, started twice";
   const auto of_reports = change(in_processes(2, std::nullopt), in_processes(1, std::nullopt));
   EXPECT_EQ(of_reports.absence, Absence::gone_from_process);
   EXPECT_FALSE(of_reports.is_regression()) << "a report does not say whether they ran at once";
+}
+
+// One delay of 20 periods misses 20 releases and is one event.
+TEST(Compare, CountsADelayOnceHoweverManyReleasesItMissed) {
+  auto before = sample(0, 1'000);
+  before.missed_releases = 0;
+  before.missing_instances = 0;
+  auto after = before;
+  after.missed_releases = 20;
+  after.missing_instances = 1;
+  EXPECT_EQ(change(before, after).missed, Change::undecided);
+  EXPECT_EQ(change(before, after).missed_after, 20U);
+  after.missing_instances = 20;
+  EXPECT_EQ(change(before, after).missed, Change::worse);
+  after.missing_instances.reset();
+  EXPECT_EQ(change(before, after).missed, Change::worse) << "a report tells releases alone";
 }
 
 TEST(Compare, NoticesWhatNeverEndsAndExceptions) {

@@ -59,6 +59,7 @@ struct QuantileInterval {
   std::optional<std::int64_t> lower;
   QuantileEstimate estimate;  // nearest rank
   std::optional<std::int64_t> upper;
+  friend bool operator==(const QuantileInterval&, const QuantileInterval&) = default;
 };
 // `per_mille`: 500 is the median. Empty for an empty sample.
 std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,
@@ -106,6 +107,8 @@ struct CallbackSample {
   std::uint64_t incomplete = 0;               // open or cut by an edge
   std::optional<std::uint64_t> exceptions{};  // empty: not told
   std::optional<std::uint64_t> missed_releases;
+  // Before how many instances they were missed: one delay misses several. Empty: a report does not say.
+  std::optional<std::uint64_t> missing_instances{};
   std::optional<Isolation> isolation;  // empty: unknown
   OrderStatistics response_time;
   OrderStatistics start_latency;
@@ -167,6 +170,7 @@ class SampleCollector final : public Observer {
     Bounded response_time;
     Bounded start_latency;
     Statistics duration;
+    std::uint64_t missing_instances = 0;
 
     void merge_quantities(const Measured& other);
     Measured without_releases() const;
@@ -245,6 +249,8 @@ struct Comparison {
   bool has_compared() const;  // a callback ran before and after
   // A record lacks runs, or does not prove that a callback is gone.
   bool may_lack_runs() const;
+  // In runs and in all times.
+  bool is_equal() const;
   // Of some quantile it is certain how it changed or that it did not, or a count became better.
   bool has_decided() const;
 };
