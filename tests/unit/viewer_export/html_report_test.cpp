@@ -53,13 +53,12 @@ TEST(HtmlReport, TellsWhatIsWorstOfARuleFirstAndWhatToDo) {
                       .tid = {},
                       .note = "skipped 3 periods of 20000000 ns"}}};
   };
-  analysis::AnalysisResult result{
-      .report = test::sample_report(),
-      .verdicts = {.verdict = Verdict::fail,
-                   .rules = {{.id = "R2",
-                              .name = "missed-release",
-                              .verdict = Verdict::fail,
-                              .subjects = {failed(0), failed(1)}}}}};
+  analysis::AnalysisResult result{.report = test::sample_report(),
+                                  .verdicts = {.verdict = Verdict::fail,
+                                               .rules = {{.id = "R2",
+                                                          .name = "missed-release",
+                                                          .verdict = Verdict::fail,
+                                                          .subjects = {failed(0), failed(1)}}}}};
   result.report.callbacks[0].missed_releases = 3;
   result.report.callbacks[1].missed_releases = 24;
   const auto document = document_of(result);
