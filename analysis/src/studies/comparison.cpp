@@ -276,13 +276,15 @@ bool Comparison::may_lack_runs() const {
 
 // The same recording, or as good as the same: equal numbers need no statistics.
 bool Comparison::is_equal() const {
-  return std::ranges::all_of(callbacks, [](const CallbackChange& change) {
-    return change.instances_before == change.instances_after &&
-           change.incomplete_before == change.incomplete_after &&
-           std::ranges::all_of(change.quantities, [](const QuantityChange& each) {
-             return each.before == each.after;
-           });
-  });
+  const auto has_times = [](const CallbackChange& change) { return !change.quantities.empty(); };
+  return std::ranges::any_of(callbacks, has_times) &&
+         std::ranges::all_of(callbacks, [](const CallbackChange& change) {
+           return change.instances_before == change.instances_after &&
+                  change.incomplete_before == change.incomplete_after &&
+                  std::ranges::all_of(change.quantities, [](const QuantityChange& each) {
+                    return each.before == each.after;
+                  });
+         });
 }
 
 bool Comparison::has_decided() const {

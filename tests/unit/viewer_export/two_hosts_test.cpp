@@ -320,8 +320,8 @@ TEST(TwoHosts, AreNamedByEveryFormatOfVerdicts) {
 TEST(TwoHosts, HaveBoundsOfTheirOwn) {
   const auto spec = SchedulingSpec::parse(
       "callback_groups:\n"
-      "  - {id: plan, wcet: 10, min_inter_arrival: 100}\n"
-      "  - {id: show, wcet: 20, min_inter_arrival: 200}\n",
+      "  - {id: plan, wcet: 60, min_inter_arrival: 100}\n"
+      "  - {id: show, wcet: 60, min_inter_arrival: 200}\n",
       "spec.yaml");
   const auto report = two_hosts().report;
   const auto result = analysis::schedulability_of(report, &spec);
@@ -330,8 +330,8 @@ TEST(TwoHosts, HaveBoundsOfTheirOwn) {
   std::map<std::pair<std::string, std::string>, Json> bounds;
   for (const auto& callback : json["callbacks"])
     bounds[{callback["host"], callback["logical_id"]}] = callback["bound_ns"];
-  EXPECT_EQ((bounds[{"robot", "plan"}]), 10);
-  EXPECT_EQ((bounds[{"desk", "plan"}]), 10 + 20);
+  EXPECT_EQ((bounds[{"robot", "plan"}]), 60);
+  EXPECT_EQ((bounds[{"desk", "plan"}]), 60 + 60);
   const auto text =
       text_of([&](std::ostream& out) { write_schedulability_text(out, result, report, {}); });
   EXPECT_THAT(text, HasSubstr("plan (pid 100 on robot)"));

@@ -249,7 +249,7 @@ struct Comparison {
   bool has_compared() const;  // a callback ran before and after
   // A record lacks runs, or does not prove that a callback is gone.
   bool may_lack_runs() const;
-  // In runs and in all times.
+  // In runs and in all times, of which there are some.
   bool is_equal() const;
   // Of some quantile it is certain how it changed or that it did not, or a count became better.
   bool has_decided() const;
