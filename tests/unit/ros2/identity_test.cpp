@@ -9,6 +9,7 @@ namespace {
 
 using analysis::Verdict;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
 constexpr const char* kTimerAndNode = R"(
