@@ -204,18 +204,12 @@ class Analysis {
     auto& result = task.result;
     if (!result.is_above_bound()) return;
     const auto& callback = *task.callback;
-    const auto measured = max_of(callback.execution_time);
-    if (result.execution->source == ParameterSource::declared) {
+    if (const auto what = overrun(task); !what.empty()) {
       const auto wcet = result.execution->ns - result.waiting_ns.value_or(0);
-      explain(task, "overrun", measured - wcet,
-              "an instance executed " + in_us(measured) + ", declared are " + in_us(wcet));
+      explain(task, "overrun", callback.execution_time->max - wcet, "an instance " + what);
     }
-    if (result.period->source == ParameterSource::declared && callback.inter_arrival &&
-        callback.inter_arrival->min < result.period->ns) {
-      explain(task, "burst", result.longest_ns(),
-              "releases came " + in_us(callback.inter_arrival->min) + " apart, declared are " +
-                  in_us(result.period->ns));
-    }
+    if (const auto what = burst(task); !what.empty())
+      explain(task, "burst", result.longest_ns(), "releases " + what);
     explain_by_threads(task);
     explain_by_waiting(task);
     const auto excess = result.longest_ns() - *result.bound_ns;

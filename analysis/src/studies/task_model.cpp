@@ -165,20 +165,25 @@ std::string unmeasured_waiting(const Task& task) {
   return "a run that took longer than its wcet was not measured";
 }
 
+std::string overrun(const Task& task) {
+  const auto& measured = task.callback->execution_time;
+  if (!is_declared(task.result.execution) || !measured) return {};
+  const auto wcet = task.result.execution->ns - task.result.waiting_ns.value_or(0);
+  if (measured->max <= wcet) return {};
+  return "executed " + in_us(measured->max) + ", declared are " + in_us(wcet);
+}
+
+std::string burst(const Task& task) {
+  const auto& measured = task.callback->inter_arrival;
+  const auto& period = task.result.period;
+  if (!is_declared(period) || !measured || measured->min >= period->ns) return {};
+  return "came " + in_us(measured->min) + " apart, declared are " + in_us(period->ns);
+}
+
 std::string broken_declaration(const Task& task) {
-  const auto& callback = *task.callback;
-  const auto& result = task.result;
-  if (is_declared(result.execution) && callback.execution_time) {
-    const auto wcet = result.execution->ns - result.waiting_ns.value_or(0);
-    const auto measured = callback.execution_time->max;
-    if (measured > wcet)
-      return "an instance of " + callback.logical_id + " executed " + in_us(measured) +
-             ", declared are " + in_us(wcet);
-  }
-  if (is_declared(result.period) && callback.inter_arrival &&
-      callback.inter_arrival->min < result.period->ns)
-    return "releases of " + callback.logical_id + " came " + in_us(callback.inter_arrival->min) +
-           " apart, declared are " + in_us(result.period->ns);
+  const auto& id = task.callback->logical_id;
+  if (const auto what = overrun(task); !what.empty()) return "an instance of " + id + ' ' + what;
+  if (const auto what = burst(task); !what.empty()) return "releases of " + id + ' ' + what;
   return {};
 }
 

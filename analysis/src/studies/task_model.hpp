@@ -61,6 +61,10 @@ std::string longer_execution(const Task& task);
 // Why what a run waits may be in no C: a measured one may have waited for longer than is known, and what
 // is declared is execution time alone. Empty: all that ended is known to have taken no longer than C.
 std::string unmeasured_waiting(const Task& task);
+// "executed 3.0 us, declared are 1.0 us", of an instance; empty: none is known to be beyond a declared C.
+std::string overrun(const Task& task);
+// "came 1.0 us apart, declared are 3.0 us", of releases; empty: as above, of T.
+std::string burst(const Task& task);
 // What was declared of it and not kept, with the numbers; empty: it kept all, as far as is known.
 std::string broken_declaration(const Task& task);
 // Why releases may have come nearer to each other than is known; empty: none did, or it is declared.
