@@ -1,11 +1,11 @@
 #include "doubtful_ids.hpp"
 
 #include "recorded_parts.hpp"
+#include "user_losses.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -37,18 +37,6 @@ bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
   return is_kind_alike && (nameless.node.empty() || nameless.node == other.node);
 }
 
-// The first moment at which events of the process may have been lost; empty: none were.
-std::optional<Timestamp> first_loss(const Model& model, const ProcessFacts& process) {
-  const auto& begin = process.ros2_begin;
-  std::optional<Timestamp> first;
-  for (const auto& loss : model.losses) {
-    const bool is_its = loss.is_evidence && loss.domain != Domain::kernel &&
-                        loss.host == process.host && (!begin || loss.end >= begin->time);
-    if (is_its) first = std::min(first.value_or(loss.begin), loss.begin);
-  }
-  return first;
-}
-
 }  // namespace
 
 void doubt_numbered_ids(Model& model) {
@@ -65,10 +53,14 @@ void doubt_numbered_ids(Model& model) {
   }
   if (processes.empty()) return;
   const bool is_part_missing = missing_user_part(model).has_value();
+  const UserLosses losses(model);
   for (auto& [index, callbacks] : processes) {
-    const auto first = is_part_missing ? std::optional<Timestamp>(Timestamp{})
-                                       : first_loss(model, model.processes[at(index)]);
-    if (!first) continue;
+    const auto& process = model.processes[at(index)];
+    const auto begin = process.ros2_begin ? process.ros2_begin->time : TimeWindow{}.from;
+    const auto may_lack_earlier = [&](const CallbackFacts& callback) {
+      return is_part_missing ||
+             losses.between(process.host, begin, callback.registered->time) != nullptr;
+    };
     for (auto& [id, of_id] : callbacks.by_id) {
       for (auto* callback : of_id) {
         const bool is_one_of_several =
@@ -76,7 +68,7 @@ void doubt_numbered_ids(Model& model) {
             std::ranges::any_of(callbacks.nameless, [callback](const CallbackFacts* nameless) {
               return may_be_alike(*nameless, *callback);
             });
-        callback->may_be_another = is_one_of_several && callback->registered->time >= *first;
+        callback->may_be_another = is_one_of_several && may_lack_earlier(*callback);
       }
     }
   }

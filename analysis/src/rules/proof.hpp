@@ -6,8 +6,8 @@
 
 #include "kernel_holes.hpp"
 #include "model/facts.hpp"
+#include "model/user_losses.hpp"
 #include "thread_lives.hpp"
-#include "user_losses.hpp"
 
 #include <concepts>
 #include <map>

@@ -1,7 +1,7 @@
 // Where events of applications were lost: what is not numbered may have been among them.
 #pragma once
 
-#include "model/facts.hpp"
+#include "facts.hpp"
 
 #include <map>
 #include <vector>
