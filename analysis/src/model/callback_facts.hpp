@@ -137,11 +137,11 @@ struct alignas(64) CallbackFacts {
   std::uint64_t with_doubtful_bound = 0;  // of these: CLOCK_REALTIME may have been set meanwhile
   std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
   Statistics response_time{};
-  Statistics response_time_lower{};
-  Statistics response_time_upper{};
   Statistics start_latency{};
   Statistics duration{};
   Statistics inter_arrival{};
+  Statistics response_time_lower{};
+  Statistics response_time_upper{};
   Statistics execution_time{};
   Statistics preempted{};
   Statistics blocked{};

@@ -162,6 +162,7 @@ bool is_scheduled_alike(const ReadBack& a, const ReadBack& b) {
 // Those that were in force while callbacks started, the last one aside.
 std::vector<ThreadSchedReport> former_of(const ThreadFacts& thread) {
   std::vector<const ReadBack*> all;
+  all.reserve(thread.applied.size() + 3);
   for (const auto& applied : thread.applied)
     all.push_back(&applied);
   if (thread.first_audit) all.push_back(&*thread.first_audit);
@@ -190,9 +191,11 @@ ThreadReport report_of(const RuleContext& context, ThreadIndex index) {
   const auto id_of = [&model](CallbackIndex callback) -> const std::string& {
     return model.callbacks[at(callback)].logical_id;
   };
+  report.ran.reserve(facts.ran.size());
   for (const auto* pair : facts.ran)
     report.ran.push_back(pair->callback);
   std::ranges::stable_sort(report.ran, {}, id_of);
+  report.callbacks.reserve(report.ran.size());
   for (const auto callback : report.ran)
     report.callbacks.push_back(id_of(callback));
   if (const auto& last = facts.last_read_back) report.sched = report_of(facts, *last);

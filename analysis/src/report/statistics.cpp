@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <limits>
+#include <memory_resource>
 #include <type_traits>
 #include <utility>
 
@@ -50,6 +51,12 @@ std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
   std::int64_t value = 0;
   histogram.at_ranks({&rank, 1}, {&value, 1});
   return value;
+}
+
+// Lives as long as the program: statistics may.
+std::pmr::memory_resource& lines() {
+  static auto* const pool = new std::pmr::synchronized_pool_resource;
+  return *pool;
 }
 
 }  // namespace
@@ -190,6 +197,9 @@ void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,
 
 std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t denominator) const {
   assert(count_ > 0 && numerator <= denominator);
+  if ((count_ | denominator) >> 32U == 0) [[likely]] {  // a division of 128 bits takes long
+    return std::max<std::uint64_t>(1, (count_ * numerator + denominator - 1) / denominator);
+  }
   const auto product = static_cast<Int128>(count_) * numerator;
   return std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
@@ -228,32 +238,51 @@ void Statistics::Settled::take(std::span<const Integer> values) {
   sum += total;
 }
 
-void Statistics::Values::take(std::int64_t value) {
-  if (!settled) settled.emplace();
-  settled->take(std::span<const std::int64_t>(&value, 1));
+// Aligned to cache lines, as memory for all kinds of objects is not.
+void* Statistics::Values::operator new(std::size_t size) {
+  return lines().allocate(size, alignof(Values));
 }
 
-Statistics::Settled& Statistics::Values::settle() {
+void Statistics::Values::operator delete(void* values) noexcept {
+  lines().deallocate(values, sizeof(Values), alignof(Values));
+}
+
+void Statistics::take(std::int64_t value) {
+  if (!values_) make_room();
+  settle().take(std::span<const std::int64_t>(&value, 1));
+}
+
+void Statistics::make_room() {
+  if (values_) {
+    settle();
+  } else {
+    values_.emplace();
+    room_ = kWaiting;
+  }
+}
+
+Statistics::Settled& Statistics::settle() const {
+  auto& settled = values_->settled;
   if (!settled) settled.emplace();
   settled->take(waiting_values());
-  waiting_count = 0;
+  room_ = kWaiting;
   return *settled;
 }
 
-const Statistics::Settled& Statistics::Values::all(Settled& scratch) {
-  if (settled) return settle();
+const Statistics::Settled& Statistics::all(Settled& scratch) const {
+  if (values_->settled) return settle();
   scratch.take(waiting_values());
   return scratch;
 }
 
 void Statistics::merge(const Statistics& other) {
   if (!other.values_) return;
-  const auto& theirs = other.values_->settle();
   if (!values_) {
     *this = other;
     return;
   }
-  auto& ours = values_->settle();
+  const auto& theirs = other.settle();
+  auto& ours = settle();
   ours.min = std::min(ours.min, theirs.min);
   ours.max = std::max(ours.max, theirs.max);
   ours.sum += theirs.sum;
@@ -263,14 +292,14 @@ void Statistics::merge(const Statistics& other) {
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
   Settled scratch;
-  const auto& all = values_->all(scratch);
+  const auto& all = this->all(scratch);
   return std::clamp(value_at(all.histogram, rank), all.min, all.max);
 }
 
 ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
   if (!values_) return {};
   Settled scratch;
-  const auto& all = values_->all(scratch);
+  const auto& all = this->all(scratch);
   const auto [least, greatest] = values_like(value_at(all.histogram, rank));
   return {.least = std::max(least, all.min), .greatest = std::min(greatest, all.max)};
 }
@@ -278,12 +307,14 @@ ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
   Settled scratch;
-  const auto& all = values_->all(scratch);
+  const auto& all = this->all(scratch);
   const auto& histogram = all.histogram;
-  const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100), histogram.rank(99, 100),
-                         histogram.rank(999, 1000)};
-  std::array<std::int64_t, ranks.size()> quantiles{};
-  histogram.at_ranks(ranks, quantiles);
+  std::array<std::int64_t, 4> quantiles{};
+  if (all.min < all.max) {
+    const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100),
+                           histogram.rank(99, 100), histogram.rank(999, 1000)};
+    histogram.at_ranks(ranks, quantiles);
+  }
   for (auto& quantile : quantiles)
     quantile = std::clamp(quantile, all.min, all.max);
   return Summary{.count = histogram.count(),

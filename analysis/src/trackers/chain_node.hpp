@@ -41,7 +41,7 @@ class ChainNodeRef {
 };
 
 // One instance as a link of chains.
-struct ChainNode {
+struct alignas(64) ChainNode {
   enum class Link : std::uint8_t { source, resolved, outside, before, unseen, forgotten };
 
   CallbackIndex callback{};

@@ -124,13 +124,13 @@ inline void InstanceBuilder::expect_start(CallbackIndex index) const noexcept {
 }
 
 void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
-  prefetch_to_write(threads_.find(runner.thread));
+  prefetch_head(threads_.find(runner.thread));
   // Up to the first members that few instances touch.
   prefetch_lines(runner.thread_facts, &runner.thread_facts->callback);
   if (!runner.ran.is_any()) return;
   const auto callback = runner.ran.index;
-  prefetch_lines(runner.ran_facts, &runner.ran_facts->inits);
-  prefetch_to_write(callbacks_.find(callback));
+  prefetch_lines(runner.ran_facts, &runner.ran_facts->response_time_lower);
+  prefetch_head(callbacks_.find(callback));
   measurer_.expect(callback);
 }
 

@@ -85,17 +85,18 @@ class InstanceBuilder {
  private:
   static constexpr std::size_t kRecentEnds = 16;
 
-  struct OfThread {
+  // What every instance touches lies in one cache line: here, and of a callback.
+  struct alignas(64) OfThread {
     std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
     OptionalTime wakeup;
     OptionalTime nothing_until;  // it woke up then and found nothing to do
-    Duration inside;             // on-CPU time inside outermost instances that ended
-    bool is_inside_known = true;
-    std::uint32_t unseen = 0;    // instances that began before the window and have not ended
     OptionalTime last_activity;  // the latest start or end
     Timestamp busy_since;        // until then: that instances followed each other at once
     OptionalTime waited_since;   // its executor looked for work then, before it did last
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
+    bool is_inside_known = true;
+    std::uint32_t unseen = 0;  // instances that began before the window and have not ended
+    Duration inside;           // on-CPU time inside outermost instances that ended
   };
   // It is of this instance if that ends after it.
   struct UndecidedPublication {
@@ -114,14 +115,14 @@ class InstanceBuilder {
     Timestamp time;
     std::uint64_t seq = 0;
   };
-  struct OfCallback {
+  struct alignas(64) OfCallback {
     std::vector<LiveInstance*> open;
-    Recent<Ended, kRecentEnds> recent;  // for second ends
+    CallbackOnThread* last_on = nullptr;  // where it did something last
+    Recent<Ended, kRecentEnds> recent;    // for second ends
     std::unique_ptr<TimerGrid> grid;
     std::vector<ChainNodeRef> answering;     // ended, of services: they may respond afterwards
     std::optional<TimerStart> last_start{};  // of timers, be it outside the window
     std::vector<ThreadIndex> ran_on;         // those of its facts, which are larger by far
-    CallbackOnThread* last_on = nullptr;     // where it did something last
   };
 
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {

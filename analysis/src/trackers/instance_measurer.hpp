@@ -18,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -132,42 +133,43 @@ class InstanceMeasurer {
     bool has_next = false;
   };
   // Instances whose neighbours, by number, are to come. Most come in order: then it is the latest.
-  struct Arrivals {
+  struct alignas(64) Arrivals {
     static constexpr std::size_t kRemembered = 64;
     Arrival latest;
     bool has_latest = false;
     Recent<Arrival, kRemembered> lonely;  // earlier ones that lack a neighbour
     std::uint64_t last_lonely = 0;        // the largest number that was among them
   };
-  // The value of an Extreme, beside those of the callback's others: the witnesses are written now
-  // and then, the values are looked at for every instance.
-  struct Bound {
-    std::int64_t value = 0;
-    bool is_set = false;
+  // The values of a callback's Extremes: the witnesses are written now and then, the values are
+  // looked at for every instance, and take one cache line.
+  struct Greatest {
+    static constexpr auto kNone = std::numeric_limits<std::int64_t>::min();
+    std::int64_t value = kNone;
     // Whether `other` is the first value or above it, which it then becomes.
     bool rise(Duration other) noexcept {
-      if (is_set && value >= other.ns) return false;
-      return set(other);
-    }
-    bool fall(Duration other) noexcept {
-      if (is_set && value <= other.ns) return false;
-      return set(other);
-    }
-    bool set(Duration other) noexcept {
+      if (value >= other.ns && other.ns != kNone) return false;
       value = other.ns;
-      is_set = true;
       return true;
     }
   };
-  struct Bounds {
-    Bound response;
-    Bound response_lower;
-    Bound response_upper;
-    Bound duration;
-    Bound execution;
-    Bound duration_without_execution;
-    Bound min_inter_arrival;
-    Bound max_inter_arrival;
+  struct Least {
+    static constexpr auto kNone = std::numeric_limits<std::int64_t>::max();
+    std::int64_t value = kNone;
+    bool fall(Duration other) noexcept {
+      if (value <= other.ns && other.ns != kNone) return false;
+      value = other.ns;
+      return true;
+    }
+  };
+  struct alignas(64) Bounds {
+    Greatest response;
+    Greatest response_lower;
+    Greatest response_upper;
+    Greatest duration;
+    Greatest execution;
+    Greatest duration_without_execution;
+    Least min_inter_arrival;
+    Greatest max_inter_arrival;
   };
 
   // What observers will be told of an instance.

@@ -3,7 +3,9 @@
 
 #include "prefetch.hpp"
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -12,20 +14,19 @@ namespace cie::analysis {
 // Remembers the last `kCapacity` values, a power of two. Memory grows with what is remembered.
 template <typename T, std::size_t kCapacity>
 class Recent {
-  static_assert((kCapacity & (kCapacity - 1)) == 0);
+  static_assert((kCapacity & (kCapacity - 1)) == 0 && kCapacity < std::size_t{1} << 31U);
 
  public:
   template <typename Value = T>
   void push(Value&& value) {
     if (size_ < kCapacity) {
+      if (size_ == values_.capacity()) grow();
       values_.push_back(std::forward<Value>(value));
       ++size_;
     } else {
       values_[next_] = std::forward<Value>(value);
     }
     next_ = (next_ + 1) & (kCapacity - 1);
-    // It was not looked at for long: to write it would be to wait for memory.
-    if (size_ == kCapacity) prefetch_to_write(&values_[next_]);
   }
   // Brings into the cache, ahead of the next push, what `address_of` says of the value it replaces.
   template <typename AddressOf>
@@ -53,9 +54,15 @@ class Recent {
   }
 
  private:
+  // In few steps: there are many series, and most have more values than are remembered.
+  [[gnu::noinline]] void grow() {
+    const auto size = size_ < 16 ? 4 * std::max<std::size_t>(size_, 1) : 2 * size_;
+    values_.reserve(std::min(kCapacity, size));
+  }
+
   std::vector<T> values_;
-  std::size_t size_ = 0;  // of values_, whose own size() is a division
-  std::size_t next_ = 0;  // where the next value goes
+  std::uint32_t size_ = 0;  // of values_, whose own size() is a division
+  std::uint32_t next_ = 0;  // where the next value goes
 };
 
 }  // namespace cie::analysis

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -42,6 +43,18 @@ TEST(Statistics, LongValuesMayStandAmongShortOnes) {
   EXPECT_EQ(summary.p50, 12);
   EXPECT_EQ(of({7, kLong}).summary()->min, 7);
   EXPECT_EQ(of({kLong, 7}).summary()->p50, 7);
+}
+
+TEST(Statistics, WhatWasMovedAwayBeginsAnew) {
+  auto first = of({1, 2});
+  auto second = std::move(first);
+  first.add(Duration{7});  // NOLINT(bugprone-use-after-move): that it may
+  EXPECT_EQ(second.summary()->sum, 3);
+  EXPECT_EQ(first.summary()->sum, 7);
+  first = std::move(second);
+  second.add(Duration{8});  // NOLINT(bugprone-use-after-move)
+  EXPECT_EQ(first.summary()->sum, 3);
+  EXPECT_EQ(second.summary()->sum, 8);
 }
 
 TEST(Statistics, OneValueIsEveryQuantile) {

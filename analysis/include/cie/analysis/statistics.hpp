@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -160,29 +161,39 @@ __extension__ typedef __int128
     Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
 
 // Accumulates one quantity. Not thread-safe, not even for reading; merge per-shard objects instead.
-// Takes a pointer until the first value: most quantities of most callbacks are never measured.
+// Takes two words until the first value: most quantities of most callbacks are never measured.
 class Statistics {
  public:
+  Statistics() noexcept = default;
+  Statistics(const Statistics&) = default;
+  Statistics(Statistics&& other) noexcept
+      : values_(std::move(other.values_)), room_(std::exchange(other.room_, 0)) {}
+  Statistics& operator=(const Statistics&) = default;
+  Statistics& operator=(Statistics&& other) noexcept {
+    values_ = std::move(other.values_);
+    room_ = std::exchange(other.room_, 0);
+    return *this;
+  }
+  ~Statistics() = default;
+
   void add(Duration value) {
-    if (!values_) [[unlikely]]
-      values_.emplace();
     const auto small = static_cast<std::uint32_t>(value.ns);
     if (small != value.ns) [[unlikely]] {
-      values_->take(value.ns);
+      take(value.ns);
       return;
     }
-    if (values_->waiting_count == values_->waiting.size()) [[unlikely]]
-      values_->settle();
-    values_->waiting[values_->waiting_count++] = small;
+    if (room_ == 0) [[unlikely]]
+      make_room();
+    values_->waiting[kWaiting - room_--] = small;
   }
   // A value will be added soon: brings what add() writes into the cache.
   void expect() const noexcept {
-    if (values_) __builtin_prefetch(&*values_, 1);
+    if (room_ > 0) __builtin_prefetch(&values_->waiting[kWaiting - room_], 1);
   }
   void merge(const Statistics& other);
   std::uint64_t count() const noexcept {
     if (!values_) return 0;
-    return values_->waiting_count + (values_->settled ? values_->settled->histogram.count() : 0);
+    return kWaiting - room_ + (values_->settled ? values_->settled->histogram.count() : 0);
   }
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
@@ -202,23 +213,29 @@ class Statistics {
     Int128 sum = 0;
   };
   // Values wait for some more: consecutive ones are of different quantities, and to reach the
-  // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are. All of it
-  // is as large as a cache line, and few values need no more.
-  struct Values {
-    void take(std::int64_t value);
-    // Takes what waits. Changes nothing that can be seen.
-    Settled& settle();
-    // The same, but while all of them wait, they do so on, and `scratch` takes them.
-    const Settled& all(Settled& scratch);
-    std::span<const std::uint32_t> waiting_values() const {
-      return std::span(waiting).first(waiting_count);
-    }
+  // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are. A
+  // quantity of a large system often has no more of them than fit into two cache lines.
+  static constexpr std::size_t kWaiting = 30;
+  struct alignas(64) Values {
+    static void* operator new(std::size_t size);
+    static void operator delete(void* values) noexcept;
 
-    std::uint32_t waiting_count = 0;
-    std::array<std::uint32_t, 13> waiting{};
+    std::array<std::uint32_t, kWaiting> waiting{};
     Rare<Settled> settled{};
   };
-  mutable Rare<Values> values_;  // those that wait may be settled whenever they are asked for
+
+  void take(std::int64_t value);
+  void make_room();
+  std::span<const std::uint32_t> waiting_values() const {
+    return std::span(values_->waiting).first(kWaiting - room_);
+  }
+  // Takes what waits. Changes nothing that can be seen. Requires values, as the next one does.
+  Settled& settle() const;
+  // The same, but while all of them wait, they do so on, and `scratch` takes them.
+  const Settled& all(Settled& scratch) const;
+
+  mutable Rare<Values> values_;     // those that wait may be settled whenever they are asked for
+  mutable std::uint32_t room_ = 0;  // how many more may wait there
 };
 
 }  // namespace cie::analysis
