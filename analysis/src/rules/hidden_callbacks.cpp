@@ -1,6 +1,7 @@
 #include "hidden_callbacks.hpp"
 
 #include "judgement.hpp"
+#include "kernel_holes.hpp"
 
 #include <algorithm>
 #include <set>
@@ -66,16 +67,27 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
   }
 }
 
-std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
-  const auto& facts = model_.threads[at(thread)];
-  const auto& process = model_.processes[at(facts.process)];
-  if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
+std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& process) const {
   if (!process.ros2_begin) {
     return without_event(
         process.first_seen.value_or(EventRef{}),
         "the process began before the recording: a client or an action, whose runs "
         "ROS 2's events do not show, may have been made before");
   }
+  // Within what is judged whoever judges asks for losses.
+  const auto* before = loss_before(model_, process.host, Domain::user, process.ros2_begin->time);
+  if (before == nullptr) return std::nullopt;
+  auto unseen = evidence_of(*before);
+  unseen.note +=
+      ": a client or an action, whose runs ROS 2's events do not show, may have been made then";
+  return unseen;
+}
+
+std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
+  const auto& facts = model_.threads[at(thread)];
+  const auto& process = model_.processes[at(facts.process)];
+  if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
+  if (auto unseen = may_be_unseen(process)) return unseen;
   const auto special = on_threads_.find(thread);
   const auto general = anywhere_.find(facts.process);
   Some all = special != on_threads_.end() ? special->second : Some{};
@@ -99,7 +111,7 @@ std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callb
   for (const auto* pair : callback.ran_on) {
     auto reason = on(pair->thread);
     if (!reason) continue;
-    if (model_.processes[at(callback.process)].ros2_begin) {
+    if (!may_be_unseen(model_.processes[at(callback.process)])) {
       reason->note =
           (callback.ran_on.size() == 1 ? "its thread " : "one of its threads ") + reason->note;
     }

@@ -22,6 +22,8 @@ class HiddenCallbacks {
   std::optional<Evidence> on_thread_of(const CallbackFacts& callback) const;
 
  private:
+  // Why nobody knows which ones the process has; empty if they are known.
+  std::optional<Evidence> may_be_unseen(const ProcessFacts& process) const;
   // Those that a thread may have served: the first, and how many.
   struct Some {
     const HiddenCallback* first = nullptr;

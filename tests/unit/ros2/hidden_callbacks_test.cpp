@@ -40,6 +40,18 @@ TEST(HiddenCallbacks, WithoutAnyTheMappingIsDecided) {
     EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule;
 }
 
+// What was lost before the window may have told of a client that is there within it.
+TEST(HiddenCallbacks, ALossBeforeTheWindowMayHideOne) {
+  const std::string text = std::string(kTwoTimers) + kIsolated;
+  const analysis::TimeWindow window{.from = analysis::Timestamp{12}, .to = analysis::Timestamp{21}};
+  const auto lost = analyze_ros2(text, 4, {}, window);
+  for (const auto* rule : {"M2", "M3", "M4", "E2", "E3"}) {
+    EXPECT_EQ(analyze_ros2(text, -1, {}, window).verdict(rule), Verdict::pass) << rule;
+    EXPECT_EQ(lost.verdict(rule), Verdict::inconclusive) << rule;
+  }
+  EXPECT_THAT(lost.evidence("M2"), HasSubstr("may have been made then"));
+}
+
 TEST(HiddenCallbacks, WhatIsSeenToFailFails) {
   const auto result = judged(kClient, R"(
     10 callback_start callback=0x30
