@@ -37,27 +37,30 @@ std::string environment(const bt_trace* trace, const char* name) {
   return bt_value_string_get(value);
 }
 
-// LTTng's name of the event class, or perf's.
-bool declares(const bt_stream_class* stream_class, const std::string& event) {
-  const auto count = bt_stream_class_get_event_class_count(stream_class);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const auto* event_class = bt_stream_class_borrow_event_class_by_index_const(stream_class, i);
-    const char* name = bt_event_class_get_name(event_class);
-    if (name != nullptr && (name == event || name == "sched:" + event)) return true;
+// An event class of the trace has a name that is wanted.
+template <typename IsWanted>
+bool declares(const bt_trace* trace, const IsWanted& is_wanted) {
+  const auto* trace_class = bt_trace_borrow_class_const(trace);
+  const auto streams = bt_trace_class_get_stream_class_count(trace_class);
+  for (std::uint64_t i = 0; i < streams; ++i) {
+    const auto* stream_class = bt_trace_class_borrow_stream_class_by_index_const(trace_class, i);
+    const auto events = bt_stream_class_get_event_class_count(stream_class);
+    for (std::uint64_t k = 0; k < events; ++k) {
+      const char* name = bt_event_class_get_name(
+          bt_stream_class_borrow_event_class_by_index_const(stream_class, k));
+      if (name != nullptr && is_wanted(std::string_view(name))) return true;
+    }
   }
   return false;
 }
 
 // Of the kernel's trace: see StreamBegin.
 std::optional<bool> has_inheritance(const bt_trace* trace) {
-  const auto* trace_class = bt_trace_borrow_class_const(trace);
-  const auto count = bt_trace_class_get_stream_class_count(trace_class);
-  const auto is_declared = [&](const std::string& event) {
-    for (std::uint64_t i = 0; i < count; ++i) {
-      if (declares(bt_trace_class_borrow_stream_class_by_index_const(trace_class, i), event))
-        return true;
-    }
-    return false;
+  // LTTng's name of the event class, or perf's.
+  const auto is_declared = [trace](const std::string& event) {
+    return declares(trace, [&event](std::string_view name) {
+      return name == event || name == "sched:" + event;
+    });
   };
   if (!is_declared("sched_switch")) return std::nullopt;
   return is_declared("sched_pi_setprio");
@@ -133,19 +136,24 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const char* name = bt_stream_get_name(stream);
   const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};
   streams_[stream] = std::move(state);
+  const auto domain = of_trace->domain;
+  const auto has_events = take_has_events(stream, domain);
+  // Of a running system nobody knows what its applications will declare.
+  std::optional<bool> tells_runs;
+  if (domain == Domain::user && has_events) tells_runs = declares(trace, is_callback_start);
   input_.push(
-      head,
-      StreamBegin{.channel = channel->second,
-                  .trace = of_trace->number,
-                  .domain = of_trace->domain,
-                  .host = of_trace->host,
-                  .clock_uuid = clock_uuid,
-                  .clock_offset_ns = offset_ns,
-                  .path = name != nullptr ? std::string_view(name) : std::string_view{},
-                  .is_snapshot = of_trace->is_snapshot,
-                  .has_events = take_has_events(stream, of_trace->domain),
-                  .has_inheritance =
-                      of_trace->domain == Domain::kernel ? has_inheritance(trace) : std::nullopt});
+      head, StreamBegin{
+                .channel = channel->second,
+                .trace = of_trace->number,
+                .domain = domain,
+                .host = of_trace->host,
+                .clock_uuid = clock_uuid,
+                .clock_offset_ns = offset_ns,
+                .path = name != nullptr ? std::string_view(name) : std::string_view{},
+                .is_snapshot = of_trace->is_snapshot,
+                .has_events = has_events,
+                .has_inheritance = domain == Domain::kernel ? has_inheritance(trace) : std::nullopt,
+                .tells_runs = tells_runs});
 }
 
 void MessageDecoder::stream_end(Stream& stream) {

@@ -99,6 +99,11 @@ std::string in_words(const HostGap& gap, const Model& model) {
   const auto since_begin = [&](Timestamp time) {
     return in_seconds(std::max(time + shift - begin, Duration{}));
   };
+  if (gap.is_before_runs) {
+    return "runs on " + host.name + " were recorded from " + since_begin(gap.to) +
+           " after the recording's begin on; before, until " + since_begin(gap.from) +
+           ", what its applications made, and nothing in between";
+  }
   return "nothing is known of " + host.name + " from " + since_begin(gap.from) + " to " +
          since_begin(gap.to) +
          " after the recording's begin, though its processes had not ended: it was cut off or "

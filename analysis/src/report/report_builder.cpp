@@ -95,20 +95,30 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   return trace;
 }
 
-// From the first begin to the last end of what user space told there, else the kernel.
-std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
-  for (const auto domain : {Domain::user, Domain::kernel}) {
-    std::optional<Timestamp> begin;
-    std::optional<Timestamp> end;
-    for (const auto& [number, channel] : model.channels) {
-      if (channel.host != host || channel.domain != domain || !channel.begin || !channel.end)
-        continue;
-      begin = std::min(begin.value_or(*channel.begin), *channel.begin);
-      end = std::max(end.value_or(*channel.end), *channel.end);
-    }
-    if (begin && *begin < *end) return *end - *begin;
+// From the first begin to the last end of the host's channels that are wanted.
+template <typename IsWanted>
+std::optional<Duration> recorded_by(const Model& model, HostIndex host, const IsWanted& is_wanted) {
+  std::optional<Timestamp> begin;
+  std::optional<Timestamp> end;
+  for (const auto& [number, channel] : model.channels) {
+    if (channel.host != host || !channel.begin || !channel.end || !is_wanted(channel)) continue;
+    begin = std::min(begin.value_or(*channel.begin), *channel.begin);
+    end = std::max(end.value_or(*channel.end), *channel.end);
   }
-  return std::nullopt;
+  return begin && *begin < *end ? std::optional(*end - *begin) : std::nullopt;
+}
+
+// Of what user space told of runs there, else of anything, else the kernel.
+std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
+  const auto is_of = [](Domain domain) {
+    return [domain](const ChannelFacts& channel) { return channel.domain == domain; };
+  };
+  const auto tells_runs = [](const ChannelFacts& channel) {
+    return channel.domain == Domain::user && channel.tells_runs;
+  };
+  if (const auto recorded = recorded_by(model, host, tells_runs)) return recorded;
+  if (const auto recorded = recorded_by(model, host, is_of(Domain::user))) return recorded;
+  return recorded_by(model, host, is_of(Domain::kernel));
 }
 
 // When the kernel saw the main threads exit.

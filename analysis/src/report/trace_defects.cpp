@@ -258,10 +258,18 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_defect(defects, DefectKind::instances_cut_by_window, Severity::info,
              total_of(model.callbacks, [](const auto& c) { return c.cut_instances; }),
              "they overlap an edge of what all streams cover; listed, not counted");
-  add_defect(defects, DefectKind::unregistered_callbacks, Severity::loss,
-             total_of(model.callbacks,
-                      [](const auto& c) { return std::uint64_t{!c.registered.has_value()}; }),
+  const auto unregistered = [&model](bool of_ros2) {
+    return total_of(model.callbacks, [&model, of_ros2](const auto& c) {
+      const bool is_of_ros2 = is_told_by_ros2_alone(model.processes[at(c.process)]);
+      return std::uint64_t{!c.registered && is_of_ros2 == of_ros2};
+    });
+  };
+  add_defect(defects, DefectKind::unregistered_callbacks, Severity::loss, unregistered(false),
              "no callback_init was seen: record from the start, or attach for more than a second");
+  add_defect(
+      defects, DefectKind::unregistered_callbacks, Severity::loss, unregistered(true),
+      "ROS 2's events describe a callback once, when it is made: record from the start of its "
+      "application, or what is made in a session of its own (ros2 trace --dual-session)");
   add_defect(defects, DefectKind::identity_failures, Severity::error,
              total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
              "execution, preempted, blocked and wake delay do not add up to the duration");

@@ -54,6 +54,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
+  facts.tells_runs = event.tells_runs.value_or(true);
   states_[head.stream].channel = &channel;
   // Of a running system nobody knows ahead.
   const bool is_silent = is_live_ && event.domain == Domain::user && !event.has_events;
@@ -228,8 +229,10 @@ void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) 
 void RecordingTracker::apply(const EventHead& head, const SessionGap& event) {
   note_user_loss(head, event.begin, event.end);
   if (model_.session_gaps.size() >= kMaxLosses) return;
-  model_.session_gaps.push_back(
-      {.host = registry_.host_of(head), .from = event.begin, .to = event.end});
+  model_.session_gaps.push_back({.host = registry_.host_of(head),
+                                 .from = event.begin,
+                                 .to = event.end,
+                                 .is_before_runs = event.is_before_runs});
 }
 
 void RecordingTracker::add_host_gaps() {
@@ -403,10 +406,13 @@ void RecordingTracker::finish() {
   CommonWindow asked_for;
   CommonWindow recorded;
   for (const auto& [number, channel] : channels_) {
+    const bool tells_runs = std::ranges::any_of(
+        channel.streams, [this](std::uint32_t index) { return model_.streams[index].tells_runs; });
     model_.channels[number] = ChannelFacts{.domain = channel.domain,
                                            .host = channel.host,
                                            .begin = channel.window.begin,
-                                           .end = channel.window.end};
+                                           .end = channel.window.end,
+                                           .tells_runs = tells_runs};
     if (has_user && channel.domain != Domain::user) continue;
     const auto& window = channel.window;
     if (!asked_ && window.begin && window.end && *window.begin > *window.end) {

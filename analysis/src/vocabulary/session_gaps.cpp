@@ -9,6 +9,7 @@ void SessionGaps::apply(const EventHead& head, const StreamBegin& event) {
   auto& trace = traces_[event.trace];
   trace.host = &hosts_[{std::string(event.host), std::string(event.clock_uuid)}];
   ++trace.streams;
+  trace.tells_runs = trace.tells_runs || event.tells_runs.value_or(true);
   const auto index = static_cast<std::size_t>(head.stream);
   if (index >= streams_.size()) streams_.resize(index + 1);
   streams_[index] = &trace;
@@ -19,11 +20,13 @@ std::optional<SessionGap> SessionGaps::apply(const EventHead& head, const Packet
   if (trace == nullptr || trace->is_open) return std::nullopt;
   auto& host = *trace->host;
   const bool is_nobody_here = !trace->has_begun && host.traces == 0;
+  const bool is_before_runs = !host.has_told_runs;
+  host.has_told_runs = host.has_told_runs || trace->tells_runs;
   trace->has_begun = true;
   trace->is_open = true;
   ++host.traces;
   if (!is_nobody_here || !host.end || *host.end >= head.time) return std::nullopt;
-  return SessionGap{.begin = *host.end, .end = head.time};
+  return SessionGap{.begin = *host.end, .end = head.time, .is_before_runs = is_before_runs};
 }
 
 void SessionGaps::apply(const EventHead& head, const PacketEnd& /*event*/) {

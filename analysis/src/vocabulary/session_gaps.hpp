@@ -28,12 +28,14 @@ class SessionGaps {
   struct Host {
     std::uint32_t traces = 0;  // begun and not ended
     std::optional<Timestamp> end{};
+    bool has_told_runs = false;  // some trace that began
   };
   struct Trace {
     Host* host = nullptr;
     std::uint32_t streams = 0;  // not ended
     bool has_begun = false;
     bool is_open = false;
+    bool tells_runs = false;
   };
   // Null: none of an application.
   Trace* trace_of(StreamIndex stream) const noexcept {

@@ -19,6 +19,11 @@ const Translation* find_translation(std::string_view event) {
   return found == all.end() ? nullptr : found->second;
 }
 
+bool is_callback_start(std::string_view event) {
+  const auto* translation = find_translation(event);
+  return translation != nullptr && translation->starts_callback;
+}
+
 const std::vector<FieldRequest>& context_requests() {
   static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid",
                                                   "procname"};

@@ -29,10 +29,14 @@ struct Translation {
   std::uint32_t kind = 0;  // then: what that translator calls it
   // The last field is no field of the event, but what the common context calls its thread.
   bool has_thread_name = false;
+  bool starts_callback = false;  // it tells that one begins to run
 };
 
 // The translations that know an event name; null if none does.
 const Translation* find_translation(std::string_view event);
+
+// Whether some translation says of it that a callback begins to run.
+bool is_callback_start(std::string_view event);
 
 // Whether it is of the kernel's vocabulary: those share a state, so that their order counts.
 bool is_kernel_event(std::string_view event);

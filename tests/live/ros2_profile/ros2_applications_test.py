@@ -79,6 +79,39 @@ class Ros2(unittest.TestCase):
         self.assertGreaterEqual(manifest["end"]["monotonic_ns"] - manifest["begin"]["monotonic_ns"], 8_000_000_000)
         self.assertEqual(callbacks("attached"), {"/robot/leg@Timer(20000000)": 5})
 
+    # As `ros2 trace --dual-session` does: a flight recorder of what is made, and later a session of what runs.
+    def test_runs_may_be_recorded_by_a_session_of_their_own(self):
+        isolated_main.session_daemon(self)
+        made = ["rcl_init", "rcl_node_init", "rcl_timer_init", "rclcpp_timer_callback_added", "rclcpp_callback_register",
+                "rclcpp_timer_link_node"]
+        folder = scratch / "dual"
+        self.session("objects", ",".join("ros2:" + name for name in made), "--snapshot", f"--output={folder}/snapshot")
+        ready = scratch / "made"
+        with subprocess.Popen([ROS2_APP, ready, "later"], env=os.environ | {"LTTNG_UST_REGISTER_TIMEOUT": "-1"}) as app:
+            self.addCleanup(app.kill)
+            isolated_main.wait_for(ready.exists, "the objects")
+            self.lttng("snapshot", "record", "-s", "objects")
+            self.session("runs", "ros2:*", f"--output={folder}/runtime")
+            app.wait(timeout=200)
+        self.lttng("destroy", "runs")
+        self.lttng("destroy", "objects")
+        self.assertEqual(callbacks("dual"), {"/robot/leg@Timer(20000000)": 5})
+        report = json.loads(run(PROGRAMS / "cie", "report", folder, "-f", "json").stdout)
+        gap = next(defect for defect in report["defects"] if defect["kind"] == "host-gap")
+        self.assertIn("what its applications made, and nothing in between", gap["advice"])
+        self.assertEqual(verdict("dual", "M3"), "INCONCLUSIVE", "a client may have been made in between")
+
+    def lttng(self, *arguments):
+        done = run("lttng", *arguments)
+        self.assertEqual(done.returncode, 0, done)
+
+    def session(self, name, events, *options):
+        self.lttng("create", name, *options)
+        self.lttng("enable-channel", "-s", name, "-u", "ros2")
+        self.lttng("add-context", "-s", name, "-c", "ros2", "-u", "-t", "vpid", "-t", "vtid", "-t", "procname")
+        self.lttng("enable-event", "-s", name, "-c", "ros2", "-u", events)
+        self.lttng("start", name)
+
     def test_live_shows_a_command(self):
         done = run(PROGRAMS / "cie", "live", "--ros2", "--json", "--interval", "0.2", "--", ROS2_APP)
         self.assertEqual(done.returncode, 0, done)

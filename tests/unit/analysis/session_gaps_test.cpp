@@ -19,22 +19,27 @@ using ::testing::IsEmpty;
 // Streams are numbered as they are added; what is told of packets comes in order of time.
 class Recording {
  public:
-  void add(std::uint32_t trace, const std::string& host = "robot", Domain domain = Domain::user) {
+  void add(std::uint32_t trace, const std::string& host = "robot", Domain domain = Domain::user,
+           std::optional<bool> tells_runs = {}) {
     gaps_.apply(head(streams_++, 0), StreamBegin{.channel = 0,
                                                  .trace = trace,
                                                  .domain = domain,
                                                  .host = host,
                                                  .clock_uuid = "boot",
-                                                 .path = {}});
+                                                 .path = {},
+                                                 .tells_runs = tells_runs});
   }
   void packet(std::uint32_t stream, std::int64_t begin, std::int64_t end) {
-    if (const auto gap = gaps_.apply(head(stream, begin), PacketBegin{}))
+    if (const auto gap = gaps_.apply(head(stream, begin), PacketBegin{})) {
       found.emplace_back(gap->begin.ns, gap->end.ns);
+      are_before_runs.push_back(gap->is_before_runs);
+    }
     gaps_.apply(head(stream, end), PacketEnd{});
   }
   void end(std::uint32_t stream) { gaps_.apply(head(stream, 0), StreamEnd{}); }
 
   std::vector<std::pair<std::int64_t, std::int64_t>> found;
+  std::vector<bool> are_before_runs;  // of these
 
  private:
   static EventHead head(std::uint32_t stream, std::int64_t time) {
@@ -57,6 +62,20 @@ TEST(SessionGaps, AreFromTheLastEndOfATraceToTheFirstBeginOfAnother) {
   recording.packet(2, 40, 60);
   recording.packet(3, 45, 61);
   EXPECT_THAT(recording.found, ElementsAre(std::pair(31, 40)));
+}
+
+TEST(SessionGaps, AreBeforeRunsUntilASessionRecordsSome) {
+  Recording recording;
+  recording.add(0, "robot", Domain::user, false);
+  recording.add(1, "robot", Domain::user, false);
+  recording.add(2, "robot", Domain::user, true);
+  recording.add(3);  // nobody knows
+  recording.add(4, "robot", Domain::user, false);
+  for (std::uint32_t stream = 0; stream < 5; ++stream) {
+    recording.packet(stream, 10 * stream, 10 * stream + 1);
+    recording.end(stream);
+  }
+  EXPECT_THAT(recording.are_before_runs, ElementsAre(true, true, false, false));
 }
 
 // A CPU's packet begins with its first event, wherever the one before it ended.

@@ -193,17 +193,20 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   const auto tells = [&text](const char* what) {
     return text.find(what) != std::string_view::npos;
   };
+  constexpr const char* kRunsBegin = " session of runs until=";
   const StreamBegin of_applications{.channel = 0,
                                     .trace = 0,
                                     .domain = Domain::user,
                                     .host = "robot",
                                     .clock_uuid = "boot",
                                     .clock_offset_ns = kRealtimeOffset,
-                                    .path = "stream"};
+                                    .path = "stream",
+                                    .tells_runs = !tells(kRunsBegin)};
   on_streams(0, of_applications, PacketBegin{});
   constexpr StreamIndex kNextSession{3'000};
-  if (tells(" session until=")) {
+  if (tells(" session until=") || tells(kRunsBegin)) {
     auto next = of_applications;
+    next.tells_runs = true;
     next.channel = next.trace = static_cast<std::uint32_t>(kNextSession);
     head.stream = kNextSession;
     consume(0, next);
@@ -289,7 +292,9 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
       continue;
     }
     // NOLINTNEXTLINE(cert-err34-c): as above
-    if (std::sscanf(line_text.c_str(), "%ld session until=%ld", &lost_from, &lost_until) == 2) {
+    if (std::sscanf(line_text.c_str(), "%ld session until=%ld", &lost_from, &lost_until) == 2 ||
+        std::sscanf(line_text.c_str(), "%ld session of runs until=%ld", &lost_from, &lost_until) ==
+            2) {
       on_streams(lost_from, PacketEnd{}, StreamEnd{});
       streams = {kNextSession};
       on_streams(lost_until, PacketBegin{});

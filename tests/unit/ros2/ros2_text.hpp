@@ -4,6 +4,7 @@
 // `TIME lost until=TIME [room=TIME] [stream=2]`: a packet that begins there tells that events were lost until its end,
 // behind the last event with room for another one if that is told.
 // `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.
+// `TIME session of runs until=TIME`: the same, where the first one recorded what is made alone.
 // `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.
 // `TIME kernel_lost TIME`: it has a hole until then. `0 kernel_without_inheritance`: it declares no sched_pi_setprio.
 // Values with a digit first are numbers, of gids and CPUs lists of them (1.15.3); all others are texts.

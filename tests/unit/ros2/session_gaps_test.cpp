@@ -82,6 +82,19 @@ TEST(Ros2SessionGaps, MayHideThatACallbackRanOnAnotherThread) {
   EXPECT_THAT(result.evidence("M3"), HasSubstr("between two sessions"));
 }
 
+// As `ros2 trace --dual-session` records them.
+TEST(Ros2SessionGaps, RunsAreRecordedSinceTheSessionThatRecordsThem) {
+  const auto result = analyze_ros2(subscription(1) + "  3500 session of runs until=9000\n" +
+                                   run(9100, 9200) + run(12'000, 12'100));
+  EXPECT_EQ(result.callback(kTaker).instances, 2U);
+  const auto& report = result.analysis.report;
+  const auto gap = std::ranges::find(report.defects, DefectKind::host_gap, &TraceDefect::kind);
+  ASSERT_NE(gap, report.defects.end());
+  EXPECT_THAT(gap->advice, HasSubstr("what its applications made, and nothing in between"));
+  EXPECT_EQ(report.hosts.front().recorded, Duration{12'101 - 9000}) << "of it they are a share";
+  EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive) << "a client may have been made meanwhile";
+}
+
 // One process ended with its session, and another one began in the next.
 TEST(Ros2SessionGaps, HideNothingOfProcessesThatDidNotLiveThen) {
   const auto result =

@@ -127,6 +127,17 @@ bool has_defect(const Ros2Result& result, analysis::DefectKind kind) {
          result.analysis.report.defects.end();
 }
 
+// Nobody announces them again, as this project's executor does to those who attach.
+TEST(Ros2Verdicts, WhoAttachedIsToldHowRos2DescribesCallbacks) {
+  const auto result = analyze_ros2(kIsolated);
+  const auto& defects = result.analysis.report.defects;
+  const auto found = std::ranges::find(defects, analysis::DefectKind::unregistered_callbacks,
+                                       &analysis::TraceDefect::kind);
+  ASSERT_NE(found, defects.end());
+  EXPECT_EQ(found->count, 2U);
+  EXPECT_THAT(found->advice, HasSubstr("describe a callback once, when it is made"));
+}
+
 TEST(Ros2Verdicts, AProcessBeginsWithItsFirstContext) {
   const auto whole = analyze_ros2(std::string(kTwoTimers) + kIsolated);
   EXPECT_FALSE(has_defect(whole, analysis::DefectKind::missing_run_begin));

@@ -65,6 +65,9 @@ struct StreamBegin {
   bool is_left_out = false;
   // Of the kernel's, whose trace declares sched_switch: whether it declares sched_pi_setprio, too.
   std::optional<bool> has_inheritance{};
+  // Of the user's, whose trace declares starts of callbacks; false: what applications make at their
+  // begin alone was recorded, as by the first session of `ros2 trace --dual-session`.
+  std::optional<bool> tells_runs{};
 };
 struct StreamEnd {
   static constexpr EventPhase kPhase = EventPhase::structure;
@@ -107,6 +110,7 @@ struct SessionGap {
   static constexpr std::string_view kName{};
   Timestamp begin;
   Timestamp end;
+  bool is_before_runs = false;  // no session of the host had recorded runs of callbacks before
 };
 // Time ran backwards in a stream.
 struct TimeRegression {

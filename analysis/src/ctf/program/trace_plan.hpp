@@ -155,7 +155,8 @@ class TracePlan {
   bool is_snapshot = false;  // of a flight recorder
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
-  std::optional<bool> has_inheritance;  // see StreamBegin
+  std::optional<bool> has_inheritance;  // see StreamBegin, as the next one
+  std::optional<bool> tells_runs;
   const Sequence* packet_header = nullptr;
   bool has_magic = false;
   bool has_header_uuid = false;

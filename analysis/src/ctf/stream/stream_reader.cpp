@@ -46,7 +46,8 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .is_snapshot = trace.is_snapshot,
                            .has_events = !identity_.is_idle,
                            .is_left_out = identity_.is_left_out,
-                           .has_inheritance = trace.has_inheritance};
+                           .has_inheritance = trace.has_inheritance,
+                           .tells_runs = trace.tells_runs};
   writer.keep(event);
 }
 

@@ -14,8 +14,8 @@ void add(std::vector<Translation>& table, Ros2Event event,
          bool has_thread_name = false) {
   for (const auto name : names) {
     const auto flags = name.starts_with("ros2_caret:") ? ros2::kRepeats : 0;
-    table.push_back(
-        {name, fields, nullptr, static_cast<std::uint32_t>(event) | flags, has_thread_name});
+    table.push_back({name, fields, nullptr, static_cast<std::uint32_t>(event) | flags,
+                     has_thread_name, event == Ros2Event::callback_start});
   }
 }
 
