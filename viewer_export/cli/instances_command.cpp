@@ -44,8 +44,8 @@ int instances_command(const Arguments& arguments) {
   }
   viewer_export::InstanceWriter writer(spill_directory(target));
   ProgressBar bar(reader.is_progress_wanted());
-  const auto& result =
-      analyze_until_exit(traces, {.metadata_from = reader.metadata()}, bar, &writer);
+  const analysis::AnalysisOptions options{.metadata_from = reader.metadata()};
+  const auto& result = analyze_until_exit(traces, options, bar, &writer);
   tell_of_damage(result.report);
   writer.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) { writer.write(out, table_format, result.report); });

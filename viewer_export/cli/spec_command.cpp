@@ -48,7 +48,9 @@ void check_spec(const std::string& file, const std::string& target) {
 void write_template(const std::string& trace, const std::string& target) {
   auto output = open_output(target);
   ProgressBar bar(true);
-  const auto& result = analyze_until_exit({trace}, {}, bar);
+  const std::vector<std::filesystem::path> traces{trace};
+  const analysis::AnalysisOptions options;
+  const auto& result = analyze_until_exit(traces, options, bar);
   tell_of_damage(result.report);
   write_spec_template(output.stream(), result.report);
   output.commit();
