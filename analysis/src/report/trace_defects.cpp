@@ -75,13 +75,14 @@ std::string larger_buffers(const Model& model, LossKind kind) {
       return loss.kind == kind && loss.domain == domain;
     });
   };
-  const std::string of_applications =
+  std::string of_applications =
       "larger or more sub-buffers (cie record --subbuf-size, --num-subbuf)";
-  const std::string of_kernel =
+  std::string of_kernel =
       "larger buffers of the kernel's events (cie record --kernel-buffer; LTTng: sub-buffers of the "
       "kernel's channel)";
   if (!is_of(Domain::kernel)) return of_applications;
-  return is_of(Domain::user) ? of_applications + ", and " + of_kernel : of_kernel;
+  if (!is_of(Domain::user)) return of_kernel;
+  return of_applications + ", and " + of_kernel;
 }
 
 template <typename Range, typename Count>

@@ -56,7 +56,7 @@ class Recent {
  private:
   // In few steps: there are many series, and most have more values than are remembered.
   [[gnu::noinline]] void grow() {
-    const auto size = size_ < 16 ? 4 * std::max<std::size_t>(size_, 1) : 2 * size_;
+    const auto size = size_ < 16 ? 4 * std::max<std::size_t>(size_, 1) : std::size_t{2} * size_;
     values_.reserve(std::min(kCapacity, size));
   }
 
