@@ -63,12 +63,12 @@ void doubt_numbered_ids(Model& model) {
     };
     for (auto& [id, of_id] : callbacks.by_id) {
       for (auto* callback : of_id) {
-        const bool is_one_of_several =
-            of_id.size() > 1 ||
-            std::ranges::any_of(callbacks.nameless, [callback](const CallbackFacts* nameless) {
-              return may_be_alike(*nameless, *callback);
-            });
-        callback->may_be_another = is_one_of_several && may_lack_earlier(*callback);
+        const auto has_namesake = [callback](const CallbackFacts* nameless) {
+          return may_be_alike(*nameless, *callback);
+        };
+        callback->may_be_another =
+            may_lack_earlier(*callback) &&
+            (of_id.size() > 1 || std::ranges::any_of(callbacks.nameless, has_namesake));
       }
     }
   }

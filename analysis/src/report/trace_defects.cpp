@@ -261,8 +261,8 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              "they overlap an edge of what all streams cover; listed, not counted");
   const auto unregistered = [&model](bool of_ros2) {
     return total_of(model.callbacks, [&model, of_ros2](const auto& c) {
-      const bool is_of_ros2 = is_told_by_ros2_alone(model.processes[at(c.process)]);
-      return std::uint64_t{!c.registered && is_of_ros2 == of_ros2};
+      const auto is_of_ros2 = [&] { return is_told_by_ros2_alone(model.processes[at(c.process)]); };
+      return std::uint64_t{!c.registered && is_of_ros2() == of_ros2};
     });
   };
   add_defect(defects, DefectKind::unregistered_callbacks, Severity::loss, unregistered(false),
