@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """What the page of `cie live` shows of the snapshots (cie.live/1) that it is sent, in a real Chromium.
-Arguments: ESBUILD FOLDER_OF_THE_PAGE."""
+Arguments: FOLDER_OF_THE_PAGE SCRIPT, as the program has it."""
 import http.server
 import json
 import queue
-import subprocess
 import sys
 import threading
 import time
@@ -14,8 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from chromium import Chromium  # noqa: E402  pylint: disable=wrong-import-position
 
-ESBUILD = sys.argv[1]
-PAGE = Path(sys.argv[2]).resolve()
+PAGE, SCRIPT = (Path(argument).resolve() for argument in sys.argv[1:3])
 
 SECOND = 10**9
 BEGIN = 1_700_000_000 * SECOND  # of CLOCK_REALTIME, the first of a page's samples
@@ -102,11 +100,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
 class LivePage(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        script = subprocess.run([ESBUILD, str(PAGE / "live.js"), "--bundle", "--format=iife"], check=True,
-                                stdout=subprocess.PIPE).stdout
         cls.files = {"/": ("text/html", (PAGE / "live.html").read_bytes()),
                      "/live.css": ("text/css", (PAGE / "live.css").read_bytes()),
-                     "/live.js": ("text/javascript", script)}
+                     "/live.js": ("text/javascript", SCRIPT.read_bytes())}
         cls.browser = Chromium()
         cls.addClassCleanup(cls.browser.__exit__)
 
