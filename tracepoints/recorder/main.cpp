@@ -1,6 +1,7 @@
 // cie-record: records a run with LTTng into a directory.
 #include "base/messages.hpp"
 #include "keeping/flight_recorder.hpp"
+#include "keeping/outcome.hpp"
 #include "kernel/kernel_trial.hpp"
 #include "options/command_line.hpp"
 #include "record.hpp"
@@ -17,7 +18,6 @@
 namespace {
 
 constexpr int kUsage = 2;
-constexpr int kFailed = 4;
 
 }  // namespace
 
@@ -42,14 +42,14 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (parsed.options->live_socket >= 0) {
-      return cie::record::stream_live(*parsed.options) ? 0 : kFailed;
+      return cie::record::stream_live(*parsed.options) ? 0 : cie::record::kFailed;
     }
-    return cie::record::record(*parsed.options) ? 0 : kFailed;
+    return cie::record::record(*parsed.options);
   } catch (const cie::record::UsageError& error) {
     cie::tell_wrong_usage(error.what(), "cie record");
     return kUsage;
   } catch (const std::exception& error) {
     cie::tell(error.what());
-    return kFailed;
+    return cie::record::kFailed;
   }
 }

@@ -50,13 +50,13 @@ std::optional<Outcome> run(Target& target, Keeping& keeping) {
 
 }  // namespace
 
-bool record(const Options& options) {
+int record(const Options& options) {
   Console console;
   Target target(options);
   const std::unique_ptr<Keeping> keeping = make_keeping(options, console);
   const Outcome outcome = run(target, *keeping).value();
   console.say(summary(outcome));
-  return outcome.is_success();
+  return exit_status(outcome);
 }
 
 bool stream_live(const Options& options) {

@@ -164,6 +164,13 @@ TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
   }
 }
 
+TEST_P(Record, EndsAsTheCommandDidForWhoAsks) {
+  const Finished result =
+      sandbox_.run(recording("rec", {"--instances", "1", "--status", "3"}, {"--preserve-status"}));
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_EQ(manifest("rec")["problems"], json::array());
+}
+
 TEST_P(Record, EmitsTheEndWhenTheApplicationCallsExitWithEverythingAlive) {
   const Finished result =
       sandbox_.run(recording("rec", {"--instances", "20", "--leave-by", "exit"}));

@@ -101,6 +101,7 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"app"},
       {"--"},
       {"--attach", "--", "a"},
+      {"--attach", "--preserve-status"},
       {"--duration", "1", "--", "a"},
       {"--attach", "--duration", "0"},
       {"--attach", "--duration", "1e300"},

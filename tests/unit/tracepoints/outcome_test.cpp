@@ -130,5 +130,17 @@ TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {
   EXPECT_THAT(summary(kept), HasSubstr("what there is stands at desk:1:\n"));
 }
 
+TEST(ExitStatusOfTheRecorder, IsTheCommandsOnlyWhereThatWasAskedForAndTheRecordingSucceeded) {
+  Outcome kept = outcome();
+  kept.manifest.exit = ExitStatus{.code = 3, .signal = std::nullopt};
+  EXPECT_EQ(exit_status(kept), 0);
+  kept.manifest.options.preserves_status = true;
+  EXPECT_EQ(exit_status(kept), 3);
+  kept.manifest.exit = ExitStatus{.code = std::nullopt, .signal = SIGKILL};
+  EXPECT_EQ(exit_status(kept), 128 + 9);
+  kept.manifest.problems = {"LTTng did not end the session"};
+  EXPECT_EQ(exit_status(kept), 4);
+}
+
 }  // namespace
 }  // namespace cie::record

@@ -146,4 +146,12 @@ std::string summary(const Outcome& outcome) {
   return text + std::visit([&](const auto& kept) { return result(manifest, kept); }, outcome.kept);
 }
 
+int exit_status(const Outcome& outcome) noexcept {
+  constexpr int kKilled = 128;
+  if (!outcome.is_success()) return kFailed;
+  const auto& exit = outcome.manifest.exit;
+  if (!outcome.manifest.options.preserves_status || !exit) return 0;
+  return exit->signal ? kKilled + *exit->signal : exit->code.value_or(0);
+}
+
 }  // namespace cie::record

@@ -222,7 +222,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       "ends with it. If CMD goes on, a second Ctrl-C sends it SIGTERM, and SIGKILL 5 s later or with\n"
       "a third. What was recorded is kept.\n\n"
       "Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed and\n"
-      "stands in DIR/manifest.json.\n\n"
+      "stands in DIR/manifest.json; with --preserve-status it takes the place of 0.\n\n"
       "CMD gets a session daemon of its own, so that nothing else is recorded (as root in a mount\n"
       "namespace with a /run/lttng of its own, where the kernel allows that). --daemon=shared "
       "uses\n"
@@ -251,6 +251,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                        ->option_text("SECONDS")
                        ->check(seconds_complaint)
                        ->needs(attach);
+  app.add_flag("--preserve-status", options.preserves_status,
+               "If it was recorded, exit with the status of CMD; 128+N: signal N killed it")
+      ->excludes(attach);
   app.add_option(
          "--kernel", kernel,
          "Scheduler events of the kernel (root); auto (default): if possible; no; yes, or no value: "

@@ -48,6 +48,7 @@ enum class Ros2Events { no, applications, profile };
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording, or only what is said of it
   std::vector<std::string> command;  // empty: attach
+  bool preserves_status = false;     // of what succeeded: ends with the command's own
   DaemonChoice daemon = DaemonChoice::own;
   KernelChoice kernel = KernelChoice::automatic;
   KernelRoute kernel_route = KernelRoute::best;
