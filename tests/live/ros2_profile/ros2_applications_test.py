@@ -46,6 +46,7 @@ class Ros2(unittest.TestCase):
         manifest, said = record("launched", "--ros2", "--", "sh", "-c", f"'{ROS2_APP}' & '{ROS2_APP}'; wait")
         self.assertNotIn("registered", said)
         self.assertEqual([process["name"] for process in manifest["processes"]], ["live_ros2_app"] * 2)
+        self.assertEqual(manifest["session"]["events"], ["cie:*", "ros2:*", "ros2_caret:*", "agnocast:*"])
         self.assertEqual(callbacks("launched"), {"/robot/leg@Timer(20000000)": 5})
         self.assertEqual(verdict("launched", "T2"), "PASS")
 

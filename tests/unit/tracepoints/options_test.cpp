@@ -1,4 +1,5 @@
 // cie-record's command line.
+#include "lttng/session_channels.hpp"
 #include "options/command_line.hpp"
 #include "system/error.hpp"
 
@@ -6,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -13,6 +15,7 @@ namespace cie::record {
 namespace {
 
 using std::chrono::milliseconds;
+using ::testing::ElementsAre;
 
 Options parse(const std::vector<std::string>& arguments, bool is_root = false) {
   return parse_command_line(arguments, is_root).options.value();
@@ -80,9 +83,31 @@ TEST(RecorderOptions, KeepsTheKernelsEventsInMemoryOnlyIfAskedTo) {
   EXPECT_EQ(parse({"--snapshot", "5", "--kernel=no", "--", "a"}).kernel, KernelChoice::no);
 }
 
+TEST(RecorderOptions, SayWhichOptionLeftOutTheKernelsEvents) {
+  const auto reason = [](const std::vector<std::string>& arguments) {
+    return parse(arguments).no_kernel_because;
+  };
+  EXPECT_EQ(reason({"--rotate", "60", "--", "a"}), "--rotate has them with --kernel=yes only");
+  EXPECT_EQ(reason({"--snapshot", "5", "--", "a"}), "--snapshot has them with --kernel=yes only");
+  EXPECT_EQ(reason({"--to", "desk", "--", "a"}), "--to streams what LTTng records");
+  for (const char* choice : {"--kernel=no", "--kernel=yes", "--kernel=auto"})
+    EXPECT_EQ(reason({choice, "--", "a"}), "");
+  EXPECT_EQ(reason({"--rotate", "60", "--kernel=no", "--", "a"}), "");
+}
+
 TEST(RecorderOptions, AddsEventsToItsOwn) {
   EXPECT_EQ(parse({"--event", "ros2:*", "--", "a"}).events,
             (std::vector<std::string>{"cie:*", "ros2:*"}));
+}
+
+TEST(RecorderOptions, AddTheEventsOfRos2sTracersToThoseThatAreRecorded) {
+  const auto recorded = [](const std::vector<std::string>& arguments) {
+    return event_patterns(parse(arguments));
+  };
+  EXPECT_THAT(recorded({"--", "a"}), ElementsAre("cie:*"));
+  EXPECT_THAT(recorded({"--ros2", "--event", "mine:*", "--", "a"}),
+              ElementsAre("cie:*", "mine:*", "ros2:*", "ros2_caret:*", "agnocast:*"));
+  EXPECT_THAT(recorded({"--profile", "ros2", "--", "a"}), ElementsAre("cie:*", "ros2:*"));
 }
 
 TEST(RecorderOptions, DividesARecordingIntoChunks) {

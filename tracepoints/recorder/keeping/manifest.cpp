@@ -4,6 +4,7 @@
 
 #include "base/machine.hpp"
 #include "keeping/chunk_names.hpp"
+#include "lttng/session_channels.hpp"
 #include "system/directory_claim.hpp"
 #include "system/error.hpp"
 #include "system/text.hpp"
@@ -99,7 +100,7 @@ void write_manifest(const Manifest& manifest) {
   said.kernel_reason =
       manifest.no_kernel_because.empty() ? "--kernel=no" : manifest.no_kernel_because;
   said.session = {.name = manifest.session,
-                  .events = options.events,
+                  .events = event_patterns(options),
                   .subbuf_size = options.subbuf_size,
                   .num_subbuf = options.num_subbuf,
                   .flush_interval_ms = options.flush_interval.count()};

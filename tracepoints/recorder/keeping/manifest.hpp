@@ -41,7 +41,7 @@ struct Manifest {
   bool names_all_processes = true;  // false: LTTng did not tell of some
   std::vector<ChannelLoss> losses;
   std::optional<KernelSummary> kernel;    // empty: no kernel events
-  std::string no_kernel_because;          // empty: they were recorded, or not asked for
+  std::string no_kernel_because;          // empty: they were recorded, or --kernel=no
   std::optional<SnapshotFacts> snapshot;  // empty: everything from begin to end
   std::optional<std::uint64_t> chunk;     // its number; empty: not divided, or the whole
   std::uint64_t removed_chunks = 0;       // of the whole

@@ -2,7 +2,9 @@
 
 #include <cie/tracepoints/schema.hpp>
 
+#include "base/text.hpp"
 #include "keeping/attempt.hpp"
+#include "lttng/session_channels.hpp"
 #include "system/disk_room.hpp"
 #include "system/error.hpp"
 #include "system/instant.hpp"
@@ -72,6 +74,7 @@ void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) 
 Tracing::Tracing(const Options& options, Console& output)
     : console(output), claim_(options.directory), registration_(output, options) {
   manifest.options = options;
+  manifest.no_kernel_because = options.no_kernel_because;
 }
 
 void Tracing::start_daemon() { daemon_ = std::make_unique<SessionDaemon>(options().daemon); }
@@ -229,9 +232,7 @@ void Tracing::end() {
 }
 
 void Tracing::note_nothing_recorded() {
-  const std::string events = options().ros2 == Ros2Events::applications
-                                 ? "ros2:* or " + options().events[0]
-                                 : options().events[0];
+  const std::string events = joined(event_patterns(options()));
   const std::string why =
       options().is_attach()
           ? ". One that runs already may take some 5 s to find a session daemon that was just "

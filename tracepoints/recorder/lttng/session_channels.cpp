@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -137,6 +138,20 @@ void enable_events(lttng_handle* session, const char* channel, const std::string
         "enable the events " + in_quotes(pattern));
 }
 
+constexpr const char* kRos2Provider = "ros2:*";
+
+std::vector<std::string> ros2_patterns(Ros2Events which) {
+  switch (which) {
+    case Ros2Events::applications:
+      return {kRos2Provider, "ros2_caret:*", "agnocast:*"};
+    case Ros2Events::profile:
+      return {kRos2Provider};
+    case Ros2Events::no:
+      break;
+  }
+  return {};
+}
+
 void enable_own_events(lttng_handle* session, SessionKind kind, const Options& options) {
   enable_channel(session, kind, kStateChannel, kStateSubbufSize, kStateSubbufs,
                  options.flush_interval);
@@ -175,14 +190,19 @@ void enable_ros2_events(lttng_handle* session, SessionKind kind, const Options& 
   for (const std::string& pattern : ros2_state_events()) {
     enable_events(session, kRos2StateChannel, pattern, {});
   }
-  enable_events(session, kRos2EventChannel, "ros2:*", ros2_state_events());
-  if (options.ros2 == Ros2Events::applications) {
-    for (const char* pattern : {"ros2_caret:*", "agnocast:*"})
-      enable_events(session, kRos2EventChannel, pattern, {});
+  for (const std::string& pattern : ros2_patterns(options.ros2)) {
+    enable_events(session, kRos2EventChannel, pattern,
+                  pattern == kRos2Provider ? ros2_state_events() : std::vector<std::string>{});
   }
 }
 
 }  // namespace
+
+std::vector<std::string> event_patterns(const Options& options) {
+  auto patterns = options.events;
+  std::ranges::move(ros2_patterns(options.ros2), std::back_inserter(patterns));
+  return patterns;
+}
 
 void enable_channels(lttng_handle* session, SessionKind kind, const Options& options) {
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:

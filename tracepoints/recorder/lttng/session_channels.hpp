@@ -4,6 +4,8 @@
 #include "options/options.hpp"
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 struct lttng_handle;
 
@@ -16,6 +18,9 @@ inline constexpr const char* kEventChannel = "events";
 // The same for the profile `ros2`, whose readers want every event's process name.
 inline constexpr const char* kRos2StateChannel = "ros2_state";
 inline constexpr const char* kRos2EventChannel = "ros2";
+
+// Patterns of LTTng of what is recorded: the events asked for, and those of ROS 2's tracers.
+std::vector<std::string> event_patterns(const Options& options);
 
 // What becomes of a session's packets.
 enum class SessionKind {

@@ -71,6 +71,13 @@ std::chrono::milliseconds milliseconds_of(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
+// With `option` the cost of kernel events must be asked for.
+void ask_for_kernel(Options& options, std::string_view option) {
+  if (options.kernel != KernelChoice::automatic) return;
+  options.kernel = KernelChoice::no;
+  options.no_kernel_because = fmt::format("{} has them with --kernel=yes only", option);
+}
+
 // What --snapshot and the options that go with it say.
 struct SnapshotArguments {
   double seconds = 0;
@@ -133,9 +140,7 @@ struct SnapshotArguments {
     if (snapshot->count() == 0) {
       return;
     }
-    if (to.kernel == KernelChoice::automatic) {
-      to.kernel = KernelChoice::no;  // their cost must be asked for
-    }
+    ask_for_kernel(to, "--snapshot");
     options.length = milliseconds_of(seconds);
     options.least_interval = milliseconds_of(least_interval);
     to.snapshot = options;
@@ -176,9 +181,7 @@ struct RotateArguments {
     if (to.snapshot) {
       throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
     }
-    if (to.kernel == KernelChoice::automatic) {
-      to.kernel = KernelChoice::no;  // as with --snapshot
-    }
+    ask_for_kernel(to, "--rotate");
     to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
   }
 };
@@ -197,6 +200,9 @@ void apply_relay(Options& options, std::string_view text) {
   if (options.kernel == KernelChoice::yes) {
     throw UsageError(
         "--to streams what LTTng records: kernel events it cannot; leave --kernel out");
+  }
+  if (options.kernel == KernelChoice::automatic) {
+    options.no_kernel_because = "--to streams what LTTng records";
   }
   options.kernel = KernelChoice::no;
 }

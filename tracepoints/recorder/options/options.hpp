@@ -51,6 +51,7 @@ struct Options {
   bool preserves_status = false;     // of what succeeded: ends with the command's own
   DaemonChoice daemon = DaemonChoice::own;
   KernelChoice kernel = KernelChoice::automatic;
+  std::string no_kernel_because;  // with KernelChoice::no: which option decided; empty: --kernel
   KernelRoute kernel_route = KernelRoute::best;
   std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
