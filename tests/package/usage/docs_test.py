@@ -183,13 +183,22 @@ class References(unittest.TestCase):
 
     def test_the_synopsis_has_every_option(self):
         synopsis = read("viewer_export", "README.md").partition("```\ncie run")[2].partition("```")[0]
+        synopsis = re.sub(r"\n +", " ", synopsis)  # what goes on in the next line
         everywhere = {"-h", "--help", "-q", "--quiet", "--metadata"}
-        for command in ("analyze", "diff", "doctor"):
+        for command in ("report", "instances", "events", "diff", "verify", "analyze", "export", "view", "live", "doctor"):
             lines = " ".join(re.findall(rf"^cie {command} .*", synopsis, re.M))
             for option in PROGRAMS.options("cie", command):
                 if not everywhere.intersection(option.names):
                     self.assertTrue(any(name in re.split(r"[^\w-]+", lines) for name in option.names),
                                     (command, option.names))
+
+    def test_every_key_of_a_live_line_is_told(self):
+        written = re.findall(r'\b(?:visit(?:\.\w+)?|window|total|source)\("(\w+)"',
+                             read("viewer_export", "live", "snapshot_json.cpp"))
+        block = re.search(r'```\n(\{ "schema": "cie.live/1".*?)```', read("viewer_export", "live", "README.md"), re.S)[1]
+        told = re.findall(r'"(\w+)":', block)
+        self.assertGreater(len(told), 50)
+        self.assertEqual(sorted([*written, "schema"]), sorted(told), "each as often as objects have it")
 
     def test_nodes_of_orders_are_the_examples(self):
         app = read("executor", "examples", "components", "app.yaml")
