@@ -5,6 +5,7 @@
 #include "app_file.hpp"
 #include "base/help_text.hpp"
 #include "base/messages.hpp"
+#include "base/text.hpp"
 #include "container.hpp"
 #include "control.hpp"
 #include "parameter_orders.hpp"
@@ -51,10 +52,6 @@ void say(const std::string& line) {
   static std::mutex mutex;
   const std::lock_guard lock{mutex};
   std::fprintf(stderr, "cie-run: %s\n", line.c_str());
-}
-
-std::string counted(std::size_t count, const std::string& what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 Answer unusable(const std::string& text) {

@@ -4,6 +4,7 @@
 #include <cie/viewer_export/output_file.hpp>
 
 #include "base/help_text.hpp"
+#include "base/text.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -16,17 +17,6 @@
 #include <fmt/ranges.h>
 
 namespace cie::cli {
-namespace {
-
-std::string listed(const std::vector<std::string>& words) {
-  std::string result;
-  for (const auto& word : words) {
-    result += (result.empty() ? "" : ", ") + word;
-  }
-  return result;
-}
-
-}  // namespace
 
 CommandLine::CommandLine(const HelpText& help)
     : app_(std::make_unique<CLI::App>(help.description)) {
@@ -78,18 +68,13 @@ bool CommandLine::parse(const Arguments& arguments) {
 }
 
 void check_choice(std::string_view option, const std::string& value,
-                  const std::vector<std::string>& available,
-                  const std::vector<std::string>& planned) {
+                  const std::vector<std::string>& available) {
   if (std::find(available.begin(), available.end(), value) != available.end()) {
     return;
   }
-  if (std::find(planned.begin(), planned.end(), value) != planned.end()) {
-    throw UsageError(fmt::format("{} {} is not available in this version; available: {}", option,
-                                 value, listed(available)));
-  }
   throw UsageError(fmt::format(
       "{} does not know \"{}\"{}{}available: {}", option, value, did_you_mean(value, available),
-      nearest_name(value, available).empty() ? "; " : " ", listed(available)));
+      nearest_name(value, available).empty() ? "; " : " ", joined(available)));
 }
 
 void require_traces(const std::vector<std::filesystem::path>& traces) {

@@ -55,10 +55,9 @@ class CommandLine {
   std::unique_ptr<CLI::App> app_;
 };
 
-// Throws UsageError unless `value` is one of `available`; those of `planned` get their own message.
+// Throws UsageError unless `value` is one of `available`.
 void check_choice(std::string_view option, const std::string& value,
-                  const std::vector<std::string>& available,
-                  const std::vector<std::string>& planned = {});
+                  const std::vector<std::string>& available);
 
 // Throws UsageError when no trace was named.
 void require_traces(const std::vector<std::filesystem::path>& traces);

@@ -83,7 +83,7 @@ std::string told(const analysis::MissingEvents& missing) {
   std::string text;
   const auto add = [&text](std::uint64_t count, std::string_view noun, std::string_view what) {
     if (count == 0) return;
-    text += (text.empty() ? "" : ", ") + viewer_export::counted(count, noun) + std::string(what);
+    text += (text.empty() ? "" : ", ") + counted(count, noun) + std::string(what);
   };
   add(missing.events, "event", " lost by the tracer");
   add(missing.packets, "packet", " lost by the tracer");

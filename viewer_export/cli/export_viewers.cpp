@@ -65,8 +65,8 @@ void export_perfetto(const std::vector<std::filesystem::path>& traces,
   tell_plainly(fmt::format(
       "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} ({})",
       request.target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
-      counts.sched_slices, viewer_export::counted(violated_subjects(result.verdicts), "violation"),
-      viewer_export::counted(counts.violations, "mark")));
+      counts.sched_slices, counted(violated_subjects(result.verdicts), "violation"),
+      counted(counts.violations, "mark")));
   say_what_is_left_out(counts.backward_flows, 0, counts.skipped);
 }
 

@@ -33,10 +33,9 @@ void check_spec(const std::string& file, const std::string& target) {
     constexpr std::size_t kIndent = 2;
     output.stream() << viewer_export::filled(text, columns, kIndent);
   };
-  write(fmt::format("{}: good: {}, {}, {}", printable(spec.name()),
-                    viewer_export::counted(spec.callbacks().size(), "callback"),
-                    viewer_export::counted(spec.threads().size(), "thread"),
-                    viewer_export::counted(spec.chains().size(), "chain")));
+  write(fmt::format(
+      "{}: good: {}, {}, {}", printable(spec.name()), counted(spec.callbacks().size(), "callback"),
+      counted(spec.threads().size(), "thread"), counted(spec.chains().size(), "chain")));
   write("  sha256 " + spec.sha256());
   for (const auto& [section, line] : spec.not_applied()) {
     write(fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied",

@@ -156,8 +156,7 @@ struct CallbackEntry {
 };
 
 std::string observed(const CallbackEntry& entry) {
-  std::string text =
-      fmt::format("    # seen: {}", viewer_export::counted(entry.instances, "instance"));
+  std::string text = fmt::format("    # seen: {}", counted(entry.instances, "instance"));
   const auto add = [&text](std::string_view what, const std::optional<std::int64_t>& value) {
     if (value) text += fmt::format("; {} {}", what, *value);
   };

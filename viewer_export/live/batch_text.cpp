@@ -81,7 +81,7 @@ std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyl
                {fmt::format("{:.1f}", *thread->cpu_percent), {}}});
   }
   auto text = '\n' + table.render(style);
-  if (left_out > 0) text += fmt::format("and {}\n", viewer_export::counted(left_out, "thread"));
+  if (left_out > 0) text += fmt::format("and {}\n", counted(left_out, "thread"));
   return text;
 }
 
@@ -111,11 +111,10 @@ std::vector<std::string> headline(const Snapshot& s) {
   std::vector<std::string> lines{
       fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
                   verdict_words(s)),
-      fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}",
-                  viewer_export::counted(violations, "violation"), lost, s.events,
-                  s.events_per_second,
+      fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}", counted(violations, "violation"), lost,
+                  s.events, s.events_per_second,
                   s.delay_ns ? ", " + format_duration(*s.delay_ns) + " old" : "",
-                  viewer_export::counted(s.callbacks.size(), "callback"))};
+                  counted(s.callbacks.size(), "callback"))};
   if (!s.message.empty()) lines.push_back(printable(s.message));
   return lines;
 }

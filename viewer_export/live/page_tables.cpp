@@ -170,7 +170,7 @@ Pages::Table Pages::instances(std::size_t columns) const {
   table.rows.push_back(text_line(fmt::format(
       "{}  pid {}  deadline {}  {}  since the start: {}, max {}", callback->kind, callback->pid,
       callback->deadline_ns ? format_duration(*callback->deadline_ns) : "-",
-      isolation_of(*callback), viewer_export::counted(callback->total_instances, "instance"),
+      isolation_of(*callback), counted(callback->total_instances, "instance"),
       duration(callback->total_response, &Summary::max, callback->is_exact))));
   // In pieces as the rows are, which are cut where there is no room for all.
   auto titles =

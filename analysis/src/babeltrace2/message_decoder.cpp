@@ -2,12 +2,12 @@
 
 #include <cie/tracepoints/schema.hpp>
 
+#include "base/uuid.hpp"
 #include "bt_fields.hpp"
 #include "vocabulary/tracer_clock.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
+#include <cstdint>
 
 namespace cie::analysis::bt {
 namespace {
@@ -17,18 +17,6 @@ const std::vector<FieldRequest> kPacketNames{"cpu_id"};
 Timestamp time_of(const bt_clock_snapshot* snapshot) {
   const auto* clock = bt_clock_snapshot_borrow_clock_class_const(snapshot);
   return time_of_cycles(bt_clock_snapshot_get_value(snapshot), bt_clock_class_get_frequency(clock));
-}
-
-std::string uuid_text(bt_uuid uuid) {
-  if (uuid == nullptr) return {};
-  std::string text;
-  std::array<char, 3> pair{};
-  for (unsigned i = 0; i < 16; ++i) {
-    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    std::snprintf(pair.data(), pair.size(), "%02x", static_cast<unsigned>(uuid[i]));
-    text += pair.data();
-  }
-  return text;
 }
 
 std::string environment(const bt_trace* trace, const char* name) {
@@ -127,7 +115,8 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   std::string clock_uuid;
   std::int64_t offset_ns = 0;
   if (const auto* clock = bt_stream_class_borrow_default_clock_class_const(stream_class)) {
-    clock_uuid = uuid_text(bt_clock_class_get_uuid(clock));
+    const auto* uuid = bt_clock_class_get_uuid(clock);
+    if (uuid != nullptr) clock_uuid = uuid_text(std::span<const std::uint8_t, 16>(uuid, 16));
     std::int64_t seconds = 0;
     std::uint64_t cycles = 0;
     bt_clock_class_get_offset(clock, &seconds, &cycles);

@@ -1,9 +1,12 @@
 #include "native_reader.hpp"
 
 #include <cie/analysis/analyzer.hpp>
+#include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/uuid.hpp"
 #include "ctf/metadata/metadata_file.hpp"
 #include "ctf/metadata/metadata_parser.hpp"
+#include "ctf/metadata/uuid.hpp"
 #include "ctf/salvage/metadata_rebuild.hpp"
 #include "ctf/stream/coverage.hpp"
 #include "ctf/stream/merge_offsets.hpp"
@@ -39,7 +42,7 @@ std::string advice(fs::path place) {
   constexpr int kLevels = 8;
   for (int level = 0; level < kLevels && place.has_relative_path(); ++level) {
     std::error_code ignored;
-    if (fs::is_regular_file(place / "manifest.json", ignored)) {
+    if (fs::is_regular_file(place / kManifestName, ignored)) {
       return "; compare its files with the recording's manifest, or record again";
     }
     place = place.parent_path();
@@ -57,16 +60,6 @@ struct StreamKey {
   std::string file{};  // where there is no instance
   friend auto operator<=>(const StreamKey&, const StreamKey&) = default;
 };
-
-std::string uuid_name(const Uuid& uuid) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const auto byte : uuid) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
-}
 
 // Recorded with `perf record -k CLOCK_MONOTONIC`, converted by `perf data convert --to-ctf`.
 bool is_perf_on_monotonic_clock(const Metadata& metadata) {
@@ -224,7 +217,7 @@ class TraceReader::Streams {
 
   void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
     // Directories that share a uuid are one trace: rotation chunks, snapshots.
-    const auto name = plan->uuid ? uuid_name(*plan->uuid) : directory.string();
+    const auto name = plan->uuid ? uuid_text(*plan->uuid) : directory.string();
     auto& state = states_[name];
     state.priority_offset = plan->priority_offset;
     const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan, state);

@@ -18,10 +18,6 @@ void append(std::vector<Evidence>& list, Evidence item) {
 
 }  // namespace
 
-std::string counted(std::uint64_t count, std::string_view noun) {
-  return std::to_string(count) + ' ' + std::string(noun) + (count == 1 ? "" : "s");
-}
-
 Evidence evidence(std::string event, const EventRef& where, std::string note) {
   Evidence item{.event = std::move(event),
                 .time = where.time,

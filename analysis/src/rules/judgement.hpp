@@ -4,6 +4,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "base/text.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 
@@ -28,9 +29,6 @@ Evidence evidence(std::string event, const EventRef& where, std::string note);
 inline Evidence without_event(const EventRef& where, std::string note) {
   return evidence({}, where, std::move(note));
 }
-
-// "1 sample", "2 samples".
-std::string counted(std::uint64_t count, std::string_view noun);
 
 class Judgement {
  public:

@@ -54,7 +54,7 @@ Evidence evidence_of(const Loss& loss) {
 
 Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time) {
   return evidence("cpus_not_recorded", moment(time),
-                  analysis::counted(cpus, "CPU") + " without a kernel stream");
+                  cie::counted(cpus, "CPU") + " without a kernel stream");
 }
 
 const Loss* loss_before(const Model& model, HostIndex host, Domain domain, Timestamp time) {

@@ -205,7 +205,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   Judgement judgement(context.names.callback(life.index));
   judgement.check();
   judgement.doubt(evidence("callback_init", *after.registered,
-                           analysis::counted(before.size(), "lifetime") +
+                           cie::counted(before.size(), "lifetime") +
                                " of this callback lived at the same time before, and differ: which "
                                "of them it follows is unknown"));
   conclude(std::move(judgement), verdicts);

@@ -1,6 +1,7 @@
 #include <cie/scheduling/refusal.hpp>
 #include <cie/scheduling/thread_configurator.hpp>
 
+#include "base/text.hpp"
 #include "memory.hpp"
 #include "misspelt_ids.hpp"
 #include "sched_parameters.hpp"
@@ -83,13 +84,6 @@ ThreadParameters as_request(const trace::SchedReadBack& ran, const ThreadParamet
   if (asked.util_min) parameters.util_min = ran.util_min;
   if (asked.util_max) parameters.util_max = ran.util_max;
   return parameters;
-}
-
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts)
-    all.append(all.empty() ? "" : ", ").append(text);
-  return all;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "base/file_descriptor.hpp"
 #include "base/machine.hpp"
 #include "base/text.hpp"
+#include "base/uuid.hpp"
 
 #include <array>
 #include <string>
@@ -61,6 +62,18 @@ TEST(Joined, HasSeparatorsBetweenTextsOnly) {
   EXPECT_EQ(joined(std::vector<std::string>{"a"}), "a");
   EXPECT_EQ(joined(std::array<std::string_view, 3>{"a", "b", "c"}), "a, b, c");
   EXPECT_EQ(joined(std::vector<std::string>{"a", "b"}, " "), "a b");
+}
+
+TEST(Counted, IsSingularForOne) {
+  EXPECT_EQ(counted(1, "instance"), "1 instance");
+  EXPECT_EQ(counted(0, "instance"), "0 instances");
+  EXPECT_EQ(counted(2, "process"), "2 processes");
+}
+
+TEST(UuidText, HasTheDigitsOfAllBytes) {
+  const auto uuid = uuid_text(std::array<std::uint8_t, 16>{
+      0x3e, 0xc7, 0x51, 0xa9, 0xcc, 0x27, 0x40, 0x01, 0x80, 0x02, 0, 0xff, 0x0f, 0xf0, 0x10, 0x01});
+  EXPECT_EQ(uuid, "3ec751a9-cc27-4001-8002-00ff0ff01001");
 }
 
 TEST(Machine, KnowsWhenThisProcessBegan) {

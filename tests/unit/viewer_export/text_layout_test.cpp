@@ -73,12 +73,6 @@ TEST(WithFittingUnits, ChangesNanosecondsAlone) {
             "5 nsx, 7, 12345678901234567890 ns");
 }
 
-TEST(Counted, SpeaksEnglish) {
-  EXPECT_EQ(counted(1, "instance"), "1 instance");
-  EXPECT_EQ(counted(0, "instance"), "0 instances");
-  EXPECT_EQ(counted(2, "process"), "2 processes");
-}
-
 TEST(ShellQuoted, IsOneArgumentThatIsPastedAsItIsPrinted) {
   EXPECT_EQ(shell_quoted("run-1/a.b"), "run-1/a.b");
   EXPECT_EQ(shell_quoted(""), "''");

@@ -90,7 +90,7 @@ std::string result(const Manifest& manifest, const KeptElsewhere& /*kept*/) {
   }
   return text +
          fmt::format("\nnext, where it collects: cie report DIR; what was lost here stands in {}\n",
-                     in_shell_quotes(manifest.options.directory / "manifest.json"));
+                     in_shell_quotes(manifest.options.directory / kManifestName));
 }
 
 std::string losses(const Manifest& manifest) {

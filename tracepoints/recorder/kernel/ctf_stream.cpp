@@ -1,5 +1,6 @@
 #include "kernel/ctf_stream.hpp"
 
+#include "base/uuid.hpp"
 #include "ctf/packet_start.hpp"
 #include "kernel/kernel_events.hpp"
 #include "system/error.hpp"
@@ -42,17 +43,6 @@ constexpr std::string_view kStream = R"(stream {
 	};
 };
 )";
-
-std::string text_of(const TraceUuid& uuid) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (std::size_t i = 0; i < uuid.size(); ++i) {
-    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    text += kDigits[uuid[i] >> 4U];
-    text += kDigits[uuid[i] & 0xfU];
-  }
-  return text;
-}
 
 std::string in_tsdl(std::string_view text) {
   std::string result = "\"";
@@ -135,8 +125,8 @@ std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock) {
   uname(&system);
   const char* byte_order = std::endian::native == std::endian::little ? "le" : "be";
   std::string text =
-      "/* CTF 1.8 */\n\ntrace {\n\tmajor = 1;\n\tminor = 8;\n\tuuid = " + in_tsdl(text_of(trace)) +
-      ";\n\tbyte_order = " + byte_order +
+      "/* CTF 1.8 */\n\ntrace {\n\tmajor = 1;\n\tminor = 8;\n\tuuid = " +
+      in_tsdl(uuid_text(trace)) + ";\n\tbyte_order = " + byte_order +
       ";\n\tpacket.header := struct {\n"
       "\t\tinteger { size = 32; align = 8; signed = false; base = x; } magic;\n"
       "\t\tinteger { size = 8; align = 8; signed = false; } uuid[16];\n"

@@ -125,11 +125,6 @@ std::string format_clock_error(const analysis::ClockError& error) {
   return bound(error.least) + " to " + bound(error.most);
 }
 
-std::string counted(std::uint64_t count, std::string_view noun) {
-  const std::string_view plural = noun.ends_with('s') ? "es" : "s";
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : plural);
-}
-
 std::string shell_quoted(std::string_view text) {
   constexpr std::string_view kSafe =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";

@@ -6,6 +6,8 @@
 #include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
+#include "base/text.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -38,9 +40,6 @@ std::string with_fitting_units(std::string_view sentence);
 
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
 std::string format_clock_error(const analysis::ClockError& error);
-
-// "1 instance", "2 instances".
-std::string counted(std::uint64_t count, std::string_view noun);
 
 // One argument for a POSIX shell; with what cannot be printed as $'a\012b' (POSIX.1-2024, bash, zsh).
 std::string shell_quoted(std::string_view text);

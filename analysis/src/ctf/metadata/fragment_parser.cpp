@@ -1,5 +1,6 @@
 #include "fragment_parser.hpp"
 
+#include "base/uuid.hpp"
 #include "field_class_parser.hpp"
 #include "fragment_json.hpp"
 #include "uuid.hpp"
@@ -13,20 +14,15 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::size_t kUuidBytes = 16;
-
-std::string uuid_text(const Json& bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  if (bytes.size() != kUuidBytes) throw MetadataError("a uuid must have 16 bytes");
-  std::string text;
+Uuid uuid_of(const Json& bytes) {
+  Uuid uuid{};
+  if (bytes.size() != uuid.size()) throw MetadataError("a uuid must have 16 bytes");
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     const auto value = integer_of(bytes[i]);
     if (value < 0 || value > 0xff) throw MetadataError("a uuid must have 16 bytes");
-    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    text += kDigits[static_cast<std::size_t>(value) >> 4U];
-    text += kDigits[static_cast<std::size_t>(value) & 15U];
+    uuid[i] = static_cast<std::uint8_t>(value);
   }
-  return text;
+  return uuid;
 }
 
 // Two clocks are one if they agree in this: the id of the boot, as in CTF 1.8, or what CTF 2 calls
@@ -80,7 +76,8 @@ class FragmentParser {
       throw MetadataError("only versions 1.8 and 2 of CTF are understood");
     }
     refuse_extensions(fragment);
-    if (const auto* uuid = array_property(fragment, "uuid")) metadata_.uuid = uuid_text(*uuid);
+    if (const auto* uuid = array_property(fragment, "uuid"))
+      metadata_.uuid = uuid_text(uuid_of(*uuid));
   }
 
   void trace_class(const Json& fragment) {

@@ -1,8 +1,10 @@
 #include "metadata_rebuild.hpp"
 
+#include "base/uuid.hpp"
 #include "ctf/metadata/file.hpp"
 #include "ctf/metadata/tokens.hpp"
 #include "ctf/metadata/types.hpp"
+#include "ctf/metadata/uuid.hpp"
 #include "event_numbering.hpp"
 #include "provider_schema.hpp"
 
@@ -65,17 +67,6 @@ std::optional<RawHeader> header_at(const File& file, std::uint64_t offset) {
       header.content_bits >= kEventsAt * 8 && header.content_bits <= header.packet_bits &&
       header.packet_bits / 8 <= kMaxPacket && header.packet_bits / 8 <= file.size() - offset;
   return is_whole ? std::optional(header) : std::nullopt;
-}
-
-std::string uuid_text(const std::array<std::uint8_t, 16>& uuid) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (std::size_t i = 0; i < uuid.size(); ++i) {
-    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-    text += kDigits[uuid[i] >> 4U];
-    text += kDigits[uuid[i] & 15U];
-  }
-  return text;
 }
 
 // Only the begin of a channel was looked at. If what occurs there has the numbers that follow from
@@ -155,7 +146,7 @@ class Rebuilder {
     }
   }
 
-  std::optional<std::array<std::uint8_t, 16>> uuid_;
+  std::optional<Uuid> uuid_;
   std::map<std::string, Channel> channels_;
 };
 
