@@ -102,6 +102,19 @@ class Ros2(unittest.TestCase):
         self.assertIn("what its applications made, and nothing in between", gap["advice"])
         self.assertEqual(verdict("dual", "M3"), "INCONCLUSIVE", "a client may have been made in between")
 
+    def test_what_two_sessions_recorded_at_once_counts_once(self):
+        isolated_main.session_daemon(self)
+        names = ("one", "two")
+        for name in names:
+            self.session(name, "ros2:*", f"--output={scratch}/at_once/{name}")
+        done = run(ROS2_APP, env=os.environ | {"LTTNG_UST_REGISTER_TIMEOUT": "-1"})
+        self.assertEqual(done.returncode, 0, done)
+        for name in names:
+            self.lttng("destroy", name)
+        for recording in ("at_once/one", "at_once/two", "at_once"):
+            self.assertEqual(callbacks(recording), {"/robot/leg@Timer(20000000)": 5}, recording)
+            self.assertEqual([verdict(recording, rule) for rule in ("M3", "E2", "E3", "T2")], ["PASS"] * 4, recording)
+
     def lttng(self, *arguments):
         done = run("lttng", *arguments)
         self.assertEqual(done.returncode, 0, done)

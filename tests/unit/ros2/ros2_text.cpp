@@ -62,6 +62,7 @@ class Line {
   std::string boot;
   bool is_kernel = false;
   bool is_of_second_stream = false;
+  bool is_of_second_session = false;
   const Translation* translation = nullptr;
   const Field* fields() const { return fields_.data(); }
 
@@ -85,6 +86,10 @@ class Line {
     }
     if (name == "stream") {
       is_of_second_stream = value == "2";
+      return;
+    }
+    if (name == "session") {
+      is_of_second_session = value == "2";
       return;
     }
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
@@ -203,6 +208,17 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                     .path = "stream",
                                     .tells_runs = !tells(kRunsBegin)};
   on_streams(0, of_applications, PacketBegin{});
+  constexpr StreamIndex kSecondSession{4'000};  // at the same time
+  const bool has_second_session = tells(" session=2");
+  const auto on_second_session = [&](std::int64_t time, const auto&... bodies) {
+    if (!has_second_session) return;
+    head.stream = kSecondSession;
+    (consume(time, bodies), ...);
+    head.stream = {};
+  };
+  auto second = of_applications;
+  second.channel = second.trace = static_cast<std::uint32_t>(kSecondSession);
+  on_second_session(0, second, PacketBegin{});
   constexpr StreamIndex kNextSession{3'000};
   if (tells(" session until=") || tells(kRunsBegin)) {
     auto next = of_applications;
@@ -319,6 +335,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.stream =
         line.is_kernel ? StreamIndex{static_cast<std::uint32_t>(1 + on)} : streams.front();
     if (line.is_of_second_stream) head.stream = kSecondStream;
+    if (line.is_of_second_session) head.stream = kSecondSession;
     if (!line.boot.empty()) {
       const auto machine = std::ranges::find(boots, line.boot) - boots.begin();
       head.stream = StreamIndex{kFirstOther + static_cast<std::uint32_t>(machine)};
@@ -332,6 +349,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     consume(time, StreamEnd{});
   });
   if (!tells(" kernel_ends")) on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
+  on_second_session(last + 1, PacketEnd{}, StreamEnd{});
   on_streams(last + 1, PacketEnd{}, StreamEnd{});
   consume_batch();
   translator.finish(batch);

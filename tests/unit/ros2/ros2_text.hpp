@@ -1,6 +1,7 @@
-// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] [boot=NAME] [stream=2] FIELD=VALUE
-// …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
+// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] [boot=NAME] [stream=2]
+// [session=2] FIELD=VALUE …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
 // With a boot it is of another machine, which is called "robot" like the first.
+// With session=2 it is of a session that recorded all of the time beside the first one.
 // `TIME lost until=TIME [room=TIME] [stream=2]`: a packet that begins there tells that events were lost until its end,
 // behind the last event with room for another one if that is told.
 // `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.

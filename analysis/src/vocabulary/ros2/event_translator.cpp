@@ -128,9 +128,14 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   // Machines may be called alike: then their boots tell them apart.
   auto host = std::string(event.host) + '\0' + std::string(event.clock_uuid);
-  stream_of(head) = {.host = &host_of(std::move(host)),
+  auto& of_host = host_of(std::move(host));
+  stream_of(head) = {.host = &of_host,
                      .offset_ns = event.clock_offset_ns,
+                     .trace = event.trace,
                      .is_kernel = event.domain == Domain::kernel};
+  if (event.domain != Domain::user) return;
+  if (of_host.trace.value_or(event.trace) != event.trace) of_host.has_several_traces = true;
+  of_host.trace = event.trace;
 }
 
 // Whichever of its events was not lost.
@@ -238,6 +243,11 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
   const auto& emitting = emitting_thread(host, head);
+  if (host.has_several_traces && head.tid &&
+      emitting.thread->last_recorded.is_copy(stream.trace, translation, fields)) [[unlikely]] {
+    EventBatch::leave_other(event, translation);
+    return false;
+  }
   auto& process = *emitting.process;
   if (process.has_spoken && process.last.time < host.session_begin) [[unlikely]]
     links_.lose();
@@ -256,7 +266,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                   .sink = sink,
                   .realtime_ahead = host.realtime_ahead};
   if (run(ros2_event, fields, context)) {
-    if (ros2_event == Ros2Event::callback_start) {
+    if (ros2_event == Ros2Event::callback_start && !host.has_several_traces) {
       begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};
     }
     return true;

@@ -63,10 +63,13 @@ class EventTranslator final : public Translator {
     Timestamp next_look = kNever;
     Timestamp session_begin{};  // after a gap; what spoke before and speaks again went on meanwhile
     std::uint32_t number = 0;
+    std::optional<std::uint32_t> trace{};  // of an application, the first one
+    bool has_several_traces = false;       // of which each may have the same events
   };
   struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
     Host* host = nullptr;      // of hosts_
     std::int64_t offset_ns = 0;
+    std::uint32_t trace = 0;
     bool is_kernel = false;
   };
   // The thread of an event: looked up once for those that follow.

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "copies.hpp"
 #include "directory.hpp"
 #include "message_links.hpp"
 #include "taken_messages.hpp"
@@ -84,6 +85,7 @@ struct Thread {
   TakenMessages<const Callback*, QueuedMessage> dequeued{};
   std::optional<Request> requested{};
   std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
+  LastRecorded last_recorded{};  // where several sessions recorded the host
   bool is_waiting = false;
   bool is_named = false;                 // it was told what the tracer calls it
   std::optional<StreamIndex> seen_in{};  // since something is being lost

@@ -1,0 +1,25 @@
+// One event that several LTTng sessions recorded at once: ROS 2's tracers number nothing, so that a
+// copy is known by what it says, and by who said it last.
+#pragma once
+
+#include "vocabulary/field.hpp"
+#include "vocabulary/vocabulary.hpp"
+
+#include <cstdint>
+
+namespace cie::analysis::ros2 {
+
+// The last event of a thread. A tracepoint writes to one session after the other before the thread
+// goes on, so that copies follow each other; and no session has two of one event.
+class LastRecorded {
+ public:
+  // Whether another session had the event: the thread's next one, in a session's trace.
+  bool is_copy(std::uint32_t trace, const Translation& translation, const Payload& fields);
+
+ private:
+  const Translation* translation_ = nullptr;
+  std::uint64_t digest_ = 0;
+  std::uint64_t traces_ = 0;  // that have it: bits, which those of more than 64 sessions share
+};
+
+}  // namespace cie::analysis::ros2
