@@ -88,6 +88,13 @@ std::vector<HostGap> host_gaps(const Model& model) {
       gaps.push_back({.host = host, .from = last.end, .to = *end});
     }
   }
+  if (model.recording_begin) {  // a window was asked for
+    std::erase_if(gaps, [&model](const HostGap& gap) {
+      const auto shift = clock_shift(model.hosts[at(gap.host)], *reference_host(model));
+      return (model.begin && gap.to + shift <= *model.begin) ||
+             (model.end && gap.from + shift >= *model.end);
+    });
+  }
   std::ranges::stable_sort(gaps, {}, &HostGap::host);
   return gaps;
 }

@@ -95,17 +95,24 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   return trace;
 }
 
-// From the first begin to the last end of the host's channels that are wanted.
+// The time that some of the host's channels that are wanted cover: of sessions with a pause between
+// them, without that.
 template <typename IsWanted>
 std::optional<Duration> recorded_by(const Model& model, HostIndex host, const IsWanted& is_wanted) {
-  std::optional<Timestamp> begin;
-  std::optional<Timestamp> end;
+  std::vector<TimeWindow> windows;
   for (const auto& [number, channel] : model.channels) {
     if (channel.host != host || !channel.begin || !channel.end || !is_wanted(channel)) continue;
-    begin = std::min(begin.value_or(*channel.begin), *channel.begin);
-    end = std::max(end.value_or(*channel.end), *channel.end);
+    windows.push_back({.from = *channel.begin, .to = *channel.end});
   }
-  return begin && *begin < *end ? std::optional(*end - *begin) : std::nullopt;
+  std::ranges::sort(windows, {}, &TimeWindow::from);
+  Duration covered{};
+  std::optional<Timestamp> end;
+  for (const auto& window : windows) {
+    const auto from = std::max(window.from, end.value_or(window.from));
+    covered.ns += std::max<std::int64_t>(0, (window.to - from).ns);
+    end = std::max(end.value_or(window.to), window.to);
+  }
+  return covered.ns > 0 ? std::optional(covered) : std::nullopt;
 }
 
 // Of what user space told of runs there, else of anything, else the kernel.

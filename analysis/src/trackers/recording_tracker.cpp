@@ -361,7 +361,7 @@ bool RecordingTracker::has_foreign_kernel() const {
 
 namespace {
 
-// What channels cover together, on one clock; their hull where that is nothing, as of processes that
+// What windows on one clock have in common; their hull where that is nothing, as of processes that
 // ran one after the other.
 class CommonWindow {
  public:
@@ -381,10 +381,33 @@ class CommonWindow {
     const bool is_common = !common_.begin || !common_.end || *common_.begin <= *common_.end;
     return is_common ? common_ : hull_;
   }
+  Window hull() const { return hull_; }
 
  private:
   Window common_;
   Window hull_;
+};
+
+// Of a recording: what the channels of a session cover together, from the first session of a machine
+// to its last, and what machines have in common.
+class RecordedWindow {
+ public:
+  void add(HostIndex host, std::uint32_t trace, Window channel, Duration shift) {
+    hosts_[host][trace].add(channel, shift);
+  }
+  Window result() const {
+    CommonWindow all;
+    for (const auto& [host, traces] : hosts_) {
+      CommonWindow sessions;
+      for (const auto& [trace, channels] : traces)
+        sessions.add(channels.result(), {});
+      all.add(sessions.hull(), {});
+    }
+    return all.result();
+  }
+
+ private:
+  std::map<HostIndex, std::map<std::uint32_t, CommonWindow>> hosts_;
 };
 
 }  // namespace
@@ -403,8 +426,8 @@ void RecordingTracker::finish() {
   });
   model_.clocks_unrelated = has_unrelated_clocks_ || has_foreign_kernel();
   const auto* reference = reference_host(model_);
-  CommonWindow asked_for;
-  CommonWindow recorded;
+  RecordedWindow asked_for;
+  RecordedWindow recorded;
   for (const auto& [number, channel] : channels_) {
     const bool tells_runs = std::ranges::any_of(
         channel.streams, [this](std::uint32_t index) { return model_.streams[index].tells_runs; });
@@ -420,8 +443,9 @@ void RecordingTracker::finish() {
       continue;
     }
     const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
-    asked_for.add(window, shift);
-    if (asked_) recorded.add(covered(channel), shift);
+    const auto trace = model_.streams[channel.streams.front()].trace;
+    asked_for.add(channel.host, trace, window, shift);
+    if (asked_) recorded.add(channel.host, trace, covered(channel), shift);
   }
   const auto all = asked_for.result();
   model_.begin = all.begin;

@@ -70,6 +70,31 @@ TEST(Ros2SessionGaps, AreNoneWhereOneSessionFollowsTheOther) {
   const auto result = analyze_ros2(runs_around("  3500 session until=3500\n"));
   EXPECT_EQ(end_of(result, 3000), 9100);
   EXPECT_FALSE(has_gap(result));
+  const auto& trace = result.analysis.report.trace;
+  EXPECT_EQ(*trace.end - *trace.begin, Duration{12'101}) << "of both";
+}
+
+// Runs are of 1 us and 0.1 us: three in 4.5 us that were recorded, of 13.001 us in all.
+TEST(Ros2SessionGaps, AreNoTimeInWhichThreadsMightHaveRun) {
+  const auto result =
+      analyze_ros2(subscription(1) + run(1000, 2000) + "  3500 session until=12000\n" +
+                   run(12'100, 12'200) + run(12'900, 13'000));
+  ASSERT_EQ(result.analysis.report.hosts.size(), 1U);
+  EXPECT_EQ(result.analysis.report.hosts[0].recorded, Duration{3'500 + 1'001});
+  const auto& trace = result.analysis.report.trace;
+  EXPECT_EQ(*trace.end - *trace.begin, Duration{13'001}) << "with the gap";
+}
+
+TEST(Ros2SessionGaps, OutsideTheWindowAreNoDefectOfIt) {
+  const auto runs = subscription(1) + run(1000, 1100) + "  3500 session until=9000\n" +
+                    run(12'000, 12'100) + run(13'000, 13'100);
+  const auto in_window = [&runs](std::int64_t from, std::int64_t to) {
+    return has_gap(analyze_ros2(runs, -1, {}, TimeWindow{.from = {from}, .to = {to}}));
+  };
+  EXPECT_TRUE(in_window(500, 12'500));
+  EXPECT_TRUE(in_window(8'000, 12'500));
+  EXPECT_FALSE(in_window(9'000, 12'500));
+  EXPECT_FALSE(in_window(500, 3'500));
 }
 
 TEST(Ros2SessionGaps, MayHideThatACallbackRanOnAnotherThread) {
