@@ -92,6 +92,8 @@ class Registry {
     facts.is_told_by_ros2 = head.is_derived && (facts.is_told_by_ros2 || !facts.has_cie_events);
     facts.has_cie_events = true;
   }
+  // Of a process, by the tid that it knows it by.
+  std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
   // The thread that has the tid leaves its CPU dead: later events of that tid are another one's.
@@ -178,7 +180,7 @@ class Registry {
       prefetch_lines(&released, &released.ended);
     }
   }
-  const SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
+  SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   // Facts of a callback that an instance of that number begins and ends.
   void note_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                   SequenceFacts& starts) {
@@ -191,6 +193,7 @@ class Registry {
     end_numbers_[callback].observe(seq, where, ends);
   }
   SequenceTracker& published(std::uint32_t publisher) { return publish_numbers_[publisher]; }
+  SequenceTracker& read_backs(ThreadIndex thread) { return read_back_numbers_[thread]; }
   void finish();
 
  private:
@@ -227,7 +230,6 @@ class Registry {
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
   void note_trace(const EventHead& head, ProcessFacts& process) const;
   ThreadIndex new_thread(ProcessIndex process, std::int64_t tid);
-  std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
   std::uint32_t group(ProcessIndex process, GroupId id, const EventHead& head);
   std::string node_name(ProcessIndex process, NodeId id) const;
 

@@ -74,6 +74,12 @@ void SequenceTracker::forget_oldest_but_first() {
   holes_.erase(oldest);
 }
 
+void SequenceTracker::observe_beyond(std::uint64_t number, const EventRef& where,
+                                     const SequenceFacts& facts) {
+  if (facts.last && number <= *facts.last) return;
+  if (!beyond_ || number < beyond_->number) beyond_ = Beyond{.number = number, .at = where};
+}
+
 bool SequenceTracker::is_missing(std::uint64_t number) const noexcept {
   return std::any_of(holes_.begin(), holes_.end(), [number](const Hole& hole) {
     return number >= hole.begin && number < hole.end;
@@ -100,10 +106,21 @@ void SequenceTracker::total_holes(SequenceFacts& facts, std::uint64_t from) cons
   }
 }
 
+void SequenceTracker::add_hole_beyond(std::uint64_t expected, const EventRef& before,
+                                      SequenceFacts& facts) const {
+  if (!beyond_ || facts.is_restarted || beyond_->number <= expected) return;
+  facts.missing += beyond_->number - expected;
+  if (!facts.first_gap) {
+    facts.first_gap = SequenceGap{
+        .expected = expected, .seen = beyond_->number, .before = before, .after = beyond_->at};
+  }
+}
+
 void SequenceTracker::finish(SequenceFacts& facts) const {
   facts.missing = 0;
   facts.first_gap.reset();
   total_holes(facts);
+  if (facts.last) add_hole_beyond(*facts.last + 1, facts.last_at, facts);
 }
 
 void SequenceTracker::finish(std::uint64_t promised, const EventRef& promised_at,
@@ -123,6 +140,11 @@ void SequenceTracker::finish_from(std::uint64_t promised, const EventRef& promis
         .expected = promised, .seen = *facts.first, .before = promised_at, .after = facts.first_at};
   }
   total_holes(facts, promised);
+  if (facts.last && *facts.last >= promised) {
+    add_hole_beyond(*facts.last + 1, facts.last_at, facts);
+  } else {
+    add_hole_beyond(promised, promised_at, facts);
+  }
 }
 
 }  // namespace cie::analysis

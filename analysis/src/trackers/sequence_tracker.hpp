@@ -2,6 +2,8 @@
 // publisher), so a hole counts only if it is never filled.
 #pragma once
 
+#include <cie/analysis/rare.hpp>
+
 #include "model/facts.hpp"
 
 #include <cstdint>
@@ -25,6 +27,8 @@ class SequenceTracker {
   void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
     if (!observe_next(number, where, facts)) observe_other(number, where, facts);
   }
+  // A number that came after the part that is judged: those missing up to the first one may lie in it.
+  void observe_beyond(std::uint64_t number, const EventRef& where, const SequenceFacts& facts);
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
   // Whether any number in (after, until] may be in a hole: of what came before many holes nobody
@@ -43,13 +47,20 @@ class SequenceTracker {
   void observe_other(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
   void forget_oldest_but_first();
   void total_holes(SequenceFacts& facts, std::uint64_t from = 0) const;
+  // The one up to the first number beyond.
+  void add_hole_beyond(std::uint64_t expected, const EventRef& before, SequenceFacts& facts) const;
 
+  struct Beyond {
+    std::uint64_t number = 0;
+    EventRef at;
+  };
   struct Hole {
     std::uint64_t begin = 0;  // first missing number
     std::uint64_t end = 0;    // one past the last
     EventRef before;
     EventRef after;
   };
+  Rare<Beyond> beyond_;                // the least that is not below the last one seen
   std::vector<Hole> holes_;            // ascending, at most kMaxKeptHoles
   std::uint64_t untracked_ = 0;        // missing numbers beyond kMaxKeptHoles holes
   std::uint64_t untracked_until_ = 0;  // all of them are lower

@@ -136,7 +136,9 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
       Overloaded{[&](const CallbackStart& e) {
                    const auto index = index_of(who, e.callback);
                    keep_first(callbacks_[index].next_start, e.seq);
-                   ++model_.callbacks[at(index)].starts_outside;
+                   auto& facts = model_.callbacks[at(index)];
+                   see_beyond(facts, facts.starts, registry_.starts(index), e.seq, ref(head));
+                   ++facts.starts_outside;
                    instances_.pass_start(head, who, index, e.seq);
                  },
                  [&](const CallbackEnd& e) {
@@ -162,10 +164,30 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                               e.total - std::min<std::uint64_t>(e.total, e.count));
                  },
                  [&](const Publish& e) {
-                   keep_first(next_publish_[registry_.publisher(*who.process, e.publisher)], e.seq);
+                   const auto index = registry_.publisher(*who.process, e.publisher);
+                   keep_first(next_publish_[index], e.seq);
+                   const auto& facts = model_.publishers[index];
+                   see_beyond(facts, facts.published, registry_.published(index), e.seq, ref(head));
                  },
                  [](const auto&) {}},
       body);
+}
+
+template <typename Facts>
+void WindowCut::see_beyond(const Facts& facts, const SequenceFacts& inside,
+                           SequenceTracker& numbers, std::uint64_t number,
+                           const EventRef& where) const {
+  const bool is_promised = facts.registered && !is_after(facts.registered->time);
+  if (inside.last || is_promised) numbers.observe_beyond(number, where, inside);
+}
+
+void WindowCut::see_beyond(const EventHead& head, const ThreadSched& event) {
+  const auto process = registry_.process_of(head);
+  const auto thread = process ? registry_.find_thread(*process, event.tid) : std::nullopt;
+  if (!thread) return;
+  const auto& facts = model_.threads[at(*thread)];
+  if (facts.fini || !facts.read_backs.last) return;
+  registry_.read_backs(*thread).observe_beyond(event.n, ref(head), facts.read_backs);
 }
 
 bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
@@ -182,6 +204,7 @@ bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
   if (const auto* sched = std::get_if<ThreadSched>(&body)) {
     const auto [first, is_first] = next_read_back_.try_emplace(of(sched->tid), sched->n);
     if (!is_first) first->second = std::min(first->second, sched->n);
+    see_beyond(head, *sched);
     return true;
   }
   const auto* fini = std::get_if<ThreadFini>(&body);

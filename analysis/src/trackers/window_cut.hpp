@@ -90,6 +90,12 @@ class WindowCut {
                                       std::uint64_t total);
   void before(const EventHead& head, const Emitter& who, const EventBody& body);
   void after(const EventHead& head, const Emitter& who, const EventBody& body);
+  // What was missing between the last number inside, or the one that was promised before, and this
+  // one after it may lie in the window.
+  template <typename Facts>
+  void see_beyond(const Facts& facts, const SequenceFacts& inside, SequenceTracker& numbers,
+                  std::uint64_t number, const EventRef& where) const;
+  void see_beyond(const EventHead& head, const ThreadSched& event);
   // An end of an instance that is not open was seen to start, so that it had ended.
   bool is_second_end(CallbackIndex index, std::uint64_t seq) const;
   // Events of the process's machine may have been lost in the window, until then.

@@ -44,6 +44,92 @@ TEST(Window, LossOutsideIsNoneInsideIs) {
   EXPECT_EQ(overall(35, 55), Verdict::inconclusive) << "5 may have run between 50 and 55";
 }
 
+TEST(Window, WhatIsMissingUpToTheFirstNumberAfterItMayLieInIt) {
+  for (const auto* process : {"process app crash", "process app"}) {
+    auto trace = trace_of(std::string(process) + R"(
+    callback plan timer period=20
+    callback other timer period=20
+    publisher out
+    10 start plan release=10
+    11 publish out on=plan
+    12 end plan
+    15 start other release=10
+    16 end other
+    30 start plan release=30
+    31 publish out on=plan
+    32 end plan
+    35 start other release=30
+    36 end other
+    50 start plan release=50
+    51 publish out on=plan
+    52 end plan
+    55 start other release=50
+    56 end other)");
+    trace.erase<CallbackStart>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 30; });
+    trace.erase<CallbackEnd>([](const auto&, const EventHead& head) { return head.time.ns == 32; });
+    trace.erase<Publish>([](const auto&, const EventHead& head) { return head.time.ns == 31; });
+    const auto judged = [&trace](std::int64_t from, std::int64_t to) {
+      return Verified(trace, {}, window(from, to));
+    };
+    for (const std::int64_t from : {5, 14, 33}) {
+      const auto verified = judged(from, 40);
+      EXPECT_EQ(verified.of("T3", "callback plan"), Verdict::inconclusive) << process << from;
+      EXPECT_EQ(verified.of("T3", "topic /out"), Verdict::inconclusive) << process << from;
+      EXPECT_NE(verified.of("E1", "callback plan"), Verdict::pass) << process << from;
+      EXPECT_EQ(verified.of("E1", "callback other"), Verdict::pass) << process << from;
+    }
+    EXPECT_EQ(judged(5, 40).of("M3", "callback plan"), Verdict::inconclusive) << process;
+    EXPECT_EQ(judged(5, 40).evidence("T3", "callback plan"),
+              "50 callback_start seq jumps: 1 was next and 2 came; 1 missing in all\n");
+  }
+}
+
+TEST(Window, WhatIsPromisedAfterItIsMissingAfterIt) {
+  auto trace = trace_of(R"(
+    process first until=30 crash
+    callback a
+    process second pid=200 from=40 crash
+    callback b
+    10 start a
+    12 end a
+    50 start b
+    52 end b
+    60 start b
+    62 end b)");
+  trace.erase<CallbackStart>([](const auto&, const EventHead& head) { return head.time.ns == 50; });
+  trace.erase<CallbackEnd>([](const auto&, const EventHead& head) { return head.time.ns == 52; });
+  EXPECT_EQ(Verified(trace)["T3"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(trace, {}, window(5, 30))["T3"], Verdict::pass);
+}
+
+TEST(Window, AReadBackMissingUpToTheFirstOneAfterItMayLieInIt) {
+  for (const auto* process : {"process app crash", "process app"}) {
+    auto trace = trace_of(std::string(process) + R"(
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan policy=fifo priority=80
+    11 start plan release=10
+    12 end plan
+    13 audit plan policy=fifo priority=80
+    31 start plan release=30
+    32 end plan
+    33 audit plan policy=fifo priority=10
+    51 start plan release=50
+    52 end plan
+    53 audit plan policy=fifo priority=80)");
+    const auto judged = [&trace](const char* rule, std::int64_t from, std::int64_t to) {
+      return Verified(trace, {}, window(from, to)).of(rule, "thread 101");
+    };
+    EXPECT_EQ(judged("S3", 5, 40), Verdict::fail) << process;
+    trace.erase<ThreadSched>([](const auto&, const EventHead& head) { return head.time.ns == 33; });
+    for (const auto* rule : {"T3", "S3", "S4"}) {
+      EXPECT_EQ(judged(rule, 5, 40), Verdict::inconclusive) << process << ' ' << rule;
+      EXPECT_EQ(judged(rule, 30, 40), Verdict::inconclusive) << process << ' ' << rule;
+    }
+  }
+}
+
 TEST(Window, DiscardedEventsElsewhereDoNotMatter) {
   constexpr const char* kTrace = R"(
     callback a
