@@ -21,10 +21,13 @@ bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
 
 QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callback) {
   const auto& fini = callback.fini;
-  return {.lost = std::max(callback.lost, fini ? fini->lost : 0),
-          .overwritten = std::max(callback.overwritten, fini ? fini->overwritten : 0),
-          .are_totals_seen = fini ? callback.are_totals_told
-                                  : callback.releases > 0 && is_attached_to(context, callback)};
+  const auto least = [&](std::uint64_t running, std::uint64_t CallbackTotals::*total) {
+    return fini && callback.are_totals_told ? std::max(running, (*fini).*total) : running;
+  };
+  const bool has_totals = fini || (callback.releases > 0 && is_attached_to(context, callback));
+  return {.lost = least(callback.lost, &CallbackTotals::lost),
+          .overwritten = least(callback.overwritten, &CallbackTotals::overwritten),
+          .are_totals_seen = callback.are_totals_told && has_totals};
 }
 
 }  // namespace cie::analysis

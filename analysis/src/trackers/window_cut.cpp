@@ -18,7 +18,45 @@ std::uint64_t first_number(const std::optional<std::uint64_t>& first_seen) {
   return first_seen == 0U ? 0 : 1;
 }
 
+std::uint64_t total_before(const SampleLost& event) {
+  return event.total - std::min<std::uint64_t>(event.total, event.count);
+}
+
+// The largest number of a release so far.
+std::optional<std::uint64_t> last_release(const CallbackFacts& facts,
+                                          const std::optional<std::uint64_t>& before) {
+  if (!facts.first_release) return before;
+  return std::max(facts.last_release, before.value_or(0));
+}
+
 }  // namespace
+
+std::uint64_t WindowCut::overwritten_before(const CallbackRelease& release,
+                                            const CallbackFacts& facts, const OfCallback& state) {
+  const auto last = last_release(facts, state.last_release);
+  const bool is_next = release.release_seq <= last.value_or(0) + 1;
+  return is_next ? facts.overwritten : release.overwritten;
+}
+
+void WindowCut::see_totals(const EventHead& head, const CallbackFini& event,
+                           const CallbackFacts& facts, OfCallback& state) const {
+  if (is_before(head.time)) {
+    state.overwritten.see_before(event.overwritten);
+    state.lost.see_before(event.lost);
+    return;
+  }
+  const auto last = last_release(facts, state.last_release);
+  const auto first = state.first_release ? state.first_release : facts.first_release;
+  const bool is_next = last && event.released == *last + 1 - first_number(first);
+  const auto overwritten = is_next ? facts.overwritten : event.overwritten;
+  if (is_after(head.time)) {
+    state.overwritten.see_after(overwritten);
+    state.lost.see_after(event.lost);
+  } else {
+    state.overwritten.see_inside(overwritten, event.overwritten);
+    state.lost.see_inside(event.lost, event.lost);
+  }
+}
 
 std::uint64_t WindowCut::releases_before(const OfCallback& state) {
   return state.last_release ? *state.last_release + 1 - first_number(state.first_release) : 0;
@@ -38,7 +76,6 @@ void WindowCut::begin_at(Timestamp time) noexcept {
   instances_.begin_window(window_.from);
 }
 
-// Of a snapshot, the first release and the first loss inside tell what had been counted before.
 void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
   if (!who.process) return;
   if (const auto* end = std::get_if<CallbackEnd>(&body)) {
@@ -50,22 +87,25 @@ void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
     }
     return;
   }
-  if (!is_snapshot_) return;
-  if (const auto* release = std::get_if<CallbackRelease>(&body)) {
-    auto& state = callbacks_[index_of(who, release->callback)];
-    if (state.is_release_known) return;
-    state.is_release_known = true;
-    if (release->release_seq > 0) {
-      state.first_release = 0;
-      state.last_release = release->release_seq - 1;
-    }
-    state.overwritten_before = std::max(state.overwritten_before, release->overwritten);
-  } else if (const auto* lost = std::get_if<SampleLost>(&body)) {
-    auto& state = callbacks_[index_of(who, lost->callback)];
-    if (state.has_lost_inside) return;
-    state.has_lost_inside = true;
-    state.lost_before = lost->total - std::min<std::uint64_t>(lost->total, lost->count);
+  if (const auto* release = std::get_if<CallbackRelease>(&body)) see_inside(who, *release);
+  if (const auto* lost = std::get_if<SampleLost>(&body)) see_inside(who, *lost);
+}
+
+void WindowCut::see_inside(const Emitter& who, const CallbackRelease& release) {
+  const auto index = index_of(who, release.callback);
+  auto& state = callbacks_[index];
+  const auto before = overwritten_before(release, model_.callbacks[at(index)], state);
+  state.overwritten.see_inside(before, release.overwritten);
+  if (!is_snapshot_ || state.is_release_known) return;
+  state.is_release_known = true;
+  if (release.release_seq > 0) {
+    state.first_release = 0;
+    state.last_release = release.release_seq - 1;
   }
+}
+
+void WindowCut::see_inside(const Emitter& who, const SampleLost& lost) {
+  callbacks_[index_of(who, lost.callback)].lost.see_inside(total_before(lost), lost.total);
 }
 
 void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBody& body) {
@@ -113,14 +153,15 @@ void WindowCut::before(const EventHead& head, const Emitter& who, const EventBod
                    auto& state = callbacks_[index];
                    keep_first(state.first_release, e.release_seq);
                    state.last_release = std::max(state.last_release.value_or(0), e.release_seq);
-                   state.overwritten_before = std::max(state.overwritten_before, e.overwritten);
-                   model_.callbacks[at(index)].overwritten = state.overwritten_before;
+                   state.overwritten.see_before(e.overwritten);
+                   auto& overwritten = model_.callbacks[at(index)].overwritten;
+                   overwritten = std::max(overwritten, e.overwritten);
                  },
                  [&](const SampleLost& e) {
                    const auto index = index_of(who, e.callback);
-                   auto& state = callbacks_[index];
-                   state.lost_before = std::max(state.lost_before, e.total);
-                   model_.callbacks[at(index)].lost = state.lost_before;
+                   callbacks_[index].lost.see_before(e.total);
+                   auto& lost = model_.callbacks[at(index)].lost;
+                   lost = std::max<std::uint64_t>(lost, e.total);
                  },
                  [&](const Publish& e) {
                    const auto index = registry_.publisher(*who.process, e.publisher);
@@ -157,11 +198,14 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                    }
                  },
                  [&](const CallbackRelease& e) {
-                   keep_first(callbacks_[index_of(who, e.callback)].next_release, e.release_seq);
+                   const auto index = index_of(who, e.callback);
+                   auto& state = callbacks_[index];
+                   keep_first(state.next_release, e.release_seq);
+                   state.overwritten.see_after(
+                       overwritten_before(e, model_.callbacks[at(index)], state));
                  },
                  [&](const SampleLost& e) {
-                   keep_first(callbacks_[index_of(who, e.callback)].lost_until,
-                              e.total - std::min<std::uint64_t>(e.total, e.count));
+                   callbacks_[index_of(who, e.callback)].lost.see_after(total_before(e));
                  },
                  [&](const Publish& e) {
                    const auto index = registry_.publisher(*who.process, e.publisher);
@@ -220,14 +264,11 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
   const auto& facts = model_.callbacks[at(index)];
   auto& state = callbacks_[index];
   auto totals = event;
-  state.told_overwritten = event.overwritten;
-  state.told_lost = event.lost;
+  see_totals(head, event, facts, state);
   if (is_before(head.time)) {
     totals.started = facts.first_next_seq;
     totals.ended = facts.first_next_seq;
     totals.released = releases_before(state);
-    totals.overwritten = facts.overwritten;
-    totals.lost = facts.lost;
     return totals;
   }
   totals.ended -= std::min(totals.ended, state.second_ends);
@@ -244,8 +285,6 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
                      ? totals.ended - std::min(totals.ended, started_after)
                      : ended;
   totals.released = releases_until(state, facts.releases, event.released);
-  totals.overwritten = facts.overwritten;
-  totals.lost = state.lost_until.value_or(event.lost);
   return totals;
 }
 
@@ -298,11 +337,9 @@ void WindowCut::conclude_callback(CallbackFacts& facts, OfCallback& state) const
     next = std::max(next, *facts.ended.last + 1);
   }
   if (!facts.fini) return;
-  if (!state.has_lost_inside) state.lost_before = facts.fini->lost;
   if (!state.is_release_known) {
     state.first_release = 0;
     if (facts.fini->released > 0) state.last_release = facts.fini->released - 1;
-    state.overwritten_before = facts.fini->overwritten;
   }
 }
 
@@ -317,14 +354,28 @@ void WindowCut::conclude_publisher(PublisherFacts& facts) const {
   }
 }
 
-bool WindowCut::has_untold_totals(const CallbackFacts& facts, const OfCallback& state) const {
-  const bool is_whole = facts.registered && facts.registered->time >= window_.from &&
-                        facts.fini->at.time <= window_.to;
-  const bool is_over = facts.fini->at.time < window_.from;
-  if (is_snapshot_ || is_whole || is_over) return false;
-  const bool has_releases = facts.first_release || state.last_release || state.next_release;
-  const bool has_losses = facts.lost_at || state.lost_before != 0 || state.lost_until;
-  return (state.told_overwritten != 0 && !has_releases) || (state.told_lost != 0 && !has_losses);
+void WindowCut::conclude_queue(CallbackFacts& facts, OfCallback& state) const {
+  const bool is_later = facts.registered && is_after(facts.registered->time);
+  const bool is_attached = model_.processes[at(facts.process)].first_moment == RunMoment::announce;
+  const bool is_known_inside = facts.registered && facts.registered->time >= window_.from;
+  if (is_known_inside && !(is_snapshot_ && is_attached)) {
+    state.overwritten.begin_with_none();
+    state.lost.begin_with_none();
+  }
+  // In a snapshot of which nothing was lost all that is not told was before.
+  const bool is_rest_outside = is_later || (is_snapshot_ && !may_lack(facts.process, window_.to));
+  const auto conclude = [&](const RunningTotal& total, std::uint64_t CallbackFacts::*seen,
+                            std::uint64_t CallbackTotals::*told) {
+    const auto least = total.least_rise();
+    const auto most = is_rest_outside ? least : total.most_rise();
+    facts.*seen = least;
+    if (facts.fini) (*facts.fini).*told = most;
+    return least == most;
+  };
+  const bool is_told =
+      conclude(state.overwritten, &CallbackFacts::overwritten, &CallbackTotals::overwritten);
+  facts.are_totals_told =
+      conclude(state.lost, &CallbackFacts::lost, &CallbackTotals::lost) && is_told;
 }
 
 std::uint64_t WindowCut::cut_by_begin(const CallbackFacts& facts, const OfCallback& state) const {
@@ -342,13 +393,8 @@ void WindowCut::finish() {
     const CallbackIndex index{static_cast<std::uint32_t>(i)};
     auto& state = callbacks_[index];
     if (is_snapshot_) conclude_callback(facts, state);
-    facts.are_totals_told = !facts.fini || !has_untold_totals(facts, state);
+    conclude_queue(facts, state);
     facts.cut_instances += cut_by_begin(facts, state);
-    const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
-      total -= std::min(total, before);
-    };
-    subtract(facts.overwritten, state.overwritten_before);
-    subtract(facts.lost, state.lost_before);
     if (!facts.fini) continue;
     // An instance that began before the window and never ended is no violation in it.
     auto& totals = *facts.fini;
@@ -358,10 +404,7 @@ void WindowCut::finish() {
     const auto unended = totals.started - std::min(totals.started, totals.ended);
     const auto inside = std::min<std::uint64_t>(unended, instances_.open_count(index));
     totals.ended += std::min<std::uint64_t>(unended - inside, state.open.size());
-    subtract(facts.fini->released, releases_before(state));
-    subtract(facts.fini->overwritten, state.overwritten_before);
-    subtract(facts.fini->lost, state.lost_before);
-    if (!facts.are_totals_told) facts.fini->overwritten = facts.fini->lost = 0;
+    totals.released -= std::min(totals.released, releases_before(state));
   }
 }
 

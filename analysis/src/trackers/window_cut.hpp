@@ -11,6 +11,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "registry.hpp"
+#include "running_total.hpp"
 #include "sequence_tracker.hpp"
 
 #include <cstdint>
@@ -61,23 +62,19 @@ class WindowCut {
     // Numbers of the first and the last release before the window.
     std::optional<std::uint64_t> first_release;
     std::optional<std::uint64_t> last_release;
-    std::uint64_t overwritten_before = 0;  // running totals at the window's begin
-    std::uint64_t lost_before = 0;
+    RunningTotal overwritten;
+    RunningTotal lost;
     std::optional<std::uint64_t> next_start;    // number of the first one after the window
     std::optional<std::uint64_t> next_release;  // likewise
-    std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
     std::uint64_t ends_after = 0;               // of instances that started after it
     std::uint64_t second_ends = 0;              // outside it, of others
     SequenceTracker starts;                     // before it
     SequenceFacts seqs;
-    std::set<std::uint64_t> open;        // of them, those that were not seen to end
-    std::uint64_t told_overwritten = 0;  // by its callback_fini, in all of its life
-    std::uint64_t told_lost = 0;
+    std::set<std::uint64_t> open;          // of them, those that were not seen to end
     std::uint64_t spanning = 0;            // began before it and ended after it
     std::uint64_t ended_inside = 0;        // began before it and ended in it
     std::uint64_t ended_again_inside = 0;  // ended before it, and in it a second time
-    bool has_lost_inside = false;          // of a snapshot only, these two
-    bool is_release_known = false;         // the first release inside was seen
+    bool is_release_known = false;         // of a snapshot: the first release inside was seen
   };
 
   using TidOf = std::tuple<HostIndex, std::int64_t, std::int64_t>;  // host, pid, tid
@@ -102,8 +99,16 @@ class WindowCut {
   bool may_lack(ProcessIndex process, Timestamp until) const;
   void conclude_callback(CallbackFacts& facts, OfCallback& state) const;
   void conclude_publisher(PublisherFacts& facts) const;
-  // Totals that no event in between tells the parts of: what of them lies in the window is unknown.
-  bool has_untold_totals(const CallbackFacts& facts, const OfCallback& state) const;
+  void see_inside(const Emitter& who, const CallbackRelease& release);
+  void see_inside(const Emitter& who, const SampleLost& lost);
+  void see_totals(const EventHead& head, const CallbackFini& event, const CallbackFacts& facts,
+                  OfCallback& state) const;
+  // The running total just before a release, at most: of those that are missing before it nobody knows
+  // which one it rose with.
+  static std::uint64_t overwritten_before(const CallbackRelease& release,
+                                          const CallbackFacts& facts, const OfCallback& state);
+  // Of what was lost and overwritten, what lies in the window.
+  void conclude_queue(CallbackFacts& facts, OfCallback& state) const;
   // Those that the window's begin cuts, also those that the end cuts, too.
   std::uint64_t cut_by_begin(const CallbackFacts& facts, const OfCallback& state) const;
   CallbackIndex index_of(const Emitter& who, CallbackId id) {

@@ -368,6 +368,68 @@ TEST(WindowOfAQueue, KnowsNoTotalsThatOnlyTheEndTells) {
   EXPECT_EQ(q1(20, 33), Verdict::inconclusive);
 }
 
+// Two samples were lost at 25, one at 65; of them the first event is missing, and its loss may be told.
+TEST(WindowOfAQueue, IsBlamedForNothingThatMayHaveBeenLostOutsideIt) {
+  auto trace = trace_of(R"(
+    callback fusion subscription topic=/a
+    10 release fusion
+    11 start fusion
+    12 end fusion
+    25 lost fusion count=2
+    40 release fusion
+    41 start fusion
+    42 end fusion
+    65 lost fusion count=1
+    70 release fusion
+    71 start fusion
+    72 end fusion)");
+  const auto judged = [&trace](std::int64_t from, std::int64_t to) {
+    return Verified(trace, {}, window(from, to));
+  };
+  const auto q1 = [&judged](std::int64_t from, std::int64_t to) { return judged(from, to)["Q1"]; };
+  EXPECT_EQ(q1(0, 20), Verdict::pass);
+  EXPECT_EQ(q1(30, 50), Verdict::pass);
+  trace.erase<SampleLost>([](const auto&, const EventHead& head) { return head.time.ns == 25; });
+  EXPECT_EQ(q1(0, 20), Verdict::inconclusive);
+  EXPECT_EQ(q1(30, 50), Verdict::inconclusive);
+  EXPECT_EQ(q1(68, 80), Verdict::pass) << "three had been lost at 65";
+  EXPECT_THAT(judged(60, 80).evidence("Q1", "callback fusion"), HasSubstr("1 sample was lost"));
+}
+
+// The release at 30 overwrites a sample.
+TEST(WindowOfAQueue, KnowsNotWhichOfTheMissingReleasesOverwroteASample) {
+  constexpr const char* kTrace = R"(
+    callback fusion subscription topic=/a
+    10 release fusion
+    11 start fusion
+    12 end fusion
+    30 release fusion overwritten=1
+    50 release fusion overwritten=1
+    51 start fusion
+    52 end fusion
+    70 release fusion overwritten=1
+    71 start fusion
+    72 end fusion)";
+  const auto q1_without = [](std::int64_t lost_from, std::int64_t lost_to, std::int64_t from,
+                             std::int64_t to) {
+    auto trace = trace_of(kTrace);
+    trace.erase<CallbackRelease>([=](const auto&, const EventHead& head) {
+      return lost_from <= head.time.ns && head.time.ns <= lost_to;
+    });
+    return Verified(trace, {}, window(from, to))["Q1"];
+  };
+  EXPECT_EQ(q1_without(0, 0, 5, 20), Verdict::pass);
+  EXPECT_EQ(q1_without(0, 0, 20, 40), Verdict::fail);
+  EXPECT_EQ(q1_without(0, 0, 40, 60), Verdict::pass);
+  EXPECT_EQ(q1_without(30, 30, 40, 60), Verdict::inconclusive) << "or the one at 50 did";
+  EXPECT_EQ(q1_without(30, 30, 40, 100), Verdict::inconclusive);
+  EXPECT_EQ(q1_without(30, 30, 20, 60), Verdict::inconclusive) << "or it did before 20";
+  EXPECT_EQ(q1_without(30, 30, 5, 60), Verdict::fail) << "one of the two";
+  EXPECT_EQ(q1_without(30, 30, 60, 100), Verdict::pass) << "1 by 50";
+  EXPECT_EQ(q1_without(30, 50, 20, 60), Verdict::inconclusive) << "or the one at 70 did";
+  EXPECT_EQ(q1_without(30, 70, 20, 60), Verdict::inconclusive) << "the end alone tells";
+}
+
 TEST(WindowOfTwoHosts, TellsTheirThreadsApart) {
   const std::string app =
       "callback fusion\n1 initial fusion\n2 applied fusion\n10 start fusion\n12 end fusion\n";
