@@ -169,6 +169,7 @@ struct alignas(64) CallbackFacts {
       true;  // what was lost and overwritten in the window; else at least that many
 
   std::uint64_t starts_outside = 0;      // of the window that was asked for
+  std::uint64_t started_in_all = 0;      // that `fini` told before the window cut it
   std::uint64_t ends_without_start = 0;  // seq not below the first start seen
   std::uint64_t ends_before_first = 0;   // of instances cut by the window's begin
   Rare<std::pair<std::uint64_t, EventRef>> first_end_without_start{};

@@ -7,7 +7,7 @@ namespace cie::analysis {
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
   const bool is_attached =
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  std::uint64_t count = callback.starts.count + callback.starts_outside;
+  auto count = std::max(callback.starts.count + callback.starts_outside, callback.started_in_all);
   if (callback.fini) count = std::max(count, callback.fini->started);
   if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
   return count;

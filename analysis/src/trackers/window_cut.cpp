@@ -261,9 +261,10 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
   const auto process = registry_.process_of(head);
   if (!process) return event;
   const auto index = registry_.callback(*process, event.callback);
-  const auto& facts = model_.callbacks[at(index)];
+  auto& facts = model_.callbacks[at(index)];
   auto& state = callbacks_[index];
   auto totals = event;
+  facts.started_in_all = event.started;
   see_totals(head, event, facts, state);
   if (is_before(head.time)) {
     totals.started = facts.first_next_seq;
