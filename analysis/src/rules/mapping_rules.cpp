@@ -362,6 +362,7 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   std::vector<SubjectVerdict> verdicts;
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
+    if (context.is_after_window(callback)) continue;
     if (is_identified(callback)) {
       by_id[{at(callback.process), callback.logical_id}].push_back(index);
       continue;

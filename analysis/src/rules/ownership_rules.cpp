@@ -146,10 +146,10 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
 
 // How many of the group's callbacks lived at the same time, at most: one that was made after another
 // was destroyed takes its place.
-std::size_t most_alive(const Model& model, const GroupFacts& group) {
+std::size_t most_alive(const Model& model, const std::vector<CallbackIndex>& callbacks) {
   std::multiset<Timestamp> ends;  // of those alive
   std::size_t most = 0;
-  for (const auto index : group.callbacks) {  // as they were registered
+  for (const auto index : callbacks) {  // as they were registered
     const auto& callback = model.callbacks[at(index)];
     ends.erase(ends.begin(), ends.upper_bound(callback.registered->time));
     ends.insert(callback.fini ? callback.fini->at.time
@@ -159,9 +159,14 @@ std::size_t most_alive(const Model& model, const GroupFacts& group) {
   return most;
 }
 
-void judge_group(const Model& model, const GroupFacts& group,
+void judge_group(const RuleContext& context, const GroupFacts& group,
                  const std::vector<ThreadIndex>& threads, Judgement& judgement) {
-  judgement.check(group.callbacks.size());
+  const auto& model = context.model;
+  auto callbacks = group.callbacks;
+  std::erase_if(callbacks, [&](CallbackIndex index) {
+    return context.is_after_window(model.callbacks[at(index)]);
+  });
+  judgement.check(callbacks.size());
   const auto witness = [&](const std::string& note) {
     judgement.fail(evidence("group_init", group.first_seen, note));
     for (const auto index : threads) {
@@ -171,7 +176,7 @@ void judge_group(const Model& model, const GroupFacts& group,
                         "isolated thread " + std::to_string(thread.tid) + " serves it");
       });
     }
-    for (const auto index : group.callbacks) {
+    for (const auto index : callbacks) {
       const auto& callback = model.callbacks[at(index)];
       judgement.fail([&callback] {
         return evidence("callback_init", *callback.registered,
@@ -180,7 +185,7 @@ void judge_group(const Model& model, const GroupFacts& group,
     }
   };
   if (group.type == GroupType::reentrant) witness("a reentrant group");
-  if (const auto most = most_alive(model, group); most >= 2) {
+  if (const auto most = most_alive(model, callbacks); most >= 2) {
     witness("a group of " + std::to_string(most) + " callbacks");
   }
   if (!group.type) {
@@ -235,7 +240,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     judged.insert(threads.begin(), threads.end());
     Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}));
     if (!threads.empty()) {
-      judge_group(model, group, threads, judgement);
+      judge_group(context, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
       if (const auto member = members.find(group.process); member != members.end()) {
         judgement.doubt(member->second);

@@ -1,6 +1,7 @@
 #include "restart_rule.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -89,7 +90,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
   // One that no thread was made for, and of which nothing is missing, had no parameters.
   const auto had_none = [&](const CallbackFacts& callback) {
     return callback.ran_on.empty() && context.isolated.of(callback).empty() && callback.fini &&
-           callback.fini->started == 0 && proof.is_complete(callback.process);
+           known_instances(model, callback) == 0 && proof.is_complete(callback.process);
   };
   if ((was == nullptr) != (is == nullptr) && !had_none(was == nullptr ? before : after)) {
     judgement.doubt(evidence("callback_init", *(is == nullptr ? after : before).registered,
@@ -263,6 +264,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   std::vector<Lifetime> unknown;
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
+    if (context.is_after_window(callback)) continue;
     const auto life = lifetime_of(context, index);
     if (is_identified(callback)) {
       by_id[{model.processes[at(callback.process)].host, callback.logical_id}].push_back(life);

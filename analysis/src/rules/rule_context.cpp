@@ -42,4 +42,8 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       lost_ends(facts, lives),
       unknown_threads(find_unknown(facts, proof)) {}
 
+bool RuleContext::is_after_window(const CallbackFacts& callback) const noexcept {
+  return options.window && callback.registered && callback.registered->time > options.window->to;
+}
+
 }  // namespace cie::analysis

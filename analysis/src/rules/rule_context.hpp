@@ -23,6 +23,9 @@ struct RuleContext {
   RuleContext(const RuleContext&) = delete;
   RuleContext& operator=(const RuleContext&) = delete;
 
+  // Registered after the window that was asked for: none of its concern.
+  bool is_after_window(const CallbackFacts& callback) const noexcept;
+
   const Model& model;
   const AnalysisOptions& options;
   const Subjects names;

@@ -29,5 +29,60 @@ TEST(Window, ACallbackRanOutsideItIfItsTotalSaysSo) {
   EXPECT_EQ(Verified(trace, kSpec, window(8, 15))["M1"], Verdict::pass);
 }
 
+TEST(Window, ARestartAfterItIsNoneOfItsConcern) {
+  const auto judged = [](const std::string& period, const std::string& applied, std::int64_t to) {
+    return in_window(R"(
+    process first until=100
+    callback a id=/n@Timer timer period=10
+    process second pid=200 from=1000
+    callback b id=/n@Timer timer period=)" +
+                         period + R"(
+    1 initial a
+    2 applied a policy=fifo priority=50
+    10 start a
+    12 end a
+    1150 begin b
+    1151 initial b
+    1152 applied b )" + applied +
+                         R"(
+    1160 start b
+    1162 end b)",
+                     5, to)["M5"];
+  };
+  constexpr const char* kAlike = "policy=fifo priority=50";
+  EXPECT_EQ(judged("10", kAlike, 1200), Verdict::pass);
+  EXPECT_EQ(judged("10", "policy=other", 1200), Verdict::fail);
+  EXPECT_EQ(judged("20", kAlike, 1200), Verdict::fail);
+  EXPECT_EQ(judged("10", "policy=other", 500), Verdict::not_applicable);
+  EXPECT_EQ(judged("20", kAlike, 500), Verdict::not_applicable);
+  EXPECT_EQ(judged("10", "policy=other", 1120), Verdict::inconclusive) << "it got its thread later";
+}
+
+// The second callback is registered at 47.
+TextTrace with_late_callback(const std::string& first, const std::string& second) {
+  auto trace =
+      trace_of("group both\ncallback a id=/n@Timer(10) " + first + "\ncallback b id=" + second + R"(
+    10 start a
+    12 end a
+    47 init b
+    50 start b on=a
+    52 end b on=a)");
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return e.callback == CallbackId{1} && head.time.ns < 0;
+  });
+  return trace;
+}
+
+TEST(Window, ACallbackThatIsRegisteredAfterItIsNoneOfItsConcern) {
+  const auto namesakes = with_late_callback("", "/n@Timer(10) pooled");
+  EXPECT_EQ(Verified(namesakes)["M7"], Verdict::fail);
+  EXPECT_EQ(Verified(namesakes, {}, window(0, 48))["M7"], Verdict::fail);
+  EXPECT_EQ(Verified(namesakes, {}, window(0, 40))["M7"], Verdict::pass);
+  const auto group = with_late_callback("group=both", "/n@Timer(20) group=both pooled");
+  EXPECT_EQ(Verified(group)["M8"], Verdict::fail);
+  EXPECT_EQ(Verified(group, {}, window(0, 48))["M8"], Verdict::fail);
+  EXPECT_EQ(Verified(group, {}, window(0, 40))["M8"], Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test
