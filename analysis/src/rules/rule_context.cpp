@@ -46,4 +46,12 @@ bool RuleContext::is_after_window(const CallbackFacts& callback) const noexcept 
   return options.window && callback.registered && callback.registered->time > options.window->to;
 }
 
+bool RuleContext::is_before_window(ThreadIndex index) const {
+  if (!options.window) return false;
+  const auto& fini = model.threads[at(index)].fini;
+  const auto& life = lives.of(index);
+  return fini ? fini->time < options.window->from
+              : life.has_ended && life.end < options.window->from;
+}
+
 }  // namespace cie::analysis

@@ -23,8 +23,9 @@ struct RuleContext {
   RuleContext(const RuleContext&) = delete;
   RuleContext& operator=(const RuleContext&) = delete;
 
-  // Registered after the window that was asked for: none of its concern.
+  // Registered after the window that was asked for, or over before it: none of its concern.
   bool is_after_window(const CallbackFacts& callback) const noexcept;
+  bool is_before_window(ThreadIndex thread) const;
 
   const Model& model;
   const AnalysisOptions& options;

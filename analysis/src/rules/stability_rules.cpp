@@ -104,6 +104,7 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
   return judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (!is_known(thread) && thread.ran.empty()) return;
+        if (context.is_before_window(index)) return;
         if (is_never_read_back(model, thread)) {
           judge_scheduled_unchanged(context, index, judgement);
           return;

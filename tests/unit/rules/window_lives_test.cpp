@@ -84,5 +84,27 @@ TEST(Window, ACallbackThatIsRegisteredAfterItIsNoneOfItsConcern) {
   EXPECT_EQ(Verified(group, {}, window(0, 40))["M8"], Verdict::pass);
 }
 
+TEST(Window, AThreadThatEndedBeforeItIsNoneOfItsConcern) {
+  constexpr const char* kTrace = R"(
+    process first until=30
+    callback a
+    process second pid=200 from=1000
+    callback b
+    1 initial a
+    2 applied a policy=fifo priority=50
+    10 start a
+    12 end a
+    20 audit a policy=fifo priority=50
+    1101 initial b
+    1102 applied b policy=fifo priority=50
+    1110 start b
+    1112 end b
+    1120 audit b policy=fifo priority=50)";
+  EXPECT_EQ(in_window(kTrace, 0, 1200)["S3"], Verdict::pass);
+  EXPECT_EQ(in_window(kTrace, 25, 1200)["S3"], Verdict::inconclusive)
+      << "the audit at 20 was before";
+  EXPECT_EQ(in_window(kTrace, 500, 1200)["S3"], Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test
