@@ -347,6 +347,7 @@ struct Analyzer::Pipeline {
       return;
     }
     std::visit([&](const auto& body) { on_state(event.head, body); }, event.body);
+    if (cut) cut->see_announced(event.head, event.body);
   }
   // Of what is left out, an audit still tells that nothing changed until then.
   void pass_by_state(const Event& event) {

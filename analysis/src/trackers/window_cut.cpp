@@ -59,7 +59,10 @@ void WindowCut::see_totals(const EventHead& head, const CallbackFini& event,
 }
 
 std::uint64_t WindowCut::releases_before(const OfCallback& state) {
-  return state.last_release ? *state.last_release + 1 - first_number(state.first_release) : 0;
+  if (!state.last_release) return 0;
+  // Each start took a release.
+  return std::max(*state.last_release + 1 - first_number(state.first_release),
+                  state.next_announced);
 }
 
 std::uint64_t WindowCut::releases_until(const OfCallback& state, std::uint64_t seen,
@@ -215,6 +218,24 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                  },
                  [](const auto&) {}},
       body);
+}
+
+void WindowCut::see_announced(const EventHead& head, const EventBody& body) {
+  if (!is_before(head.time)) return;
+  const auto process = registry_.process_of(head);
+  if (!process) return;
+  const auto note = [](auto& facts, std::uint64_t next) {
+    facts.first_next_seq = std::max(facts.first_next_seq, next);
+  };
+  if (const auto* callback = std::get_if<CallbackInit>(&body)) {
+    const auto index = registry_.callback(*process, callback->callback);
+    note(model_.callbacks[at(index)], callback->next_seq);
+    auto& next = callbacks_[index].next_announced;
+    next = std::max(next, callback->next_seq);
+  } else if (const auto* publisher = std::get_if<PublisherInit>(&body)) {
+    note(model_.publishers[registry_.publisher(*process, publisher->publisher)],
+         publisher->next_seq);
+  }
 }
 
 template <typename Facts>

@@ -46,6 +46,8 @@ class WindowCut {
   void see_inside(const Emitter& who, const EventBody& body);
   // A hot event of a process outside the window.
   void pass_by(const EventHead& head, const Emitter& who, const EventBody& body);
+  // A state event, after it was applied: before the window an announcement tells which numbers are next.
+  void see_announced(const EventHead& head, const EventBody& body);
   // Whether a state event is to be left out: of threads that were created after the window, and
   // read-backs after it.
   bool leaves_out(const EventHead& head, const EventBody& body);
@@ -62,6 +64,7 @@ class WindowCut {
     // Numbers of the first and the last release before the window.
     std::optional<std::uint64_t> first_release;
     std::optional<std::uint64_t> last_release;
+    std::uint64_t next_announced = 0;  // number of a start, before the window
     RunningTotal overwritten;
     RunningTotal lost;
     std::optional<std::uint64_t> next_start;    // number of the first one after the window

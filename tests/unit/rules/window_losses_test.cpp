@@ -2,6 +2,7 @@
 #include "windows.hpp"
 
 #include <string>
+#include <variant>
 
 #include <gtest/gtest.h>
 
@@ -127,6 +128,39 @@ TEST(Window, AReadBackMissingUpToTheFirstOneAfterItMayLieInIt) {
       EXPECT_EQ(judged(rule, 5, 40), Verdict::inconclusive) << process << ' ' << rule;
       EXPECT_EQ(judged(rule, 30, 40), Verdict::inconclusive) << process << ' ' << rule;
     }
+  }
+}
+
+// Between two sessions: the second one's announcement says what came until then.
+TEST(Window, AnAnnouncementBeforeItSaysWhatIsNextInIt) {
+  for (const auto* process : {"process app crash", "process app"}) {
+    auto trace = trace_of(std::string(process) + R"(
+    callback fusion subscription topic=/a
+    5 release fusion
+    10 start fusion
+    12 end fusion
+    25 release fusion
+    30 start fusion
+    32 end fusion
+    40 init fusion
+    45 release fusion
+    50 start fusion
+    52 end fusion)");
+    trace.erase<CallbackRelease>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 25; });
+    trace.erase<CallbackStart>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 30; });
+    trace.erase<CallbackEnd>([](const auto&, const EventHead& head) { return head.time.ns == 32; });
+    for (auto& event : trace.events) {
+      auto* init = std::get_if<CallbackInit>(&event.body);
+      if (init != nullptr && event.head.time.ns == 40) init->next_seq = 2;
+    }
+    const auto judged = [&trace](std::int64_t from) {
+      return Verified(trace, {}, window(from, 55)).of("M3", "callback fusion");
+    };
+    EXPECT_EQ(judged(0), Verdict::inconclusive) << process;
+    EXPECT_EQ(judged(35), Verdict::inconclusive) << process << ": or from then to 40";
+    EXPECT_EQ(judged(42), Verdict::pass) << process;
   }
 }
 
