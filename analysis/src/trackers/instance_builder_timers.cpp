@@ -5,6 +5,12 @@
 #include <utility>
 
 namespace cie::analysis {
+namespace {
+
+// So long an executor takes at most to find out that something is due already when it begins to wait.
+constexpr Duration kLongestLook{100'000};
+
+}  // namespace
 
 void InstanceBuilder::follow_grid(LiveInstance& live) {
   const auto release = follow_grid(live.host, live.thread, live.callback,
@@ -40,19 +46,23 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
   TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
   start.is_inside = is_inside;
   const auto is_at_once = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
+  bool has_idled = false;  // since it was busy: nothing was due then
   if (on) {
     const auto& thread = of_thread(on);
     // Whatever the thread did last, the timer was called afterwards.
     if (thread.has_waited)
       start.called_after = std::max<std::optional<Timestamp>>(thread.last_activity, thread.wakeup);
     start.after = thread.last_activity;
+    has_idled = thread.wakeup && thread.last_activity &&
+                *thread.wakeup - *thread.last_activity > kLongestLook;
     // Not by what is open: it may have been left by an exception, or its end was lost.
-    if (thread.last_activity && is_at_once(*thread.last_activity))
+    if (!has_idled && thread.last_activity && is_at_once(*thread.last_activity))
       start.busy_since = thread.busy_since;
   }
   // Its last instance began no later than this one's release.
   const auto& ended = callback.recent;
-  if (ended.size() > 0 && is_at_once(ended.newest(0).end.time)) start.busy_since = Timestamp{};
+  if (!has_idled && ended.size() > 0 && is_at_once(ended.newest(0).end.time))
+    start.busy_since = Timestamp{};
   const auto release = grid->on_start(start);
   facts.grid.prompt_starts = grid->prompt_starts();
   if (grid->is_steady()) measurer_.prove(index);

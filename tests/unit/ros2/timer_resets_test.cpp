@@ -141,5 +141,43 @@ TEST(Ros2TimerResets, OnlyProvenReleasesMakeInstancesLate) {
   EXPECT_EQ(late(0, true), static_cast<std::uint64_t>(kLateStarts));
 }
 
+// Expiry 9 ends with a reset, 300 us behind expiry 11; what runs then ends 420 us before the next one of
+// the new grid. The executor waits for that: nothing was due before, as expiry 10 would have been.
+std::string reset_before_a_wait(std::int64_t waits) {
+  std::string text = held_up(0, false, 0);
+  const auto at = [&text](std::int64_t time, const std::string& event) {
+    text += std::to_string(time) + ' ' + event + '\n';
+  };
+  const auto expiry = [](int k) { return k * kEvery - 10 * kMicrosecond; };
+  const auto reset = expiry(11) + 300 * kMicrosecond;
+  at(expiry(9) + 60 * kMicrosecond, "callback_start callback=48");
+  at(reset, "callback_end callback=48");
+  at(reset + 10 * kMicrosecond, "callback_start callback=0x70");
+  const auto start = reset + kEvery + 75 * kMicrosecond;
+  at(start - 15 * kMicrosecond - waits, "callback_end callback=0x70");
+  at(start - 10 * kMicrosecond - waits, "rclcpp_executor_wait_for_work timeout=-1");
+  at(start - 10 * kMicrosecond, "rclcpp_executor_get_next_ready");
+  for (int k = 0; k < kPromptStarts; ++k) {
+    at(start + k * kEvery, "callback_start callback=48");
+    at(start + k * kEvery + kMillisecond, "callback_end callback=48");
+  }
+  return text;
+}
+
+TEST(Ros2TimerResets, AStartAfterAWaitWasNotDueBeforeIt) {
+  const auto result = analyze_ros2(reset_before_a_wait(400 * kMicrosecond));
+  const auto& timer = result.callback(kHeldUp);
+  EXPECT_EQ(timer.response_time->max, 20 * kMillisecond + 300 * kMicrosecond)
+      << "of the instance that resets";
+  EXPECT_FALSE(timer.missed_releases);
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive) << result.evidence("R2");
+}
+
+// Where it found work at once, expiry 10 may have been it, and 11 and 12 were skipped then.
+TEST(Ros2TimerResets, AStartAfterALookMayHaveBeenDueBeforeIt) {
+  const auto result = analyze_ros2(reset_before_a_wait(0));
+  EXPECT_EQ(result.callback(kHeldUp).missed_releases, 2U);
+}
+
 }  // namespace
 }  // namespace cie::test
