@@ -13,6 +13,12 @@ namespace cie::analysis {
 // Instances of the callback that are known to have run, seen or counted.
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback);
 
+// No other callback of the process may be the same one: of ROS 2, what was never registered is known
+// by an address alone, of which a callback has several.
+inline bool is_of_its_own(const CallbackFacts& callback) {
+  return callback.registered || callback.is_accounted;
+}
+
 // Of the channel that the stream belongs to, by its host's clock.
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream);
 

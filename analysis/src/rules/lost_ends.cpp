@@ -1,6 +1,7 @@
 #include "lost_ends.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -61,8 +62,7 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
   std::optional<Evidence> why;
   std::optional<Timestamp> last;
   for (const auto* pair : model_.threads[at(index)].ran) {
-    // One that was never registered may be another one's address, of ROS 2.
-    if (!model_.callbacks[at(pair->callback)].registered) continue;
+    if (!is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
     const auto next = pair->first_start.time;
     if (last) {
       why = next > *last ? between(index, *last, next) : std::nullopt;

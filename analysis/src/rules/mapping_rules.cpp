@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "possible_moves.hpp"
 #include "thread_questions.hpp"
 
@@ -51,12 +52,6 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
                   model.callbacks[at(pair.callback)].logical_id + " started here (seq " +
                       std::to_string(pair.first_seq) + "), " + counted(pair.starts, "time") +
                       " on this thread");
-}
-
-// No other callback of the process may be the same one: of ROS 2, what was never registered is known
-// by an address alone, of which a callback has several.
-bool is_of_its_own(const CallbackFacts& callback) {
-  return callback.registered || callback.is_accounted;
 }
 
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {

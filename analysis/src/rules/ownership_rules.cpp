@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -36,6 +37,15 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
                           std::to_string(pair->first_seq) + "), which is not its own");
     });
   }
+}
+
+// Why what it ran, which is not its own, may have run on a later thread with its tid. Where its own
+// callback was not seen, its announcement tells that it was there.
+std::optional<Evidence> perhaps_another(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  if (thread.ran.size() > 1) return context.lost_ends.between_callbacks(index);
+  return context.lost_ends.between(index, thread.announced->time,
+                                   thread.ran.front()->first_start.time);
 }
 
 // From when on a wait of the thread would have been its first one.
@@ -129,7 +139,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
         const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
         if (is_isolated(thread)) {
           judge_foreign_callbacks(context.model, thread, judgement);
-          if (thread.ran.size() > 1) judgement.overrule(context.lost_ends.between_callbacks(index));
+          if (judgement.has_witness()) judgement.overrule(perhaps_another(context, index));
           judgement.doubt(context.losses.on(index));
           if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
         }
