@@ -9,8 +9,8 @@
 
 namespace cie::analysis {
 
-LostEnds::LostEnds(const Model& model, const ThreadLives& lives)
-    : model_(model), lives_(lives), announced_(model.processes.size()) {
+LostEnds::LostEnds(const Model& model, const ThreadLives& lives, const Proof& proof)
+    : model_(model), lives_(lives), proof_(proof), announced_(model.processes.size()) {
   for (const auto& thread : model.threads) {
     if (thread.announced) ++announced_[at(thread.process)];
   }
@@ -50,8 +50,8 @@ std::optional<Evidence> LostEnds::between(ThreadIndex index, Timestamp last, Tim
                          "another " + named + " was created before: this may have run on it");
   }
   const auto& run_end = model_.processes[at(thread.process)].run_end;
-  if (!run_end || (thread.fini && announced_[at(thread.process)] >= run_end->threads))
-    return std::nullopt;
+  if (!run_end) return proof_.user_loss(thread.process, last, next);
+  if (thread.fini && announced_[at(thread.process)] >= run_end->threads) return std::nullopt;
   return evidence("run_end", run_end->at,
                   (thread.fini ? "announcements of threads are missing"
                                : "the end of " + named + " was not seen") +

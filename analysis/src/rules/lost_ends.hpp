@@ -1,9 +1,10 @@
-// Threads whose end was not recorded, though it was told.
+// Threads whose end was not recorded, though it was told or may have been lost.
 #pragma once
 
 #include <cie/analysis/verdict.hpp>
 
 #include "model/facts.hpp"
+#include "proof.hpp"
 #include "thread_lives.hpp"
 
 #include <cstdint>
@@ -14,7 +15,7 @@ namespace cie::analysis {
 
 class LostEnds {
  public:
-  LostEnds(const Model& model, const ThreadLives& lives);
+  LostEnds(const Model& model, const ThreadLives& lives, const Proof& proof);
   // In a process that ended in order every thread tells its end, unless it was replaced: why what ran
   // on this one may have run after it had ended, or on another one with its tid. Of a thread that was
   // not announced the same, where an announcement is missing.
@@ -23,12 +24,14 @@ class LostEnds {
   // callback came when the last one was done for good, and in between the end of one thread and the
   // announcement of another may be missing. Empty: they are of one.
   std::optional<Evidence> between_callbacks(ThreadIndex thread) const;
-  // The same between two of its callbacks' instances.
+  // The same between two of its signs. Where no totals tell what is missing, the tracer tells where
+  // it lost any.
   std::optional<Evidence> between(ThreadIndex thread, Timestamp last, Timestamp next) const;
 
  private:
   const Model& model_;
   const ThreadLives& lives_;
+  const Proof& proof_;
   std::vector<std::uint64_t> announced_;    // threads, by process
   std::vector<Timestamp> last_activities_;  // by callback, on whatever thread
 };

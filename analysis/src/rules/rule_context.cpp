@@ -39,7 +39,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       isolated(facts),
       losses(facts, callbacks, proof, isolated),
       hidden(facts),
-      lost_ends(facts, lives),
+      lost_ends(facts, lives, proof),
       unknown_threads(find_unknown(facts, proof)) {}
 
 bool RuleContext::is_after_window(const CallbackFacts& callback) const noexcept {

@@ -66,5 +66,14 @@ TEST(ReusedTid, IsNotOfTheCallbackThatTheThreadBeforeWasAnnouncedFor) {
   EXPECT_EQ(Verified(trace).of("M6", "thread 101"), Verdict::inconclusive);
 }
 
+TEST(ReusedTid, OfAProcessWithoutTotalsMayHaveBeenGivenWhereTheTracerLostEvents) {
+  auto lossy = of_reused_tid("process app crash", "\n14 discard user until=18 count=2");
+  erase_end_and_beginning(lossy);
+  expect(Verdict::inconclusive, lossy);
+  auto later = of_reused_tid("process app crash", "\n40 discard user until=41 count=2");
+  erase_end_and_beginning(later);
+  expect(Verdict::fail, later);
+}
+
 }  // namespace
 }  // namespace cie::test
