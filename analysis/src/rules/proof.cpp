@@ -244,15 +244,27 @@ std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTot
                   std::string(what) + counted_and_seen((*run_end).*total, seen));
 }
 
-std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
+std::optional<Evidence> Proof::unseen_or_lost(ProcessIndex process, std::uint32_t RunTotals::*total,
+                                              std::uint64_t seen, const char* what,
+                                              const char* uncounted) const {
   const auto& facts = model_.processes[at(process)];
-  if (facts.run_end && has_begun_in_trace(process)) {
-    return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
-                  "callbacks that ran somewhere unseen: ");
-  }
+  if (facts.run_end && has_begun_in_trace(process)) return unseen(process, total, seen, what);
   auto loss = user_loss_since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
-  if (loss) loss->note += "; nothing counts the callbacks: one may have been lost whole";
+  if (loss) loss->note += uncounted;
   return loss;
+}
+
+std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
+  return unseen_or_lost(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
+                        "callbacks that ran somewhere unseen: ",
+                        "; nothing counts the callbacks: one may have been lost whole");
+}
+
+std::optional<Evidence> Proof::unseen_threads(ProcessIndex process) const {
+  if (is_told_by_ros2_alone(model_.processes[at(process)])) return std::nullopt;
+  return unseen_or_lost(process, &RunTotals::threads, threads_announced(process),
+                        "threads whose announcement was not seen: ",
+                        "; nothing counts the threads: the announcement of one may be lost");
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {

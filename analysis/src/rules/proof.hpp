@@ -73,6 +73,8 @@ class Proof {
   // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
+  // The same of threads whose announcement is missing. A process of ROS 2 alone announces none.
+  std::optional<Evidence> unseen_threads(ProcessIndex process) const;
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 
@@ -99,6 +101,10 @@ class Proof {
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                  std::uint64_t seen, const char* what) const;
+  // The same; where nothing counts them, a loss that may have taken one.
+  std::optional<Evidence> unseen_or_lost(ProcessIndex process, std::uint32_t RunTotals::*total,
+                                         std::uint64_t seen, const char* what,
+                                         const char* uncounted) const;
   // `total()` names the first of the two numbers.
   template <std::invocable Total>
   void compare(ProcessIndex process, const Total& total, std::uint64_t expected,

@@ -74,9 +74,13 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
     if (!index) {
       for (const auto other : threads)
         judgement.overrule(proof.loss(other));
+      bool is_thread_known = !threads.empty() || !callback.ran_on.empty();
       for (const auto* pair : callback.ran_on) {  // perhaps its own, announced unseen
-        if (!model.threads[at(pair->thread)].announced) judgement.doubt(proof.loss(pair->thread));
+        if (model.threads[at(pair->thread)].announced) continue;
+        is_thread_known = false;
+        judgement.doubt(proof.loss(pair->thread));
       }
+      if (!is_thread_known) judgement.doubt(proof.unseen_threads(callback.process));
       return nullptr;
     }
     const auto* applied = last_applied(model, model.threads[at(*index)]);

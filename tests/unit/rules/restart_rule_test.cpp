@@ -69,6 +69,41 @@ TEST(MappingSurvivesRestart, IsInconclusiveWhenALaterReadBackWasLost) {
   EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive) << "no false FAIL";
 }
 
+// Of neither lifetime is known what its thread was.
+TEST(MappingSurvivesRestart, IsInconclusiveWhenTheThreadsOfBothWereLost) {
+  auto trace = trace_of(restarted("policy=fifo priority=50", "policy=fifo priority=51"));
+  ASSERT_EQ(Verified(trace).of("M5", kLater), Verdict::fail);
+  trace.erase<ThreadInit>();
+  trace.erase<ThreadSched>();
+  trace.erase<ThreadFini>();
+  EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive);
+  trace.erase<CallbackStart>();
+  trace.erase<CallbackEnd>();
+  EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive);
+  trace.erase<RunEnd>();
+  EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::pass) << "nothing tells of a loss";
+  const auto lossy = restarted("policy=fifo priority=50", "policy=fifo priority=51") +
+                     "\n0 discard user until=5 count=4";
+  auto interrupted = trace_of(lossy);
+  interrupted.erase<ThreadInit>();
+  interrupted.erase<ThreadSched>();
+  interrupted.erase<ThreadFini>();
+  interrupted.erase<RunEnd>();
+  EXPECT_EQ(Verified(interrupted).of("M5", kLater), Verdict::inconclusive);
+}
+
+TEST(MappingSurvivesRestart, AsksForNoParametersOfPools) {
+  const Verified verified(
+      "process first pid=100 until=100\n"
+      "thread p pool\n"
+      "callback a id=/n@Timer timer period=10 pooled\n"
+      "process second pid=200 from=1000\n"
+      "thread q pool\n"
+      "callback b id=/n@Timer timer period=10 pooled\n"
+      "10 start a on=p\n12 end a on=p\n1110 start b on=q\n1112 end b on=q");
+  EXPECT_EQ(verified.of("M5", kLater), Verdict::pass) << verified.evidence("M5", kLater);
+}
+
 // Two processes at once, and then a third one: which of them it follows is known if they agree, or if it is like neither.
 TEST(MappingSurvivesRestart, ComparesWithAllThatItMayFollow) {
   const auto judged = [](int first, int second, int third) {
