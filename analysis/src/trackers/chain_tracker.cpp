@@ -27,6 +27,14 @@ HostRoute route_of(std::span<const ChainNode* const> nodes) {
   return route;
 }
 
+// With the callbacks of these instances, the last one first.
+bool ends_with(const std::vector<CallbackIndex>& callbacks,
+               const std::vector<const ChainNode*>& known) {
+  return callbacks.size() >= known.size() &&
+         std::equal(known.begin(), known.end(), callbacks.rbegin(),
+                    [](const ChainNode* node, CallbackIndex hop) { return node->callback == hop; });
+}
+
 }  // namespace
 
 ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
@@ -183,12 +191,7 @@ void ChainTracker::on_path(ChainNode& node, const EventRef& end) {
 // follows one that is not known.
 void ChainTracker::interrupt(const Nodes& known) {
   for (auto* path : ended_by_[known.front()->callback]) {
-    const auto& callbacks = path->first;
-    const bool may_be_it =
-        callbacks.size() >= known.size() &&
-        std::equal(known.begin(), known.end(), callbacks.rbegin(),
-                   [](const ChainNode* node, CallbackIndex hop) { return node->callback == hop; });
-    if (may_be_it) path->second.progress.has_last = false;
+    if (ends_with(path->first, known)) path->second.progress.has_last = false;
   }
 }
 
@@ -248,7 +251,8 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
     if (i == 0) break;
     resolve_again(*current);
     if (current->link == ChainNode::Link::unseen) {
-      nodes.front() = current;
+      nodes.erase(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(i));
+      std::reverse(nodes.begin(), nodes.end());
       return Walk::missing;
     }
     if (!current->parent) return Walk::other;
@@ -257,15 +261,22 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
   return nodes.front()->is_in_window ? Walk::whole : Walk::other;
 }
 
+// Likewise of whatever callbacks have the ids of a chain.
+void ChainTracker::interrupt(Chain& chain, const Nodes& known) {
+  if (ends_with(chain.hops, known)) chain.progress.has_last = false;
+  for (auto& [callbacks, progress] : chain.others)
+    if (ends_with(callbacks, known)) progress.has_last = false;
+}
+
 void ChainTracker::on_specified(ChainNode& node, const EventRef& end, Chain& chain) {
   switch (walk(node, chain)) {
     case Walk::other:
     case Walk::too_long:
       break;
     case Walk::missing:
-      chain.progress.has_last = false;  // the next instance follows one that is not known
+      interrupt(chain, scratch_);
       ++chain.facts.incomplete;
-      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = scratch_.front()->start;
+      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = scratch_.back()->start;
       break;
     case Walk::whole:
       measure(chain, scratch_, end);

@@ -157,17 +157,18 @@ class ChainTracker {
   void note_edge(const ChainNode& node);
   const Message* find_message(std::uint32_t publisher, std::int64_t source_timestamp) const;
   // The instances that led to this one, first to last: whether they are one of the chain that the
-  // spec names. Missing: a publication between them is unseen without excuse.
+  // spec names. Missing: a publication between them is unseen without excuse; those after it, the
+  // last one first.
   enum class Walk : std::uint8_t { other, missing, whole, too_long };
   Walk walk(ChainNode& node, const Chain& chain);
-  // Likewise, as far back as anything is known: where a publication is missing, the last one first.
-  // Too long: there are more than are kept.
+  // Likewise, as far back as anything is known. Too long: there are more than are kept.
   Walk walk(ChainNode& node);
   // An instance was completed, where no spec names chains.
   void on_path(ChainNode& node, const EventRef& end);
   void on_specified(ChainNode& node, const EventRef& end, Chain& chain);
   // Of an instance that was completed no more is known than these, the last one first.
   void interrupt(const Nodes& known);
+  static void interrupt(Chain& chain, const Nodes& known);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);
   // What to add to times of the first callback's host for those of the last one's. Empty: their

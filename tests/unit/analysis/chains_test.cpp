@@ -268,5 +268,44 @@ TEST(Chains, BeginInTheWindow) {
   EXPECT_EQ(chain_of(trace).instances, 1U) << "what fusion took at 18 was read at 11";
 }
 
+// Two processes have callbacks of the same ids. The second publication of the one that starts at 10 is
+// lost, and the other one's instance came last before.
+TEST(Chain, OfAProcessIsNotBridgedOverALostPublicationByThatOfAnother) {
+  std::string text;
+  for (const std::string process : {"1", "2"}) {
+    text += "process p" + process + " pid=" + process + "00\n" + "publisher out" + process +
+            " topic=/points\n" + "callback plan" + process + " id=plan timer period=20\n" +
+            "callback fusion" + process + " id=fusion subscription topic=/points\n";
+  }
+  const auto run = [&text](int at, const std::string& process, int seq) {
+    add(text, at, "start plan" + process + " release=" + std::to_string(at));
+    add(text, at + 2, "publish out" + process + " on=plan" + process);
+    add(text, at + 4, "end plan" + process);
+    add(text, at + 6,
+        "start fusion" + process + " release=" + std::to_string(at + 6) + " from=out" + process +
+            ':' + std::to_string(seq));
+    add(text, at + 10, "end fusion" + process);
+  };
+  run(10, "2", 0);
+  run(30, "1", 0);
+  run(50, "2", 1);
+  run(90, "2", 2);
+  run(130, "2", 3);
+  run(170, "1", 1);
+  auto trace = trace_of(text);
+  trace.erase<Publish>([](const Publish& event, const EventHead& head) {
+    return head.pid == 200 && event.seq == 1;
+  });
+  const Verified verified(trace,
+                          "chains:\n  - {name: brake, callbacks: [plan, fusion], data_age: 500}\n");
+  ASSERT_EQ(verified.result.report.chains.size(), 1U);
+  const auto& chain = verified.result.report.chains.front();
+  EXPECT_EQ(chain.instances, 5U);
+  for (const auto& bridged : {chain.reaction_time, chain.data_age}) {
+    EXPECT_EQ(count_of(bridged), 2U);
+    EXPECT_EQ(sum_of(bridged), (140 - 90) + (180 - 30));
+  }
+}
+
 }  // namespace
 }  // namespace cie::test
