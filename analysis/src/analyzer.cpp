@@ -335,10 +335,15 @@ struct Analyzer::Pipeline {
   void on(const EventHead& /*head*/, const Emitter& /*who*/, const Other& /*event*/) {}
 
   // Before an event's emitter is looked up: a process that begins is not whoever had its pid before.
-  void meet(const Event& event) {
-    const auto* begin = std::get_if<RunBegin>(&event.body);
-    if (begin == nullptr || (cut && cut->leaves_out(event.head, event.body))) return;
-    registry.meet(event.head, *begin);
+  void meet(const Event& event, EventPhase event_phase) {
+    const bool is_state = event_phase == EventPhase::state;
+    if (is_state && cut && cut->leaves_out(event.head, event.body)) return;
+    const auto* begin = is_state ? std::get_if<RunBegin>(&event.body) : nullptr;
+    if (begin != nullptr) {
+      registry.meet(event.head, *begin);
+    } else if (registry.has_any_ended()) {
+      registry.meet_after_end(event.head, event.body, recording.user_losses());
+    }
   }
 
   void state(const Event& event) {
@@ -464,7 +469,7 @@ void Analyzer::consume(const Event& event) {
     }
     pipeline.hot(event, who);
   } else {
-    if (phase == EventPhase::state) pipeline.meet(event);
+    if (!is_passing_by) pipeline.meet(event, phase);
     const auto who = pipeline.note_user(event.head);
     if (is_passing_by) {
       pipeline.pass_by(event, who);

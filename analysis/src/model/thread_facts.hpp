@@ -38,6 +38,14 @@ struct HiddenCallback {
   std::set<ThreadIndex> ran_on{};  // took a client's responses, where the tracer tells
 };
 
+// What showed that another process has the pid of one.
+enum class PidSharing : std::uint8_t {
+  begun,       // its run_begin, while this one had not ended: it is of another pid namespace, or a
+               // child of fork() without LTTng's library for it
+  other_init,  // its callback_init: its run_begin was lost
+  perhaps,     // events that follow the run_end and a loss, which may have taken a run_begin
+};
+
 // One process incarnation: (host, pid, process start).
 struct ProcessFacts {
   HostIndex host{};
@@ -53,14 +61,13 @@ struct ProcessFacts {
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
   bool is_pid_own = true;  // false: run_begin names another process than its context does
-  // What showed that another process has the same pid, so that whose events are whose is unknown:
-  // its run_begin, while this one had not ended (it is of another pid namespace, or a child of
-  // fork() without LTTng's library for it), or, where that is lost, its callback_init.
+  // Another process has the same pid, so that whose events are whose is unknown, and what showed it.
   std::optional<EventRef> shares_pid_since{};
-  bool is_sharing_begin_lost = false;
+  PidSharing pid_sharing{};
   std::uint32_t contract_version = 0;
   std::uint32_t online_cpus = 0;
   std::optional<RunTotals> run_end{};    // last one seen
+  Timestamp last_begin{};                // last run_begin seen
   std::optional<EventRef> first_seen{};  // any event of this pid
   std::optional<EventRef> last_seen{};
   std::uint64_t announcements = 0;  // run_begin of moment announce

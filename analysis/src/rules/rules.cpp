@@ -126,14 +126,22 @@ struct SharedPids {
 };
 
 Evidence sharing(const ProcessFacts& process) {
-  if (process.is_sharing_begin_lost) {
-    return without_event(
-        *process.shares_pid_since,
-        "another process of this pid has another callback of this id, and its run_begin "
-        "was not recorded");
+  const auto since = [&process](const char* why) {
+    return without_event(*process.shares_pid_since, why);
+  };
+  switch (process.pid_sharing) {
+    case PidSharing::other_init:
+      return since(
+          "another process of this pid has another callback of this id, and its "
+          "run_begin was not recorded");
+    case PidSharing::perhaps:
+      return since(
+          "events were lost since the run_end of this pid: what follows may be of another "
+          "process, and its run_begin was not recorded");
+    case PidSharing::begun:
+      break;
   }
-  return without_event(
-      *process.shares_pid_since,
+  return since(
       "two processes have this pid: containers, which need a recording each, or a child "
       "of fork() without exec(), which needs LD_PRELOAD=liblttng-ust-fork.so.1");
 }

@@ -22,6 +22,8 @@
 
 namespace cie::analysis {
 
+class LossTimes;
+
 // Who emitted an event. Empty without a pid; the thread also without a tid.
 struct Emitter {
   HostIndex host{};
@@ -144,6 +146,10 @@ class Registry {
 
   // Before its emitter is looked up: if whoever has the pid began at another time, it has it no more.
   void meet(const EventHead& head, const RunBegin& event);
+  bool has_any_ended() const noexcept { return is_any_ended_; }
+  // Likewise of any other event: if whoever has the pid has ended and used its number before, it is of
+  // another process, whose run_begin was lost. Where it may be of either, that is noted.
+  void meet_after_end(const EventHead& head, const EventBody& body, const LossTimes& losses);
   void apply(const EventHead& head, const RunBegin& event);
   void apply(const EventHead& head, const RunEnd& event);
   void apply(const EventHead& head, const NodeInit& event);
@@ -222,6 +228,9 @@ class Registry {
   }
 
   Emitter find_emitter(const EventHead& head);
+  // Who had the event's pid last, if its run ended before.
+  std::optional<ProcessIndex> ended_holder_of_pid(const EventHead& head) const;
+  bool has_used_number_of(ProcessIndex process, const EventBody& body) const;
   // The process lives in another pid namespace than the kernel's events.
   void hide_from_kernel(ProcessIndex process);
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);
@@ -247,6 +256,7 @@ class Registry {
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
   std::uint32_t publishers_told_ = 0;
+  bool is_any_ended_ = false;  // by a run_end
   ByIndex<CallbackIndex, SequenceTracker> start_numbers_;
   ByIndex<CallbackIndex, SequenceTracker> end_numbers_;
   ByIndex<std::uint32_t, SequenceTracker> publish_numbers_;

@@ -60,6 +60,12 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   note_trace(head, process);
   if (event.moment == RunMoment::announce) ++process.announcements;
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
+  process.last_begin = head.time;
+  // It has the pid as before: what came meanwhile was its own.
+  if (process.start_ns == event.process_start_ns && process.pid_sharing == PidSharing::perhaps) {
+    process.shares_pid_since.reset();
+    process.pid_sharing = {};
+  }
   if (!event.spec_sha256.empty() && event.spec_sha256 != process.spec_sha256) {
     if (process.run_begin) process.spec_since = head.time;
     process.spec_sha256 = event.spec_sha256;
@@ -81,6 +87,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
 void Registry::apply(const EventHead& head, const RunEnd& event) {
   const auto index = speaker_of(head);
   if (!index) return;
+  is_any_ended_ = true;
   auto& process = model_.processes[at(*index)];
   process.run_end = RunTotals{.at = ref(head),
                               .callbacks = event.callbacks,
@@ -137,7 +144,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
     auto& of = model_.processes[at(*process)];
     if (!of.shares_pid_since && is_of_another(event, facts, is_announcement)) {
       of.shares_pid_since = ref(head);
-      of.is_sharing_begin_lost = true;
+      of.pid_sharing = PidSharing::other_init;
     }
     return;
   }

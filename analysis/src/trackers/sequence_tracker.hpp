@@ -31,6 +31,11 @@ class SequenceTracker {
   void observe_beyond(std::uint64_t number, const EventRef& where, const SequenceFacts& facts);
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
+  // Whether it certainly was seen: of what came before many holes nobody knows any more.
+  bool is_seen(std::uint64_t number, const SequenceFacts& facts) const noexcept {
+    return facts.first && number >= *facts.first && number <= *facts.last &&
+           number >= untracked_until_ && !is_missing(number);
+  }
   // Whether any number in (after, until] may be in a hole: of what came before many holes nobody
   // knows any more.
   bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;

@@ -2,8 +2,12 @@
 // two are not told apart, and nothing that follows from their being one fails.
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <string>
+#include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace cie::test {
@@ -73,6 +77,86 @@ TEST(ReusedTid, OfAProcessWithoutTotalsMayHaveBeenGivenWhereTheTracerLostEvents)
   auto later = of_reused_tid("process app crash", "\n40 discard user until=41 count=2");
   erase_end_and_beginning(later);
   expect(Verdict::fail, later);
+}
+
+// Of both processes that have the pid, in each of which thread 101 is of another callback.
+constexpr const char* kRestarted = R"(
+    process one pid=100 until=500
+    callback a pooled
+    callback b pooled
+    thread a1 callback of=a tid=101
+    thread b1 callback of=b tid=102
+    10 start a on=a1
+    12 end a on=a1
+    20 start b on=b1
+    22 end b on=b1
+    30 start a on=a1
+    32 end a on=a1
+    process two pid=100 from=2000
+    callback c id=a pooled
+    callback d id=b timer pooled
+    thread c1 callback of=c tid=102
+    thread d1 callback of=d tid=101
+    )";
+
+// All that the second one tells of itself before it runs callbacks.
+TextTrace without_second_beginning(const std::string& lines) {
+  auto trace = trace_of(kRestarted + lines + "\n1999 discard user until=2500 count=30");
+  std::erase_if(trace.events, [](const Event& event) {
+    const auto time = event.head.time.ns;
+    return time >= 2000 && time < 2999 && phase_of(event.body) == EventPhase::state;
+  });
+  return trace;
+}
+
+bool is_any_pid_shared(const Verified& verified) {
+  return std::ranges::any_of(verified.result.report.defects, [](const TraceDefect& defect) {
+    return defect.kind == DefectKind::shared_pid;
+  });
+}
+
+TEST(ReusedPid, IsOfAnotherProcessAfterTheEndOfWhoUsedItsNumbers) {
+  const Verified verified(without_second_beginning(R"(
+    3000 start c on=c1
+    3002 end c on=c1
+    3005 wakeup d on=d1
+    3010 start d on=d1
+    3012 end d on=d1)"));
+  EXPECT_EQ(verified["M3"], Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M3", "callback a (pid 100)"), Verdict::pass);
+  EXPECT_FALSE(is_any_pid_shared(verified));
+  std::vector<std::uint64_t> instances;
+  for (const auto& callback : verified.result.report.callbacks)
+    instances.push_back(callback.instances);
+  EXPECT_THAT(instances, testing::UnorderedElementsAre(2, 1, 1, 1));
+}
+
+// Its numbers go on where those of the first one ended.
+TEST(ReusedPid, IsInDoubtBehindALossWhereNumbersTellNothing) {
+  const Verified verified(without_second_beginning(R"(
+    3000 start c on=c1 seq=2
+    3002 end c on=c1
+    3005 wakeup d on=d1)"));
+  EXPECT_EQ(verified["M3"], Verdict::inconclusive);
+  EXPECT_TRUE(is_any_pid_shared(verified));
+}
+
+TEST(ReusedPid, IsNoneOfAProcessWhoseCallbacksRunWhenItEnds) {
+  const std::string ends_first = R"(
+    process one until=500
+    callback a
+    10 start a
+    12 end a
+    490 start a
+    600 end a
+    610 start a
+    612 end a)";
+  const Verified whole(ends_first);
+  EXPECT_FALSE(is_any_pid_shared(whole));
+  EXPECT_EQ(whole.result.report.callbacks.at(0).instances, 3U);
+  const auto lossy = ends_first + "\n580 discard user until=590 count=1";
+  EXPECT_TRUE(is_any_pid_shared(Verified(lossy)));
+  EXPECT_FALSE(is_any_pid_shared(Verified(lossy + "\n700 reload"))) << "it has the pid still";
 }
 
 }  // namespace
