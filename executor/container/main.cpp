@@ -1,6 +1,7 @@
 // cie-run: the component container. `cie run` starts it.
 #include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/on_hangup.hpp>
+#include <cie/tracepoints/utf8.hpp>
 
 #include "app_file.hpp"
 #include "base/help_text.hpp"
@@ -11,6 +12,7 @@
 #include "parameter_orders.hpp"
 #include "parameter_overrides.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -18,6 +20,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -48,10 +51,22 @@ constexpr const char* kFooter =
 Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 nothing
 could be loaded, the spec could not be applied, a callback threw, or an order was not followed.)";
 
-void say(const std::string& line) {
+// Its lines stay; what else controls a terminal does not.
+std::string printable_lines(std::string_view text) {
+  std::string lines;
+  while (!text.empty()) {
+    const auto end = std::min(text.find('\n'), text.size());
+    lines += printable(text.substr(0, end));
+    if (end < text.size()) lines += '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+void say(const std::string& text) {
   static std::mutex mutex;
   const std::lock_guard lock{mutex};
-  std::fprintf(stderr, "cie-run: %s\n", line.c_str());
+  std::fprintf(stderr, "cie-run: %s\n", printable_lines(text).c_str());
 }
 
 Answer unusable(const std::string& text) {
@@ -90,7 +105,7 @@ int give_order(int pid, std::vector<std::string> words) {
     // The container has a working directory of its own.
     if (words.size() > 1 && words[0] == "load") words[1] = std::filesystem::absolute(words[1]);
     const Answer answer = send_order(pid, words);
-    std::fputs(answer.text.c_str(), answer.exit_code == 0 ? stdout : stderr);
+    std::fputs(printable_lines(answer.text).c_str(), answer.exit_code == 0 ? stdout : stderr);
     return answer.exit_code;
   } catch (const std::invalid_argument& error) {
     say(error.what());
@@ -238,7 +253,7 @@ int main(int argc, char** argv) {
   try {
     return cie::container::command_line(argc, argv);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "cie-run: %s\n", error.what());
+    cie::tell(error.what(), "cie-run");
   } catch (...) {
     std::fputs("cie-run: unknown exception\n", stderr);
   }

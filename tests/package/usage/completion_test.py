@@ -106,7 +106,8 @@ class Errors(unittest.TestCase):
     def test_say_what_they_quote_without_control_characters(self):
         for words in (("cie", "report"), ("cie", "run"), ("cie", "record"), ("cie", "collect"), ("cie-demo",)):
             with self.subTest(words):
-                self.assertIn(r"\x1b[31m", PROGRAMS.run(*words, "--\x1b[31m").stderr)
+                for argument in ("--\x1b[31m", "\x1b[31m"):
+                    self.assertIn(r"\x1b[31m", PROGRAMS.run(*words, argument).stderr)
 
     def assert_refused(self, words, arguments, said):
         with self.subTest(words=words, arguments=arguments):
