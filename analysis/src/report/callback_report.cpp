@@ -59,16 +59,22 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
   return std::max(facts.longest_queue, at_first);
 }
 
-// Empty for a timer, and where totals are unknown or later ones may be missing.
-std::optional<QueueLosses> known_queue_losses(const RuleContext& context, CallbackIndex index) {
+// Sets what was lost of a callback's samples, if that is known: not of a timer, nor where totals are
+// unknown or later ones may be missing. ROS 2's events tell no totals, but each sample that another
+// one overwrites within a process.
+void set_queue_losses(CallbackReport& report, const RuleContext& context, CallbackIndex index) {
   const auto& facts = context.model.callbacks[at(index)];
-  if (facts.kind == CallbackKind::timer || !facts.registered) return std::nullopt;
+  if (facts.kind == CallbackKind::timer || !facts.registered) return;
   const auto losses = queue_losses(context, facts);
   const auto& proof = context.proof;
   const bool may_lack_later =
       !facts.fini &&
       (proof.loss(index) || proof.user_loss_since(facts.process, facts.registered->time));
-  return losses.are_totals_seen && !may_lack_later ? std::optional(losses) : std::nullopt;
+  if (may_lack_later) return;
+  if (losses.are_totals_seen) report.lost_samples = losses.lost;
+  const bool is_each_told =
+      context.model.processes[at(facts.process)].is_told_by_ros2 && losses.overwritten > 0;
+  if (losses.are_totals_seen || is_each_told) report.overwritten_samples = losses.overwritten;
 }
 
 // An instance whose end was lost: totals count it, or its callback was seen later on the same thread.
@@ -152,10 +158,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
-  if (const auto losses = known_queue_losses(context, index)) {
-    report.lost_samples = losses->lost;
-    report.overwritten_samples = losses->overwritten;
-  }
+  set_queue_losses(report, context, index);
   if (are_periods_known(facts)) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
   if (facts.has_grid_releases()) report.release_error = facts.release_error();

@@ -403,6 +403,13 @@ TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
     23 callback_end tid=2 callback=0x51)");
   EXPECT_EQ(result.instances[0].release, 14);
   EXPECT_THAT(result.evidence("Q1"), testing::HasSubstr("1 sample was overwritten"));
+  const auto& callbacks = result.analysis.report.callbacks;
+  EXPECT_EQ(std::ranges::count(callbacks, std::optional<std::uint64_t>(1),
+                               &analysis::CallbackReport::overwritten_samples),
+            1);
+  EXPECT_TRUE(std::ranges::none_of(callbacks, [](const analysis::CallbackReport& callback) {
+    return callback.lost_samples.has_value();
+  }));
 }
 
 // A subscription that is made late is handed what publishers of its topic keep (transient local): no event tells who
