@@ -469,7 +469,9 @@ void Analyzer::consume(const Event& event) {
     }
     pipeline.hot(event, who);
   } else {
-    if (!is_passing_by) pipeline.meet(event, phase);
+    const bool may_be_another = phase == EventPhase::state || pipeline.registry.has_any_ended();
+    if (may_be_another && !is_passing_by) [[unlikely]]
+      pipeline.meet(event, phase);
     const auto who = pipeline.note_user(event.head);
     if (is_passing_by) {
       pipeline.pass_by(event, who);
