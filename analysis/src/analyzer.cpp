@@ -338,8 +338,7 @@ struct Analyzer::Pipeline {
   void meet(const Event& event, EventPhase event_phase) {
     const bool is_state = event_phase == EventPhase::state;
     if (is_state && cut && cut->leaves_out(event.head, event.body)) return;
-    const auto* begin = is_state ? std::get_if<RunBegin>(&event.body) : nullptr;
-    if (begin != nullptr) {
+    if (const auto* begin = std::get_if<RunBegin>(&event.body)) {
       registry.meet(event.head, *begin);
     } else if (registry.has_any_ended()) {
       registry.meet_after_end(event.head, event.body, recording.user_losses());

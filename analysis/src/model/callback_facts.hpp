@@ -165,8 +165,8 @@ struct alignas(64) CallbackFacts {
   std::uint64_t period_ns = 0;
   std::uint64_t deadline_ns = 0;  // declared; 0: none
   std::optional<CallbackTotals> fini{};
-  bool are_totals_told =
-      true;  // what was lost and overwritten in the window; else at least that many
+  // What was lost and overwritten in the window; else at least that many.
+  bool are_totals_told = true;
 
   std::uint64_t starts_outside = 0;      // of the window that was asked for
   std::uint64_t started_in_all = 0;      // that `fini` told before the window cut it

@@ -365,7 +365,7 @@ namespace {
 // ran one after the other.
 class CommonWindow {
  public:
-  void add(Window window, Duration shift) {
+  void add(Window window, Duration shift = {}) {
     if (window.begin) {
       const auto begin = *window.begin + shift;
       common_.begin = std::max(common_.begin.value_or(begin), begin);
@@ -400,8 +400,8 @@ class RecordedWindow {
     for (const auto& [host, traces] : hosts_) {
       CommonWindow sessions;
       for (const auto& [trace, channels] : traces)
-        sessions.add(channels.result(), {});
-      all.add(sessions.hull(), {});
+        sessions.add(channels.result());
+      all.add(sessions.hull());
     }
     return all.result();
   }

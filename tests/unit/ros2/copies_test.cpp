@@ -35,8 +35,8 @@ constexpr const char* kApplication = R"(
   31000 callback_end callback=0x51
 )";
 
-// Each event a second time, `after` it.
-std::string recorded_twice(const std::string& text, int after, bool (*is_copied)(std::int64_t)) {
+// Each event a second time, 4 ns after it.
+std::string recorded_twice(const std::string& text, bool (*is_copied)(std::int64_t)) {
   std::istringstream lines(text);
   std::string twice;
   std::int64_t at = 0;
@@ -48,13 +48,13 @@ std::string recorded_twice(const std::string& text, int after, bool (*is_copied)
     std::getline(words, rest);
     at = std::max(time, at + 10);
     twice += std::to_string(at) + rest + '\n';
-    if (is_copied(time)) twice += std::to_string(at + after) + rest + " session=2\n";
+    if (is_copied(time)) twice += std::to_string(at + 4) + rest + " session=2\n";
   }
   return twice;
 }
 
 Ros2Result once() {
-  return analyze_ros2(recorded_twice(kApplication, 0, [](std::int64_t) { return false; }));
+  return analyze_ros2(recorded_twice(kApplication, [](std::int64_t) { return false; }));
 }
 
 void expect_as_once(const Ros2Result& twice) {
@@ -73,17 +73,16 @@ void expect_as_once(const Ros2Result& twice) {
 }
 
 TEST(Ros2Copies, OfASecondSessionCountOnce) {
-  expect_as_once(analyze_ros2(recorded_twice(kApplication, 4, [](std::int64_t) { return true; })));
+  expect_as_once(analyze_ros2(recorded_twice(kApplication, [](std::int64_t) { return true; })));
 }
 
 // Where one session hands over to the other, a run may begin in the first and end in both.
 TEST(Ros2Copies, OfWhatRanWhenTheSecondSessionBeganCountOnce) {
-  expect_as_once(analyze_ros2(
-      recorded_twice(kApplication, 4, [](std::int64_t time) { return time > 10'300; })));
+  expect_as_once(
+      analyze_ros2(recorded_twice(kApplication, [](std::int64_t time) { return time > 10'300; })));
 }
 
-TEST(Ros2Copies, AreNotWhatOneSessionHasTwice) {
-  // Nothing but two runs, of which each session has one.
+TEST(Ros2Copies, AreNotWhatOnlyTheSecondSessionHas) {
   const auto result = analyze_ros2(std::string(kApplication) +
                                    "40000 callback_start callback=0x51 session=2\n"
                                    "41000 callback_end callback=0x51 session=2\n");

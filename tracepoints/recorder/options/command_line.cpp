@@ -71,11 +71,11 @@ std::chrono::milliseconds milliseconds_of(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
 }
 
-// With `option` the cost of kernel events must be asked for.
-void ask_for_kernel(Options& options, std::string_view option) {
+// Unless somebody chose.
+void leave_out_kernel(Options& options, const char* because) {
   if (options.kernel != KernelChoice::automatic) return;
   options.kernel = KernelChoice::no;
-  options.no_kernel_because = fmt::format("{} has them with --kernel=yes only", option);
+  options.no_kernel_because = because;
 }
 
 // What --snapshot and the options that go with it say.
@@ -140,7 +140,8 @@ struct SnapshotArguments {
     if (snapshot->count() == 0) {
       return;
     }
-    ask_for_kernel(to, "--snapshot");
+    leave_out_kernel(to,
+                     "--snapshot has them with --kernel=yes only");  // their cost must be asked for
     options.length = milliseconds_of(seconds);
     options.least_interval = milliseconds_of(least_interval);
     to.snapshot = options;
@@ -181,7 +182,8 @@ struct RotateArguments {
     if (to.snapshot) {
       throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
     }
-    ask_for_kernel(to, "--rotate");
+    leave_out_kernel(to,
+                     "--rotate has them with --kernel=yes only");  // their cost must be asked for
     to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
   }
 };
@@ -201,10 +203,7 @@ void apply_relay(Options& options, std::string_view text) {
     throw UsageError(
         "--to streams what LTTng records: kernel events it cannot; leave --kernel out");
   }
-  if (options.kernel == KernelChoice::automatic) {
-    options.no_kernel_because = "--to streams what LTTng records";
-  }
-  options.kernel = KernelChoice::no;
+  leave_out_kernel(options, "--to streams what LTTng records");
 }
 
 }  // namespace
