@@ -15,18 +15,17 @@ struct Link {
 
 // From the source to an instance: those whose messages led to it.
 std::vector<Link> path_to(const System& system, const Truth& truth, std::size_t last) {
-  std::vector<Link> path;
-  for (std::optional<std::size_t> at = last; at;) {
-    const auto& instance = truth.instances[*at];
-    Link link{.instance = *at, .published = 0};
-    at.reset();
-    if (instance.message &&
-        system.callbacks[static_cast<std::size_t>(instance.callback)].tells_source) {
-      const auto& message = truth.messages[*instance.message];
-      link.published = message.published;
-      at = message.instance;
+  std::vector<Link> path{{.instance = last, .published = 0}};
+  while (true) {
+    Link& link = path.back();
+    const auto& instance = truth.instances[link.instance];
+    if (!instance.message ||
+        !system.callbacks[static_cast<std::size_t>(instance.callback)].tells_source) {
+      break;
     }
-    path.push_back(link);
+    const auto& message = truth.messages[*instance.message];
+    link.published = message.published;
+    path.push_back({.instance = message.instance, .published = 0});
   }
   std::ranges::reverse(path);
   return path;

@@ -30,7 +30,7 @@ using rcl_interfaces::msg::Parameter;
 using rcl_interfaces::msg::ParameterEvent;
 
 constexpr std::uint8_t kInteger = 2;
-constexpr std::uint8_t kText = 4;
+constexpr std::uint8_t kString = 4;
 
 // `length` zeroed elements.
 template <typename Sequence>
@@ -87,7 +87,7 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
       "/car/lidar/get_parameter_types",
       [](auto& request) { put_texts(request.names, {"frame.name"}); });
   ASSERT_EQ(types->types._length, 1U);
-  EXPECT_EQ(types->types._buffer[0], kText);
+  EXPECT_EQ(types->types._buffer[0], kString);
 
   const auto described = ask<DescribeParameters_Request, DescribeParameters_Response>(
       "/car/lidar/describe_parameters", [](auto& request) { put_texts(request.names, {"rate"}); });
@@ -113,7 +113,7 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
     first.value.integer_value = rate;
     Parameter& second = request.parameters._buffer[1];
     set_text(second.name, "frame.name");
-    second.value.type = kText;
+    second.value.type = kString;
     set_text(second.value.string_value, name);
   };
   const auto each = ask<SetParameters_Request, SetParameters_Response>(
