@@ -90,6 +90,7 @@ void replace_thread(Case& c, Place place, bool is_tid_reused) {
   for (auto* e : {&fini, &init, &initial, &applied}) {
     if (e != &fini) set_tid(*e, old_tid, new_tid);
     e->head.time.ns = time++;
+    e->head.cpu.reset();  // the kernel's switches show other threads there
     insert(c.trace, *e);
   }
   ++body<RunEnd>(event<RunEnd>(c.trace, kAny)).threads;

@@ -109,7 +109,29 @@ void ThreadTimeline::lose_running(Host& host, std::int32_t cpu, std::int64_t tid
   auto& vanished = host.threads[tid];
   if (vanished.state != State::running || vanished.cpu != cpu) return;
   vanished.state = State::unknown;
+  vanished.displaced = {};
   ++vanished.breaks;
+}
+
+void ThreadTimeline::displace(Host& host, std::int32_t cpu, Timestamp time) {
+  const auto* place = host.cpu_places.find(cpu);
+  if (place == nullptr) return;
+  auto& on_cpu = host.cpus[*place];
+  if (!on_cpu.is_known || on_cpu.tid == 0 || on_cpu.spoken) return;
+  auto& displaced = host.threads[on_cpu.tid];
+  if (displaced.state != State::running || displaced.cpu != cpu) return;
+  on_cpu.spoken = time;
+  displaced.displaced = time;
+}
+
+// Of one nanosecond, in several streams, its switch-out may follow.
+void ThreadTimeline::lose_displaced(Thread& thread, Timestamp time) {
+  if (!thread.displaced) return;
+  if (*thread.displaced < time) {
+    thread.state = State::unknown;
+    ++thread.breaks;
+  }
+  thread.displaced = {};
 }
 
 void ThreadTimeline::begin_anew(HostIndex host, std::int32_t cpu) {
@@ -119,6 +141,7 @@ void ThreadTimeline::begin_anew(HostIndex host, std::int32_t cpu) {
   auto& on_cpu = of_host.cpus[*place];
   if (on_cpu.is_known) lose_running(of_host, cpu, on_cpu.tid);
   on_cpu.is_known = false;
+  on_cpu.spoken = {};
 }
 
 std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, std::int32_t cpu,
@@ -128,7 +151,9 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   auto& of_host = hosts_[host];
   auto& on_cpu = cpu_of(of_host, cpu);
   std::optional<Hole> hole;
-  if (on_cpu.is_known && on_cpu.tid != event.prev_tid) {
+  const bool has_mismatch =
+      on_cpu.tid != event.prev_tid || (on_cpu.spoken && *on_cpu.spoken < time);
+  if (on_cpu.is_known && has_mismatch) {
     hole = Hole{.begin = on_cpu.time, .end = time, .cpu = cpu};
     add_hole(host, *hole);
     lose_running(of_host, cpu, on_cpu.tid);
@@ -138,6 +163,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   }
   if (event.prev_tid != 0) {
     auto& prev = of_host.threads[event.prev_tid];
+    prev.displaced = {};
     if (observer != nullptr && prev.state == State::running && prev.cpu == cpu) {
       observer->on_sched_slice(SchedSlice{.cpu = cpu,
                                           .tid = event.prev_tid,
@@ -158,12 +184,14 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   }
   if (event.next_tid != 0) {
     auto& next = of_host.threads[event.next_tid];
+    lose_displaced(next, time);
     stop_waiting(of_host, event.next_tid, next, time);
     enter(next, time, cpu);
   }
   on_cpu.tid = event.next_tid;
   on_cpu.time = time;
   on_cpu.is_known = true;
+  on_cpu.spoken = {};
   on_cpu.name = on_cpu.waiting.empty() ? std::string_view() : std::string_view(event.next_comm);
   return hole;
 }
@@ -202,9 +230,15 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
                                    std::optional<std::int32_t> cpu, Timestamp time) {
   auto& of_host = hosts_[host];
   auto& seen = of_host.threads[tid];
-  if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) return;
+  if (seen.displaced && *seen.displaced < time) lose_displaced(seen, time);
+  if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) {
+    seen.has_spoken = seen.has_spoken || (cpu && !seen.is_presumed);
+    return;
+  }
   if (seen.out && *seen.out == time && seen.state != State::unknown)
     return;  // the event came just before it
+  // A thread that moves while it emits an event may be said to be where it was.
+  if (cpu && seen.has_spoken && seen.state != State::running) displace(of_host, *cpu, time);
   stop_waiting(of_host, tid, seen, time);
   drop_presumption(seen);
   const bool has_moved = seen.state == State::running;  // to another CPU, unseen
@@ -273,7 +307,9 @@ ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Time
       mark.failed_presumption = read->presumptions;
       ++mark.breaks;
     }
-    if (read->state == State::running) mark.total.execution += time - read->since;
+    const bool is_lost = read->displaced && *read->displaced < time;
+    if (is_lost) ++mark.breaks;
+    if (read->state == State::running && !is_lost) mark.total.execution += time - read->since;
   }
   return mark;
 }

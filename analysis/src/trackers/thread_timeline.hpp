@@ -64,7 +64,8 @@ class ThreadTimeline {
     std::int32_t cpu = 0;  // -1: any
   };
 
-  // Returns the hole that a switch reveals, if its prev_tid is not the CPU's last next_tid.
+  // Returns the hole that a switch reveals: its prev_tid is not the CPU's last next_tid, or another
+  // thread spoke there since.
   std::optional<Hole> on_switch(HostIndex host, std::int32_t cpu, Timestamp time,
                                 const SchedSwitch& event, Observer* observer);
   void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
@@ -75,7 +76,9 @@ class ThreadTimeline {
   void presume_since(HostIndex host, std::int64_t tid, Timestamp time);
   // The thread that the last switch of this CPU brought; 0 is the idle one. Empty before any.
   std::optional<std::int64_t> running_on(HostIndex host, std::int32_t cpu);
-  // A user event proves that its thread runs on its CPU, whatever was seen before.
+  // A user event proves that its thread runs on its CPU, whatever was seen before, and that whom the
+  // switches have there has left unseen. That only of a tid that once spoke where they had it: in a
+  // container the same number is another thread's.
   void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
                      Timestamp time);
   // A preempted thread waits on another CPU from now on.
@@ -110,6 +113,7 @@ class ThreadTimeline {
     // A user event of the time `since` moved it to running without a switch-in, which is presumed
     // to follow with the same time.
     bool is_presumed = false;
+    bool has_spoken = false;  // on the CPU to which a switch had brought it
     std::int32_t cpu = -1;
     Timestamp since;
     OptionalTime out;  // last switch-out
@@ -127,13 +131,15 @@ class ThreadTimeline {
     std::int32_t waits_on = -1;  // watched and preempted: the CPU
     Timestamp charged;           // until then it is noted who ran there
     std::vector<Preemptor> preemptors;
+    OptionalTime displaced;  // by another thread's user event on its CPU
   };
-  static_assert(sizeof(Thread) <= 168, "a recording of the kernel has thousands");
+  static_assert(sizeof(Thread) <= 176, "a recording of the kernel has thousands");
   struct Cpu {
     std::int64_t tid = -1;  // last next_tid
     Timestamp time;         // last switch
     bool is_known = false;
-    std::string name;                   // of its thread, where somebody waits
+    OptionalTime spoken;  // when a thread spoke here that no switch had brought, first since `time`
+    std::string name;     // of its thread, where somebody waits
     std::vector<std::int64_t> waiting;  // watched threads that were preempted here
   };
   struct Host {
@@ -154,6 +160,9 @@ class ThreadTimeline {
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
   // It may have left the CPU unseen.
   static void lose_running(Host& host, std::int32_t cpu, std::int64_t tid);
+  // Notes that another thread than the CPU's last next_tid spoke there.
+  static void displace(Host& host, std::int32_t cpu, Timestamp time);
+  static void lose_displaced(Thread& thread, Timestamp time);
   // Moves it to running, wherever it was.
   static void resume(Thread& thread, Timestamp time, std::int32_t cpu);
   // Something happens to the thread: no switch-in of the presumed time follows any more.

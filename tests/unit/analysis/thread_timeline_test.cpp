@@ -26,6 +26,12 @@ class OneCpu : public testing::Test {
     hole_ = timeline_.on_switch(kHost, 0, Timestamp{time}, event, nullptr);
     current_ = next;
   }
+  // A thread speaks where a switch has brought it, and leaves.
+  void run_and_speak(std::int64_t time, std::int64_t tid) {
+    switch_to(time, tid, kRunnable);
+    timeline_.on_user_event(kHost, tid, 0, Timestamp{time + 1});
+    switch_to(time + 2, kIdle, kSleeping);
+  }
   ThreadTimeline::Mark mark(std::int64_t time) {
     return timeline_.mark(kHost, kThread, Timestamp{time});
   }
@@ -109,6 +115,66 @@ TEST_F(OneCpu, AUserEventInTheNanosecondOfTheSwitchOutBelongsBeforeIt) {
   ASSERT_TRUE(parts.has_value());
   EXPECT_EQ(parts->execution.ns, 10);
   EXPECT_EQ(parts->blocked->ns, 5);
+}
+
+// The switches to another thread and back are lost, and nothing tells so: its switch-out names it rightly.
+TEST_F(OneCpu, AUserEventOfAnotherThreadBreaksTheRecordOfWhoIsSaidToRun) {
+  run_and_speak(1, kOther);
+  switch_to(10, kThread, kRunnable);
+  const auto start = mark(12);
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
+  EXPECT_TRUE(ThreadTimeline::between(start, mark(20)).has_value());  // its switch-out may follow
+  EXPECT_FALSE(ThreadTimeline::between(start, mark(25)).has_value());
+  switch_to(30, kIdle, kSleeping);
+  ASSERT_TRUE(hole_.has_value());
+  EXPECT_EQ(hole_->begin.ns, 10);
+  EXPECT_EQ(hole_->end.ns, 30);
+  EXPECT_FALSE(ThreadTimeline::between(start, mark(30)).has_value());
+}
+
+TEST_F(OneCpu, WhoeverSpeaksAfterAnotherDidHasBeenSwitchedInAgain) {
+  run_and_speak(1, kOther);
+  switch_to(10, kThread, kRunnable);
+  const auto before = mark(12);
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
+  timeline_.on_user_event(kHost, kThread, 0, Timestamp{24});
+  const auto start = mark(24);
+  EXPECT_FALSE(ThreadTimeline::between(before, start).has_value());
+  const auto parts = ThreadTimeline::between(start, mark(24));
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->execution.ns, 0);
+}
+
+TEST_F(OneCpu, ASwitchInTheNanosecondOfTheUserEventThatItBroughtIsNoContradiction) {
+  run_and_speak(1, kOther);
+  switch_to(10, kThread, kRunnable);
+  const auto start = mark(12);
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
+  switch_to(20, kOther, kRunnable);
+  EXPECT_FALSE(hole_.has_value());
+  switch_to(26, kThread, kRunnable);
+  EXPECT_FALSE(hole_.has_value());
+  const auto parts = ThreadTimeline::between(start, mark(30));
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->execution.ns, 8 + 4);
+  EXPECT_EQ(parts->preempted.ns, 6);
+}
+
+// In a container another thread has its number; LTTng reads the CPU before it writes the event.
+TEST_F(OneCpu, AUserEventOfDoubtfulTidOrCpuBreaksNobodysRecord) {
+  run_and_speak(1, kOther);
+  switch_to(10, kThread, kRunnable);
+  const auto start = mark(12);
+  timeline_.on_user_event(kHost, 300, 0, Timestamp{20});
+  SchedSwitch elsewhere;
+  elsewhere.next_tid = kOther;
+  timeline_.on_switch(kHost, 1, Timestamp{21}, elsewhere, nullptr);
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{22});
+  switch_to(30, kIdle, kSleeping);
+  EXPECT_FALSE(hole_.has_value());
+  const auto parts = ThreadTimeline::between(start, mark(30));
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->execution.ns, 18);
 }
 
 TEST_F(OneCpu, RemembersTheLastWakingAndTheSwitchInThatFollowed) {

@@ -372,6 +372,26 @@ TEST(Budget, ComparesExecutionTimeNotDuration) {
   EXPECT_THAT(verified.evidence("R4", "callback fusion"), HasSubstr("execution time 6 ns"));
 }
 
+// The switches to lidar and back are lost without a count: fusion did not run meanwhile.
+TEST(Budget, IsInconclusiveWhereAnotherThreadSpokeOnTheCpu) {
+  constexpr auto kUnseen = R"(
+    callback fusion
+    callback lidar
+    1 switch 0 idle lidar
+    2 start lidar release=1
+    3 end lidar
+    4 switch 0 lidar idle state=1
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    13 start lidar release=12
+    15 end lidar
+    20 end fusion
+    25 switch 0 fusion idle state=1)";
+  const Verified verified(kUnseen, spec("wcet: 8"));
+  EXPECT_EQ(verified.of("R4", "callback fusion"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("switch_mismatch"));
+}
+
 TEST(Budget, PassesByDurationWithoutKernelEventsOrIsInconclusive) {
   EXPECT_EQ(Verified(kRun, spec("wcet: 6"))["R4"], Verdict::pass);
   EXPECT_EQ(Verified(kRun, spec("wcet: 5"))["R4"], Verdict::inconclusive);
