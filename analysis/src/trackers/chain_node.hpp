@@ -4,6 +4,7 @@
 #include "model/facts.hpp"
 #include "model/optional_time.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -89,14 +90,15 @@ class ChainNodePool {
   // How many somebody refers to.
   std::size_t in_use() const noexcept {
     if (blocks_.empty()) return 0;
-    return (blocks_.size() - 1) * kBlock + blocks_.back().size() - free_.size();
+    return capacity_ - blocks_.back().capacity() + blocks_.back().size() - free_.size();
   }
 
  private:
   friend class ChainNodeRef;
-  // In blocks so large that the system gets them back before the report is made.
-  static constexpr std::size_t kBlock = 2048;
+  // In blocks that grow, so that the report fits where they were.
+  static constexpr std::size_t kFirstBlock = 2048;
   std::vector<std::vector<ChainNode>> blocks_;
+  std::size_t capacity_ = 0;  // of all blocks
   std::vector<ChainNode*> free_;
 };
 
@@ -115,11 +117,10 @@ inline void ChainNodeRef::reset() noexcept {
 
 inline ChainNodeRef ChainNodePool::take() {
   if (free_.empty()) {
-    if (blocks_.empty() || blocks_.back().size() == kBlock) {
-      blocks_.emplace_back().reserve(kBlock);
-      // So that giving back cannot fail.
-      const auto nodes = blocks_.size() * kBlock;
-      if (free_.capacity() < nodes) free_.reserve(2 * nodes);
+    if (blocks_.empty() || blocks_.back().size() == blocks_.back().capacity()) {
+      blocks_.emplace_back().reserve(std::max(kFirstBlock, capacity_));
+      capacity_ += blocks_.back().capacity();
+      free_.reserve(capacity_);  // so that giving back cannot fail
     }
     auto& node = blocks_.back().emplace_back();
     node.pool_ = this;
