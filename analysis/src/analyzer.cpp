@@ -113,12 +113,25 @@ struct Analyzer::Pipeline {
     note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    if (recording.has_kernel(who.host) && head.tid && is_running &&
-        (!who.thread || registry.facts_of(who).is_known_to_kernel)) {
-      timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
-    }
+    if (recording.has_kernel(who.host) && head.tid && is_running) note_running(head, who);
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
+  }
+
+  // Its events prove that a thread runs, if the kernel names it as they do.
+  void note_running(const EventHead& head, const Emitter& who) {
+    using Shown = ThreadTimeline::Shown;
+    if (!who.thread) {
+      timeline.on_user_event(who.host, *head.tid, head.cpu, head.time, false);
+    } else if (!registry.facts_of(who).is_known_to_kernel) {
+      if (timeline.is_there(who.host, *head.tid, head.cpu)) registry.note_place(*who.process, true);
+    } else {
+      const bool is_named_so = is_pid_ns_known(registry.process_facts_of(who));
+      const auto shown =
+          timeline.on_user_event(who.host, *head.tid, head.cpu, head.time, is_named_so);
+      if (is_named_so || shown == Shown::nothing) return;
+      registry.note_place(*who.process, shown == Shown::there);
+    }
   }
 
   // A thread emitted an event on a CPU, of which the kernel may have recorded nothing.

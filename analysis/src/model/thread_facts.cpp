@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <utility>
 
 namespace cie::analysis {
 
@@ -49,6 +50,20 @@ void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
   } else if (cpus.size() < kMostKept) {
     cpus.push_back({.first = where, .last = where});
   }
+}
+
+void forget_kernel_record(ThreadFacts& thread) {
+  thread.kernel_exit.reset();
+  thread.is_tid_given_anew = false;
+  thread.switched_in.reset();
+  thread.raised_priority.reset();
+  thread.lowered_priority.reset();
+  thread.scheduled.clear();
+  thread.switches_checked = 0;
+  thread.cpus_checked -= std::exchange(thread.switch_cpus_checked, 0);
+  thread.cpu_violation.reset();
+  thread.first_wait.reset();
+  thread.busy_ns.reset();
 }
 
 void note_applied(ThreadFacts& thread, const ReadBack& read_back) {

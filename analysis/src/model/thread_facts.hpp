@@ -60,6 +60,9 @@ struct ProcessFacts {
   std::string tool_version{};
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
+  // Where that is not known: whether the kernel's switches have its threads where they speak, by the
+  // tids that they have in its events. Empty: neither was seen.
+  std::optional<bool> speaks_where_switched{};
   bool is_pid_own = true;  // false: run_begin names another process than its context does
   // Another process has the same pid, so that whose events are whose is unknown, and what showed it.
   std::optional<EventRef> shares_pid_since{};
@@ -211,7 +214,12 @@ inline Timestamp latest_begin(const ProcessFacts& process) noexcept {
 // container, they are others, and nothing relates the two.
 inline bool has_tids_of_kernel(const ProcessFacts& process) noexcept {
   constexpr std::uint64_t kFirstOfOthers = 0xf0000000;  // PROC_DYNAMIC_FIRST of Linux
+  if (process.pid_ns == 0) return process.speaks_where_switched.value_or(true);
   return process.pid_ns < kFirstOfOthers;
+}
+// No doubt is left of what has_tids_of_kernel() says.
+inline bool is_pid_ns_known(const ProcessFacts& process) noexcept {
+  return process.pid_ns != 0 || process.speaks_where_switched == true;
 }
 
 // One thread incarnation: (process, tid, creation). What every instance looks at comes first.
@@ -300,6 +308,8 @@ std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read
   return began && *began != *value ? value : std::nullopt;
 }
 
+// The kernel's events of its tid tell of another thread.
+void forget_kernel_record(ThreadFacts& thread);
 // One more of moment applied.
 void note_applied(ThreadFacts& thread, const ReadBack& read_back);
 // Its tid may be another one's by now.

@@ -84,15 +84,27 @@ ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
   return index;
 }
 
-void Registry::hide_from_kernel(ProcessIndex process) {
+void Registry::set_known_to_kernel(ProcessIndex process) {
+  const auto& facts = model_.processes[at(process)];
+  const bool is_known = has_tids_of_kernel(facts);
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
-    if (thread.process != process) continue;
-    thread.is_known_to_kernel = false;
-    auto* const holder =
-        thread_by_host_tid_.find({scope(model_.processes[at(process)].host), thread.tid});
-    if (holder != nullptr && *holder == ThreadIndex{static_cast<std::uint32_t>(i)}) holder->reset();
+    if (thread.process != process || thread.is_known_to_kernel == is_known) continue;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    thread.is_known_to_kernel = is_known;
+    auto& holder = thread_by_host_tid_[{scope(facts.host), thread.tid}];
+    if (is_known && !is_gone(thread)) holder = index;
+    if (is_known) continue;
+    if (holder == index) holder.reset();
+    forget_kernel_record(thread);
   }
+}
+
+void Registry::note_place(ProcessIndex process, bool is_where_switched) {
+  auto& facts = model_.processes[at(process)];
+  if (is_pid_ns_known(facts) || facts.speaks_where_switched == is_where_switched) return;
+  facts.speaks_where_switched = is_where_switched;
+  set_known_to_kernel(process);
 }
 
 std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int64_t tid) const {

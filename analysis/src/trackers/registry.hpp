@@ -96,6 +96,9 @@ class Registry {
   }
   // Of a process, by the tid that it knows it by.
   std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
+  // A thread of the process spoke where the kernel's switches have its tid, or where they have
+  // another one. What was seen first counts, until one shows that they have it.
+  void note_place(ProcessIndex process, bool is_where_switched);
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
   // The thread that has the tid leaves its CPU dead: later events of that tid are another one's.
@@ -231,8 +234,8 @@ class Registry {
   // Who had the event's pid last, if its run ended before.
   std::optional<ProcessIndex> ended_holder_of_pid(const EventHead& head) const;
   bool has_used_number_of(ProcessIndex process, const EventBody& body) const;
-  // The process lives in another pid namespace than the kernel's events.
-  void hide_from_kernel(ProcessIndex process);
+  // After what has_tids_of_kernel() says of the process has changed.
+  void set_known_to_kernel(ProcessIndex process);
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void tell_namesakes_apart(std::string_view name);

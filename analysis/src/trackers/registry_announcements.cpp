@@ -77,8 +77,9 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.boot_id = event.boot_id;
   process.tool_version = event.tool_version;
   process.start_ns = event.process_start_ns;
+  const bool had_tids_of_kernel = has_tids_of_kernel(process);
   process.pid_ns = event.pid_ns;
-  if (!has_tids_of_kernel(process)) hide_from_kernel(index);
+  if (has_tids_of_kernel(process) != had_tids_of_kernel) set_known_to_kernel(index);
   process.is_pid_own = event.pid == *of_process.pid;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;

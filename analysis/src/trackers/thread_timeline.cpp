@@ -79,6 +79,7 @@ void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
     drop_presumption(thread);
     resume(thread, time, cpu);
   }
+  thread.is_switched_in = true;
   if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
 }
 
@@ -111,6 +112,14 @@ void ThreadTimeline::lose_running(Host& host, std::int32_t cpu, std::int64_t tid
   vanished.state = State::unknown;
   vanished.displaced = {};
   ++vanished.breaks;
+}
+
+bool ThreadTimeline::has_other(const Host& host, std::int32_t cpu, std::int64_t tid,
+                               Timestamp time) {
+  const auto* place = host.cpu_places.find(cpu);
+  if (place == nullptr) return false;
+  const auto& on_cpu = host.cpus[*place];
+  return on_cpu.is_known && on_cpu.tid != tid && on_cpu.tid != 0 && on_cpu.time < time;
 }
 
 void ThreadTimeline::displace(Host& host, std::int32_t cpu, Timestamp time) {
@@ -226,19 +235,20 @@ std::optional<std::int64_t> ThreadTimeline::running_on(HostIndex host, std::int3
   return on_cpu.is_known ? std::optional(on_cpu.tid) : std::nullopt;
 }
 
-void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
-                                   std::optional<std::int32_t> cpu, Timestamp time) {
+ThreadTimeline::Shown ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
+                                                    std::optional<std::int32_t> cpu, Timestamp time,
+                                                    bool is_named_so) {
   auto& of_host = hosts_[host];
   auto& seen = of_host.threads[tid];
   if (seen.displaced && *seen.displaced < time) lose_displaced(seen, time);
-  if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) {
-    seen.has_spoken = seen.has_spoken || (cpu && !seen.is_presumed);
-    return;
-  }
+  const bool is_there = seen.state == State::running && (!cpu || seen.cpu == *cpu);
+  if (is_there && (seen.is_switched_in || is_named_so)) return cpu ? Shown::there : Shown::nothing;
+  if (!is_named_so && cpu && has_other(of_host, *cpu, tid, time)) return Shown::elsewhere;
+  if (is_there) return Shown::nothing;
   if (seen.out && *seen.out == time && seen.state != State::unknown)
-    return;  // the event came just before it
+    return Shown::nothing;  // the event came just before it
   // A thread that moves while it emits an event may be said to be where it was.
-  if (cpu && seen.has_spoken && seen.state != State::running) displace(of_host, *cpu, time);
+  if (cpu && is_named_so && seen.state != State::running) displace(of_host, *cpu, time);
   stop_waiting(of_host, tid, seen, time);
   drop_presumption(seen);
   const bool has_moved = seen.state == State::running;  // to another CPU, unseen
@@ -246,6 +256,15 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
   seen.is_presumed = !has_moved;
   if (seen.is_presumed) ++seen.presumptions;
   resume(seen, time, cpu.value_or(-1));
+  seen.is_switched_in = false;
+  return Shown::nothing;
+}
+
+bool ThreadTimeline::is_there(HostIndex host, std::int64_t tid,
+                              std::optional<std::int32_t> cpu) const {
+  const auto* seen = find(host, tid);
+  return seen != nullptr && seen->state == State::running && seen->is_switched_in && cpu &&
+         seen->cpu == *cpu;
 }
 
 void ThreadTimeline::presume_since(HostIndex host, std::int64_t tid, Timestamp time) {

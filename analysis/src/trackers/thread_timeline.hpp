@@ -76,11 +76,16 @@ class ThreadTimeline {
   void presume_since(HostIndex host, std::int64_t tid, Timestamp time);
   // The thread that the last switch of this CPU brought; 0 is the idle one. Empty before any.
   std::optional<std::int64_t> running_on(HostIndex host, std::int32_t cpu);
+  // What a user event shows of its thread's tid: the switches have that there, or somebody else.
+  enum class Shown : std::uint8_t { nothing, there, elsewhere };
   // A user event proves that its thread runs on its CPU, whatever was seen before, and that whom the
-  // switches have there has left unseen. That only of a tid that once spoke where they had it: in a
-  // container the same number is another thread's.
-  void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
-                     Timestamp time);
+  // switches have there has left unseen. But while it is not known that the kernel names the thread
+  // so (`is_named_so`; in a container another thread has the number), one that contradicts the
+  // switches proves nothing, and is shown.
+  Shown on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
+                      Timestamp time, bool is_named_so);
+  // A switch has brought the thread to this CPU, and none has taken it away.
+  bool is_there(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu) const;
   // A preempted thread waits on another CPU from now on.
   void on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu, Timestamp time);
   void on_exit(HostIndex host, std::int64_t tid);
@@ -113,7 +118,7 @@ class ThreadTimeline {
     // A user event of the time `since` moved it to running without a switch-in, which is presumed
     // to follow with the same time.
     bool is_presumed = false;
-    bool has_spoken = false;  // on the CPU to which a switch had brought it
+    bool is_switched_in = false;  // a switch brought it to `cpu`
     std::int32_t cpu = -1;
     Timestamp since;
     OptionalTime out;  // last switch-out
@@ -160,6 +165,8 @@ class ThreadTimeline {
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
   // It may have left the CPU unseen.
   static void lose_running(Host& host, std::int32_t cpu, std::int64_t tid);
+  // Whether the switches have another thread on the CPU.
+  static bool has_other(const Host& host, std::int32_t cpu, std::int64_t tid, Timestamp time);
   // Notes that another thread than the CPU's last next_tid spoke there.
   static void displace(Host& host, std::int32_t cpu, Timestamp time);
   static void lose_displaced(Thread& thread, Timestamp time);

@@ -26,12 +26,6 @@ class OneCpu : public testing::Test {
     hole_ = timeline_.on_switch(kHost, 0, Timestamp{time}, event, nullptr);
     current_ = next;
   }
-  // A thread speaks where a switch has brought it, and leaves.
-  void run_and_speak(std::int64_t time, std::int64_t tid) {
-    switch_to(time, tid, kRunnable);
-    timeline_.on_user_event(kHost, tid, 0, Timestamp{time + 1});
-    switch_to(time + 2, kIdle, kSleeping);
-  }
   ThreadTimeline::Mark mark(std::int64_t time) {
     return timeline_.mark(kHost, kThread, Timestamp{time});
   }
@@ -97,7 +91,7 @@ TEST_F(OneCpu, AMissingSwitchBreaksTheRecordOfItsThread) {
 
 TEST_F(OneCpu, AUserEventProvesThatItsThreadRuns) {
   switch_to(5, kOther, kRunnable);
-  timeline_.on_user_event(kHost, kThread, 0, Timestamp{10});  // kernel record begins too late
+  timeline_.on_user_event(kHost, kThread, 0, Timestamp{10}, true);  // kernel record begins too late
   const auto start = mark(10);
   const auto parts = ThreadTimeline::between(start, mark(18));
   ASSERT_TRUE(parts.has_value());
@@ -108,7 +102,7 @@ TEST_F(OneCpu, AUserEventInTheNanosecondOfTheSwitchOutBelongsBeforeIt) {
   switch_to(10, kThread, kRunnable);
   const auto start = mark(10);
   switch_to(20, kIdle, kSleeping);
-  timeline_.on_user_event(kHost, kThread, 0, Timestamp{20});
+  timeline_.on_user_event(kHost, kThread, 0, Timestamp{20}, true);
   timeline_.on_waking(kHost, kThread, Timestamp{25});
   switch_to(30, kThread, kRunnable);
   const auto parts = ThreadTimeline::between(start, mark(30));
@@ -119,10 +113,9 @@ TEST_F(OneCpu, AUserEventInTheNanosecondOfTheSwitchOutBelongsBeforeIt) {
 
 // The switches to another thread and back are lost, and nothing tells so: its switch-out names it rightly.
 TEST_F(OneCpu, AUserEventOfAnotherThreadBreaksTheRecordOfWhoIsSaidToRun) {
-  run_and_speak(1, kOther);
   switch_to(10, kThread, kRunnable);
   const auto start = mark(12);
-  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20}, true);
   EXPECT_TRUE(ThreadTimeline::between(start, mark(20)).has_value());  // its switch-out may follow
   EXPECT_FALSE(ThreadTimeline::between(start, mark(25)).has_value());
   switch_to(30, kIdle, kSleeping);
@@ -133,11 +126,10 @@ TEST_F(OneCpu, AUserEventOfAnotherThreadBreaksTheRecordOfWhoIsSaidToRun) {
 }
 
 TEST_F(OneCpu, WhoeverSpeaksAfterAnotherDidHasBeenSwitchedInAgain) {
-  run_and_speak(1, kOther);
   switch_to(10, kThread, kRunnable);
   const auto before = mark(12);
-  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
-  timeline_.on_user_event(kHost, kThread, 0, Timestamp{24});
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20}, true);
+  timeline_.on_user_event(kHost, kThread, 0, Timestamp{24}, true);
   const auto start = mark(24);
   EXPECT_FALSE(ThreadTimeline::between(before, start).has_value());
   const auto parts = ThreadTimeline::between(start, mark(24));
@@ -146,10 +138,9 @@ TEST_F(OneCpu, WhoeverSpeaksAfterAnotherDidHasBeenSwitchedInAgain) {
 }
 
 TEST_F(OneCpu, ASwitchInTheNanosecondOfTheUserEventThatItBroughtIsNoContradiction) {
-  run_and_speak(1, kOther);
   switch_to(10, kThread, kRunnable);
   const auto start = mark(12);
-  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20});
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{20}, true);
   switch_to(20, kOther, kRunnable);
   EXPECT_FALSE(hole_.has_value());
   switch_to(26, kThread, kRunnable);
@@ -160,16 +151,33 @@ TEST_F(OneCpu, ASwitchInTheNanosecondOfTheUserEventThatItBroughtIsNoContradictio
   EXPECT_EQ(parts->preempted.ns, 6);
 }
 
-// In a container another thread has its number; LTTng reads the CPU before it writes the event.
-TEST_F(OneCpu, AUserEventOfDoubtfulTidOrCpuBreaksNobodysRecord) {
-  run_and_speak(1, kOther);
+// LTTng reads the CPU before it writes the event.
+TEST_F(OneCpu, AUserEventOfAThreadThatMovesBreaksNobodyElsesRecord) {
   switch_to(10, kThread, kRunnable);
   const auto start = mark(12);
-  timeline_.on_user_event(kHost, 300, 0, Timestamp{20});
   SchedSwitch elsewhere;
   elsewhere.next_tid = kOther;
   timeline_.on_switch(kHost, 1, Timestamp{21}, elsewhere, nullptr);
-  timeline_.on_user_event(kHost, kOther, 0, Timestamp{22});
+  timeline_.on_user_event(kHost, kOther, 0, Timestamp{22}, true);
+  switch_to(30, kIdle, kSleeping);
+  EXPECT_FALSE(hole_.has_value());
+  const auto parts = ThreadTimeline::between(start, mark(30));
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->execution.ns, 18);
+}
+
+// In a container another thread has the number.
+TEST_F(OneCpu, AUserEventShowsWhetherTheSwitchesHaveItsThreadThere) {
+  using Shown = ThreadTimeline::Shown;
+  const auto speak = [this](std::int64_t time, std::int64_t tid) {
+    return timeline_.on_user_event(kHost, tid, 0, Timestamp{time}, false);
+  };
+  EXPECT_EQ(speak(1, kOther), Shown::nothing) << "no switch yet";
+  switch_to(10, kThread, kRunnable);
+  const auto start = mark(12);
+  EXPECT_EQ(speak(10, kOther), Shown::nothing) << "it may have come before the switch";
+  EXPECT_EQ(speak(15, kThread), Shown::there);
+  EXPECT_EQ(speak(20, kOther), Shown::elsewhere);
   switch_to(30, kIdle, kSleeping);
   EXPECT_FALSE(hole_.has_value());
   const auto parts = ThreadTimeline::between(start, mark(30));

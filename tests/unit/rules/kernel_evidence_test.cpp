@@ -302,5 +302,54 @@ TEST(ACpuWithoutARecord, IsOneWhoseStreamEndedBefore) {
   EXPECT_FALSE(thread_of(analyze(trace), 103).busy_ns);
 }
 
+// To the kernel the thread of fusion is 4001: it is in a container. On the host another one, `other`,
+// has fusion's tid.
+constexpr const char* kContained = R"(
+  callback fusion
+  thread real worker tid=4001 silent
+  5 switch 0 idle real
+  10 start fusion release=9
+  12 switch 0 real idle
+  15 switch 0 idle real
+  20 end fusion
+  21 switch 0 real idle state=1
+  30 switch 1 idle fusion next_prio=19
+  31 switch 1 fusion idle state=1 prio=19
+  40 switch 0 idle real
+  42 start fusion release=41
+  44 end fusion
+  45 switch 0 real idle state=1)";
+
+TextTrace without_run_begin(const char* text) {
+  auto trace = trace_of(text);
+  trace.erase<RunBegin>();
+  return trace;
+}
+
+TEST(AThreadOfAContainer, IsNotTheOneThatHasItsTidOnTheHost) {
+  const auto trace = without_run_begin(kContained);
+  for (const auto& row : rows_of(trace))
+    EXPECT_FALSE(row.execution) << row.start.ns;
+  const auto result = analyze(trace);
+  EXPECT_FALSE(thread_of(result, 101).busy_ns);
+  const Verified verified(trace, "callback_groups:\n  - id: fusion\n    wcet: 8");
+  EXPECT_EQ(verified["R4"], Verdict::inconclusive) << "10 ns, of which 3 preempted";
+  EXPECT_NE(verified["S3"], Verdict::fail) << "the other one's priority is 80";
+  EXPECT_NE(verified["S4"], Verdict::fail) << "the other one ran on CPU 1";
+}
+
+// One event where the switches have the tid shows that the kernel names the thread so.
+TEST(AThreadOfAContainer, IsNoneThatSpokeWhereTheSwitchesHaveItsTid) {
+  const auto trace = without_run_begin(R"(
+    callback fusion
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    20 end fusion
+    21 switch 0 fusion idle state=1)");
+  const auto rows = rows_of(trace);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].execution, Duration{10});
+}
+
 }  // namespace
 }  // namespace cie::test
