@@ -1,7 +1,7 @@
 // What a recorder says at its end, from what came of the recording alone.
 #include "keeping/outcome.hpp"
 
-#include "base/machine.hpp"
+#include "keeping/manifest.hpp"
 
 #include <csignal>
 
@@ -17,15 +17,15 @@ using ::testing::StartsWith;
 
 Outcome outcome() {
   Outcome outcome;
-  outcome.manifest.options.directory = "/rec";
-  outcome.manifest.options.command = {"./app", "--fast"};
-  outcome.manifest.exit = ExitStatus{.code = 0, .signal = std::nullopt};
+  outcome.options.directory = "/rec";
+  outcome.options.command = {"./app", "--fast"};
+  outcome.manifest.exit = RecordedExit{.code = 0, .signal = std::nullopt};
   return outcome;
 }
 
 TEST(Summary, OfADirectoryNamesItTheKernelsRouteAndWhatReadsIt) {
   Outcome kept = outcome();
-  kept.manifest.kernel = KernelSummary{.route = "bpf", .events = 12};
+  note_kernel({.route = "bpf", .events = 12}, kept.manifest);
   EXPECT_EQ(summary(kept),
             "./app exited with status 0\n"
             "recorded /rec (user-space events; kernel events: 12 by bpf)\n"
@@ -36,28 +36,28 @@ TEST(Summary, OfADirectoryNamesItTheKernelsRouteAndWhatReadsIt) {
 TEST(Summary, SaysWhyThereIsNoKernel) {
   Outcome kept = outcome();
   EXPECT_THAT(summary(kept), HasSubstr("kernel events: no)"));
-  kept.manifest.no_kernel_because = "it is for root";
+  kept.manifest.kernel_reason = "it is for root";
   EXPECT_THAT(summary(kept), HasSubstr("kernel events: no, it is for root)"));
 }
 
 TEST(Summary, OfWhatWasAttachedToNamesNoCommand) {
   Outcome kept = outcome();
-  kept.manifest.options.command.clear();
+  kept.options.command.clear();
   kept.manifest.exit.reset();
   EXPECT_THAT(summary(kept), StartsWith("recorded /rec "));
 }
 
 TEST(Summary, QuotesForAShell) {
   Outcome kept = outcome();
-  kept.manifest.options.directory = "/it's here";
+  kept.options.directory = "/it's here";
   EXPECT_THAT(summary(kept), HasSubstr(R"(next: cie report '/it'\''s here')"));
 }
 
 TEST(Summary, CountsLossesAndDoesNotFailForThem) {
   Outcome kept = outcome();
-  kept.manifest.losses = {{.name = "state"},
-                          {.name = "events", .discarded_events = 7, .lost_packets = 1}};
-  kept.manifest.kernel = KernelSummary{.route = "bpf", .lost_events = 3, .untold_switches = 2};
+  kept.manifest.channels = {{.name = "state"},
+                            {.name = "events", .discarded_events = 7, .lost_packets = 1}};
+  note_kernel({.route = "bpf", .events = 0, .lost_events = 3, .untold_switches = 2}, kept.manifest);
   const std::string text = summary(kept);
   EXPECT_TRUE(kept.is_success());
   EXPECT_THAT(text, Not(HasSubstr("channel \"state\"")));
@@ -66,7 +66,7 @@ TEST(Summary, CountsLossesAndDoesNotFailForThem) {
   EXPECT_THAT(text, HasSubstr("LOST: besides, this kernel did not report 2 switches of threads, "
                               "where no buffer was full:"));
   EXPECT_THAT(text, Not(HasSubstr("though no buffer was full"))) << "one was";
-  kept.manifest.kernel->lost_events = 0;
+  kept.manifest.kernel.lost_events = 0;
   EXPECT_THAT(summary(kept), HasSubstr("LOST: this kernel did not report 2 switches of threads, "
                                        "though no buffer was full:"));
   EXPECT_THAT(text, HasSubstr("recorded /rec"));
@@ -95,8 +95,8 @@ TEST(Summary, OfSnapshotsNamesTheFirstIfThereIsOne) {
 
 TEST(Summary, SaysOneOfOne) {
   Outcome kept = outcome();
-  kept.manifest.losses = {{.name = "events", .discarded_events = 1, .lost_packets = 0}};
-  kept.manifest.kernel = KernelSummary{.route = "bpf", .lost_events = 1, .untold_switches = 1};
+  kept.manifest.channels = {{.name = "events", .discarded_events = 1, .lost_packets = 0}};
+  note_kernel({.route = "bpf", .events = 0, .lost_events = 1, .untold_switches = 1}, kept.manifest);
   kept.kept = KeptInChunks{.sealed = 1, .removed = 1};
   EXPECT_THAT(summary(kept), HasSubstr("discarded 1 event and lost 0 packets;"));
   EXPECT_THAT(summary(kept), HasSubstr("the kernel's buffers lost 1 event;"));
@@ -110,15 +110,17 @@ TEST(Summary, SaysOneOfOne) {
 TEST(Summary, OfWhatWasStreamedNamesItsSessionsThere) {
   Outcome kept = outcome();
   kept.kept = KeptElsewhere{};
-  kept.manifest.options.relay = NetworkAddress{.host = "desk", .port = 5342};
-  kept.manifest.relayed = {{.name = "cie-record-1", .begin = {}, .lost = {}, .end = {}}};
-  EXPECT_THAT(summary(kept), HasSubstr("streamed to the relay daemon at desk:5342, as " +
-                                       host_name() + "/cie-record-1-*\nnext, where it collects"));
+  kept.options.relay = NetworkAddress{.host = "desk", .port = 5342};
+  kept.manifest.relay = {
+      .address = "desk:5342",
+      .sessions = {{.path = "robot/cie-record-1-*", .begin = {}, .lost = {}, .end = {}}}};
+  EXPECT_THAT(summary(kept), HasSubstr("streamed to the relay daemon at desk:5342, as "
+                                       "robot/cie-record-1-*\nnext, where it collects"));
 }
 
 TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {
   Outcome kept = outcome();
-  kept.manifest.exit = ExitStatus{.code = std::nullopt, .signal = SIGKILL};
+  kept.manifest.exit = RecordedExit{.code = std::nullopt, .signal = SIGKILL};
   kept.manifest.problems = {"the disk was full", "a daemon died"};
   EXPECT_FALSE(kept.is_success());
   EXPECT_EQ(summary(kept),
@@ -126,17 +128,17 @@ TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {
             "THE RECORDING FAILED; what there is stands in /rec:\n"
             "  the disk was full\n"
             "  a daemon died\n");
-  kept.manifest.options.relay = NetworkAddress{.host = "desk", .port = 1};
+  kept.options.relay = NetworkAddress{.host = "desk", .port = 1};
   EXPECT_THAT(summary(kept), HasSubstr("what there is stands at desk:1:\n"));
 }
 
 TEST(ExitStatusOfTheRecorder, IsTheCommandsOnlyWhereThatWasAskedForAndTheRecordingSucceeded) {
   Outcome kept = outcome();
-  kept.manifest.exit = ExitStatus{.code = 3, .signal = std::nullopt};
+  kept.manifest.exit = RecordedExit{.code = 3, .signal = std::nullopt};
   EXPECT_EQ(exit_status(kept), 0);
-  kept.manifest.options.preserves_status = true;
+  kept.options.preserves_status = true;
   EXPECT_EQ(exit_status(kept), 3);
-  kept.manifest.exit = ExitStatus{.code = std::nullopt, .signal = SIGKILL};
+  kept.manifest.exit = RecordedExit{.code = std::nullopt, .signal = SIGKILL};
   EXPECT_EQ(exit_status(kept), 128 + 9);
   kept.manifest.problems = {"LTTng did not end the session"};
   EXPECT_EQ(exit_status(kept), 4);

@@ -3,6 +3,7 @@
 #include "keeping/attempt.hpp"
 #include "keeping/chunk_names.hpp"
 #include "keeping/kernel_beside.hpp"
+#include "keeping/manifest.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -11,14 +12,14 @@
 namespace cie::record {
 
 bool ChunksKeeping::begin() {
-  Manifest& manifest = tracing_.manifest;
+  const Options& options = tracing_.options();
   tracing_.start_daemon();
   tracing_.create_session();
-  kernel_ = start_kernel(kernel_part_directory(manifest.options.directory, 1), manifest);
+  kernel_ = start_kernel(kernel_part_directory(options.directory, 1), tracing_);
   tracing_.watch_processes();
   tracing_.start();
-  rotation_ = std::make_unique<Rotation>(manifest.options, tracing_.session(), kernel_.get(),
-                                         tracing_.processes(), manifest.begin);
+  rotation_ = std::make_unique<Rotation>(options, tracing_.session(), kernel_.get(),
+                                         tracing_.processes(), tracing_.manifest.begin);
   return true;
 }
 
@@ -39,7 +40,7 @@ void ChunksKeeping::poll(Target& target) {
   tracing_.look_for_applications(target);
   tracing_.poll_processes();  // chunks have their own lists
   if (tracing_.has_checked_daemon()) {
-    adopt_clock(kernel_.get(), tracing_.manifest);
+    adopt_clock(kernel_.get(), tracing_);
     tracing_.check_space();
   }
   tracing_.end_tick(target);
@@ -58,7 +59,7 @@ void ChunksKeeping::poll_rotation() {
 }
 
 void ChunksKeeping::end_rotation() {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   std::ranges::move(rotation_->finish(manifest, tracing_.ending()),
                     std::back_inserter(manifest.problems));
   if (!rotation_->has_events()) {
@@ -69,16 +70,17 @@ void ChunksKeeping::end_rotation() {
 }
 
 Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
   tracing_.end();
-  end_kernel(std::move(kernel_), manifest);
+  end_kernel(std::move(kernel_), tracing_);
   tracing_.poll_processes();
   tracing_.close();
   attempt(manifest.problems, [this] { end_rotation(); });
-  attempt(manifest.problems, [&] { write_manifest(manifest); });
+  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
   tracing_.release_directory();
-  return {.manifest = manifest,
+  return {.options = tracing_.options(),
+          .manifest = manifest,
           .kept = KeptInChunks{.sealed = rotation_->sealed(), .removed = rotation_->removed()}};
 }
 

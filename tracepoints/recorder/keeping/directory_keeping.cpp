@@ -3,6 +3,7 @@
 #include "ctf/stream_check.hpp"
 #include "keeping/attempt.hpp"
 #include "keeping/kernel_beside.hpp"
+#include "keeping/manifest.hpp"
 #include "system/text.hpp"
 
 #include <filesystem>
@@ -16,7 +17,7 @@ bool DirectoryKeeping::begin() {
   tracing_.start_daemon();
   tracing_.create_session();
   // Before the first user event, so that no instance begins without its thread's record.
-  kernel_ = start_kernel(tracing_.options().directory / kKernelDirectory, tracing_.manifest);
+  kernel_ = start_kernel(tracing_.options().directory / kKernelDirectory, tracing_);
   tracing_.watch_processes();
   tracing_.start();
   return true;
@@ -37,23 +38,23 @@ void DirectoryKeeping::poll(Target& target) {
   tracing_.look_for_applications(target);
   tracing_.note_processes();
   if (tracing_.has_checked_daemon()) {
-    adopt_clock(kernel_.get(), tracing_.manifest);
+    adopt_clock(kernel_.get(), tracing_);
     tracing_.check_space();
   }
   tracing_.end_tick(target);
 }
 
 Outcome DirectoryKeeping::finish(const std::optional<ExitStatus>& exit) {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
   tracing_.end();
-  end_kernel(std::move(kernel_), manifest);
+  end_kernel(std::move(kernel_), tracing_);
   tracing_.note_processes();
   tracing_.close();
   attempt(manifest.problems, [this] { check_files(); });
-  attempt(manifest.problems, [&] { write_manifest(manifest); });
+  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
   tracing_.release_directory();
-  return {.manifest = manifest, .kept = KeptInDirectory{}};
+  return {.options = tracing_.options(), .manifest = manifest, .kept = KeptInDirectory{}};
 }
 
 void DirectoryKeeping::check_files() {

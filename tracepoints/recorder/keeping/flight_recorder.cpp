@@ -1,7 +1,9 @@
 #include "keeping/flight_recorder.hpp"
 
 #include "ctf/stream_check.hpp"
+#include "keeping/manifest.hpp"
 #include "system/error.hpp"
+#include "system/instant.hpp"
 #include "system/text.hpp"
 
 #include <algorithm>
@@ -157,7 +159,7 @@ void FlightRecorder::look_for_misses() {
   }
 }
 
-std::optional<SavedSnapshot> FlightRecorder::finish(const Manifest& about) {
+std::optional<SavedSnapshot> FlightRecorder::finish(const RecordingManifest& about) {
   look_for_misses();
   if (!due_) {
     return std::nullopt;
@@ -166,7 +168,7 @@ std::optional<SavedSnapshot> FlightRecorder::finish(const Manifest& about) {
   return save_unasked(due.reason, about);
 }
 
-std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
+std::optional<SavedSnapshot> FlightRecorder::poll(const RecordingManifest& about) {
   look_for_misses();
   if (!due_ || Clock::now() < due_->time) {
     return std::nullopt;
@@ -180,7 +182,7 @@ bool FlightRecorder::may_save_unasked() const {
 }
 
 std::optional<SavedSnapshot> FlightRecorder::save_unasked(const std::string& reason,
-                                                          const Manifest& about) {
+                                                          const RecordingManifest& about) {
   if (!may_save_unasked()) {
     ++left_out_;
     return std::nullopt;
@@ -189,19 +191,19 @@ std::optional<SavedSnapshot> FlightRecorder::save_unasked(const std::string& rea
   return save(reason, about);
 }
 
-SavedSnapshot FlightRecorder::save_on_command(const Manifest& about) {
+SavedSnapshot FlightRecorder::save_on_command(const RecordingManifest& about) {
   const std::string why = take_reason(directory_);
   return save(why.empty() ? "on command" : "on command: " + why, about);
 }
 
-SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& about) {
+SavedSnapshot FlightRecorder::save(const std::string& reason, const RecordingManifest& about) {
   last_ = Clock::now();
   const std::int64_t asked_ns = now().monotonic_ns;
   session_->describe_again();
   std::this_thread::sleep_for(kDescription);
   const fs::path draft = directory_ / ".saving";
   fs::remove_all(draft);
-  Manifest manifest = about;
+  RecordingManifest manifest = about;
   // Of those that ended, the buffers may hold nothing any more. Who did describe itself is there.
   manifest.processes.clear();
   if (processes_ != nullptr) {
@@ -216,17 +218,16 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
     if (inside == fs::end(inside)) {
       throw RecordError("the snapshot is empty: nothing was recorded so far");
     }
-    manifest.options.directory = inside->path();
+    const fs::path written = inside->path();
     if (kernel_) {
-      manifest.kernel = kernel_->save(manifest.options.directory);
+      note_kernel(kernel_->save(written), manifest);
     }
     manifest.end = now();
-    SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
-                        .reason = reason,
-                        .held = held_by(manifest.options.directory)};
-    manifest.snapshot = SnapshotFacts{.reason = reason, .held = saved.held};
-    write_manifest(manifest);
-    fs::rename(manifest.options.directory, saved.directory);
+    SavedSnapshot saved{
+        .directory = numbered(directory_, saved_ + 1), .reason = reason, .held = held_by(written)};
+    manifest.snapshot = RecordedSnapshot{.reason = reason, .held_ns = saved.held.count()};
+    write_manifest(written, manifest);
+    fs::rename(written, saved.directory);
     fs::remove_all(draft);
     ++saved_;
     return saved;

@@ -1,9 +1,10 @@
 // Saves what a session keeps in memory: on command, and unasked when something happened.
 #pragma once
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include "base/file_descriptor.hpp"
 #include "keeping/kernel_snapshots.hpp"
-#include "keeping/manifest.hpp"
 #include "lttng/deadline_watch.hpp"
 #include "lttng/process_watch.hpp"
 #include "lttng/tracing_session.hpp"
@@ -51,13 +52,14 @@ class FlightRecorder {
   void start_reading();
   // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
   // is what the snapshot's manifest says besides. Throws RecordError.
-  std::optional<SavedSnapshot> poll(const Manifest& about);
+  std::optional<SavedSnapshot> poll(const RecordingManifest& about);
   // Once, at the end: saves if a deadline was missed shortly before.
-  std::optional<SavedSnapshot> finish(const Manifest& about);
+  std::optional<SavedSnapshot> finish(const RecordingManifest& about);
   // Because it was asked for (ask_to_save(), SIGUSR1), whatever the limits are.
-  SavedSnapshot save_on_command(const Manifest& about);
+  SavedSnapshot save_on_command(const RecordingManifest& about);
   // Unasked, unless the limits forbid it.
-  std::optional<SavedSnapshot> save_unasked(const std::string& reason, const Manifest& about);
+  std::optional<SavedSnapshot> save_unasked(const std::string& reason,
+                                            const RecordingManifest& about);
 
   std::uint64_t saved() const noexcept { return saved_; }
   // How often something happened for which the limits let nothing be saved.
@@ -72,7 +74,7 @@ class FlightRecorder {
 
   bool may_save_unasked() const;
   void look_for_misses();
-  SavedSnapshot save(const std::string& reason, const Manifest& about);
+  SavedSnapshot save(const std::string& reason, const RecordingManifest& about);
 
   SnapshotOptions options_;
   std::filesystem::path directory_;

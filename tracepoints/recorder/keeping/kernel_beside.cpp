@@ -1,6 +1,7 @@
 #include "keeping/kernel_beside.hpp"
 
 #include "keeping/attempt.hpp"
+#include "keeping/manifest.hpp"
 #include "system/error.hpp"
 
 #include <system_error>
@@ -9,8 +10,8 @@ namespace cie::record {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<KernelRecording> start_kernel(const fs::path& directory, Manifest& manifest) {
-  const Options& options = manifest.options;
+std::unique_ptr<KernelRecording> start_kernel(const fs::path& directory, Tracing& tracing) {
+  const Options& options = tracing.options();
   if (options.kernel == KernelChoice::no) {
     return nullptr;
   }
@@ -22,23 +23,23 @@ std::unique_ptr<KernelRecording> start_kernel(const fs::path& directory, Manifes
     if (options.kernel == KernelChoice::yes) {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
-    manifest.no_kernel_because = error.what();
+    tracing.manifest.kernel_reason = error.what();
     std::error_code ignored;
     fs::remove_all(directory, ignored);
     return nullptr;
   }
 }
 
-void adopt_clock(KernelRecording* kernel, Manifest& manifest) {
+void adopt_clock(KernelRecording* kernel, Tracing& tracing) {
   if (kernel != nullptr) {
-    attempt(manifest.problems, [&] { kernel->adopt_clock(manifest.options.directory); });
+    attempt(tracing.manifest.problems, [&] { kernel->adopt_clock(tracing.options().directory); });
   }
 }
 
-void end_kernel(std::unique_ptr<KernelRecording> kernel, Manifest& manifest) {
+void end_kernel(std::unique_ptr<KernelRecording> kernel, Tracing& tracing) {
   if (kernel) {
-    attempt(manifest.problems, [&] { manifest.kernel = kernel->finish(); });
-    adopt_clock(kernel.get(), manifest);
+    attempt(tracing.manifest.problems, [&] { note_kernel(kernel->finish(), tracing.manifest); });
+    adopt_clock(kernel.get(), tracing);
   }
 }
 

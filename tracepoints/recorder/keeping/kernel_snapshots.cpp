@@ -58,8 +58,8 @@ KernelSnapshots::KernelSnapshots(std::unique_ptr<KernelSource> source, const Opt
   source_->start();
 }
 
-KernelSummary KernelSnapshots::save(const fs::path& snapshot) {
-  const fs::path directory = snapshot / "kernel";
+RecordedKernel KernelSnapshots::save(const fs::path& snapshot) {
+  const fs::path directory = snapshot / kKernelDirectory;
   TraceClock clock = measured_clock();
   find_clock(snapshot, directory, clock);
   std::error_code error;
@@ -67,7 +67,9 @@ KernelSummary KernelSnapshots::save(const fs::path& snapshot) {
   if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
   const TraceUuid uuid = random_uuid();
   write_kernel_metadata(directory, uuid, clock);
-  KernelSummary summary{.route = std::string(source_->name())};
+  RecordedKernel summary;
+  summary.route = source_->name();
+  std::uint64_t events = 0;
   const std::uint64_t end =
       monotonic_ns();  // what comes later may still be in the kernel's buffers
   reader_->drain([&] {
@@ -77,12 +79,13 @@ KernelSummary KernelSnapshots::save(const fs::path& snapshot) {
       Writer writer(stream);
       rings_[i].replay(writer);
       stream.finish(end, rings_[i].lost_since_begin(source_->lost(i)));
-      summary.events += stream.events();
+      events += stream.events();
       summary.lost_events += stream.lost();
       summary.untold_switches += writer.untold_switches();
       if (stream.events() > 0) ++summary.streams;
     }
   });
+  summary.events = events;
   return summary;
 }
 

@@ -28,7 +28,7 @@ class KernelSnapshots {
   void start_reading() { reader_->start(); }
   // Writes SNAPSHOT/kernel, with the clock of the user-space trace below SNAPSHOT. Throws
   // RecordError.
-  KernelSummary save(const std::filesystem::path& snapshot);
+  RecordedKernel save(const std::filesystem::path& snapshot);
 
  private:
   std::unique_ptr<KernelSource> source_;

@@ -97,10 +97,10 @@ Outcome LiveKeeping::finish(const std::optional<ExitStatus>& exit) {
   if (exit) tell(fmt::format("exit {} {}", options_.command.front(), describe(*exit)));
   session_->stop();
   Outcome outcome;
-  outcome.manifest.options = options_;
+  outcome.options = options_;
   outcome.kept = KeptElsewhere{};
-  outcome.manifest.losses = session_->losses();
-  for (const ChannelLoss& loss : outcome.manifest.losses) {
+  outcome.manifest.channels = session_->losses();
+  for (const RecordedChannel& loss : outcome.manifest.channels) {
     tell(fmt::format("lost {} {} {}", loss.name, loss.discarded_events, loss.lost_packets));
   }
   session_->destroy();

@@ -13,33 +13,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <utility>
 
 namespace cie::record {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<RelayedSession> sessions_of(const Manifest& manifest) {
-  std::vector<RelayedSession> sessions;
-  for (const RelaySession& session : manifest.relayed) {
-    sessions.push_back({.path = host_name() + '/' + session.name + "-*",
-                        .begin = session.begin,
-                        .lost = session.lost,
-                        .end = session.end});
-  }
-  return sessions;
-}
-
-RecordedKernel kernel_of(const Manifest& manifest) {
-  if (!manifest.kernel) return {};
-  const KernelSummary& kernel = *manifest.kernel;
-  return {.route = kernel.route,
-          .buffer_size = manifest.options.kernel_buffer_size,
-          .streams = kernel.streams,
-          .events = kernel.events,
-          .lost_events = kernel.lost_events,
-          .untold_switches = kernel.untold_switches};
-}
 
 std::vector<fs::path> all_files(const fs::path& directory) {
   std::vector<fs::path> paths;
@@ -73,51 +52,41 @@ std::vector<RecordedFile> files_of(const fs::path& directory, const std::vector<
 
 }  // namespace
 
-void write_manifest(const Manifest& manifest) {
-  const Options& options = manifest.options;
-  const fs::path path = options.directory / kManifestName;
-  const bool is_divided = options.rotate && !manifest.chunk;
-  RecordingManifest said;
-  said.tool_version = kToolVersion;
-  said.mode = options.is_attach() ? "attach" : "command";
-  said.command = options.command;
-  said.exit = manifest.exit;
-  said.host = host_name();
-  said.boot_id = boot_id();
-  said.begin = manifest.begin;
-  said.end = manifest.end;
-  if (manifest.snapshot) {
-    said.snapshot = {.reason = manifest.snapshot->reason,
-                     .held_ns = manifest.snapshot->held.count()};
-  }
-  if (options.relay) {
-    said.relay = {.address = options.relay->text(), .sessions = sessions_of(manifest)};
-  }
-  said.chunk = manifest.chunk;
-  if (is_divided) said.removed_chunks = manifest.removed_chunks;
-  said.has_kernel_events = manifest.kernel.has_value();
-  said.kernel = kernel_of(manifest);
-  said.kernel_reason =
-      manifest.no_kernel_because.empty() ? "--kernel=no" : manifest.no_kernel_because;
-  said.session = {.name = manifest.session,
-                  .events = event_patterns(options),
-                  .subbuf_size = options.subbuf_size,
-                  .num_subbuf = options.num_subbuf,
-                  .flush_interval_ms = options.flush_interval.count()};
-  said.processes = manifest.processes;
-  said.names_all_processes = manifest.names_all_processes;
-  for (const ChannelLoss& loss : manifest.losses) {
-    said.channels.push_back({.name = loss.name,
-                             .discarded_events = loss.discarded_events,
-                             .lost_packets = loss.lost_packets});
-  }
-  said.problems = manifest.problems;
-  said.files = files_of(options.directory, is_divided ? manifests_of_chunks(options.directory)
-                                                      : all_files(options.directory));
+RecordingManifest manifest_of(const Options& options) {
+  RecordingManifest manifest;
+  manifest.tool_version = kToolVersion;
+  manifest.mode = options.is_attach() ? "attach" : "command";
+  manifest.command = options.command;
+  manifest.host = host_name();
+  manifest.boot_id = boot_id();
+  if (options.relay) manifest.relay = {.address = options.relay->text(), .sessions = {}};
+  if (options.rotate) manifest.removed_chunks = 0;
+  manifest.kernel.buffer_size = options.kernel_buffer_size;
+  manifest.kernel_reason = options.no_kernel_because;
+  manifest.session = {.name = {},
+                      .events = event_patterns(options),
+                      .subbuf_size = options.subbuf_size,
+                      .num_subbuf = options.num_subbuf,
+                      .flush_interval_ms = options.flush_interval.count()};
+  return manifest;
+}
 
-  const fs::path draft = options.directory / "manifest.json.part";
+void note_kernel(RecordedKernel measured, RecordingManifest& manifest) {
+  measured.buffer_size = manifest.kernel.buffer_size;
+  manifest.kernel = std::move(measured);
+  manifest.has_kernel_events = true;
+}
+
+void write_manifest(const fs::path& directory, RecordingManifest manifest) {
+  if (manifest.kernel_reason.empty()) manifest.kernel_reason = "--kernel=no";
+  const bool is_divided = manifest.removed_chunks.has_value();
+  manifest.files =
+      files_of(directory, is_divided ? manifests_of_chunks(directory) : all_files(directory));
+
+  const fs::path path = directory / kManifestName;
+  const fs::path draft = directory / "manifest.json.part";
   std::ofstream file(draft, std::ios::binary);
-  file << to_json(said);
+  file << to_json(manifest);
   file.close();
   if (!file) {
     const int error = errno;

@@ -43,31 +43,31 @@ std::string next_commands(const Options& options) {
   return fmt::format("next: cie report {}\n      cie verify {}\n", input, input);
 }
 
-std::string kernel_in_words(const Manifest& manifest) {
-  if (manifest.kernel) {
-    return fmt::format("{} by {}", manifest.kernel->events, manifest.kernel->route);
+std::string kernel_in_words(const RecordingManifest& manifest) {
+  if (manifest.has_kernel_events) {
+    return fmt::format("{} by {}", manifest.kernel.events.value_or(0), manifest.kernel.route);
   }
-  return manifest.no_kernel_because.empty() ? "no" : "no, " + manifest.no_kernel_because;
+  return manifest.kernel_reason.empty() ? "no" : "no, " + manifest.kernel_reason;
 }
 
-std::string result(const Manifest& manifest, const KeptInDirectory& /*kept*/) {
+std::string result(const Outcome& outcome, const KeptInDirectory& /*kept*/) {
   return fmt::format("recorded {} (user-space events; kernel events: {})\n{}",
-                     in_shell_quotes(manifest.options.directory), kernel_in_words(manifest),
-                     next_commands(manifest.options));
+                     in_shell_quotes(outcome.options.directory), kernel_in_words(outcome.manifest),
+                     next_commands(outcome.options));
 }
 
-std::string result(const Manifest& manifest, const KeptInChunks& kept) {
+std::string result(const Outcome& outcome, const KeptInChunks& kept) {
   const std::string removed = kept.removed > 0 ? fmt::format(", of which the oldest {} removed",
                                                              in_number(kept.removed, "was", "were"))
                                                : "";
   return fmt::format("recorded {} in {}{}; each is a recording, too\n{}",
                      in_number(kept.sealed, "chunk", "chunks"),
-                     in_shell_quotes(manifest.options.directory), removed,
-                     next_commands(manifest.options));
+                     in_shell_quotes(outcome.options.directory), removed,
+                     next_commands(outcome.options));
 }
 
-std::string result(const Manifest& manifest, const KeptInSnapshots& kept) {
-  const fs::path& directory = manifest.options.directory;
+std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
+  const fs::path& directory = outcome.options.directory;
   std::string text = fmt::format("saved {} in {}", in_number(kept.saved, "snapshot", "snapshots"),
                                  in_shell_quotes(directory));
   if (kept.left_out > 0) {
@@ -82,20 +82,20 @@ std::string result(const Manifest& manifest, const KeptInSnapshots& kept) {
   return text;
 }
 
-std::string result(const Manifest& manifest, const KeptElsewhere& /*kept*/) {
+std::string result(const Outcome& outcome, const KeptElsewhere& /*kept*/) {
   std::string text =
-      "streamed to the relay daemon at " + manifest.options.relay.value_or(NetworkAddress{}).text();
-  for (const RelaySession& session : manifest.relayed) {
-    text += fmt::format(", as {}/{}-*", host_name(), session.name);
+      "streamed to the relay daemon at " + outcome.options.relay.value_or(NetworkAddress{}).text();
+  for (const RelayedSession& session : outcome.manifest.relay.value_or(RecordedRelay{}).sessions) {
+    text += ", as " + session.path;
   }
   return text +
          fmt::format("\nnext, where it collects: cie report DIR; what was lost here stands in {}\n",
-                     in_shell_quotes(manifest.options.directory / kManifestName));
+                     in_shell_quotes(outcome.options.directory / kManifestName));
 }
 
-std::string losses(const Manifest& manifest) {
+std::string losses(const RecordingManifest& manifest) {
   std::string text;
-  for (const ChannelLoss& loss : manifest.losses) {
+  for (const RecordedChannel& loss : manifest.channels) {
     if (loss.discarded_events > 0 || loss.lost_packets > 0) {
       text += fmt::format(
           "LOST: channel \"{}\" discarded {} and lost {}; record with a larger "
@@ -104,30 +104,30 @@ std::string losses(const Manifest& manifest) {
           in_number(loss.lost_packets, "packet", "packets"));
     }
   }
-  if (manifest.kernel && manifest.kernel->lost_events > 0) {
+  if (manifest.kernel.lost_events > 0) {
     text +=
         fmt::format("LOST: the kernel's buffers lost {}; record with a larger --kernel-buffer\n",
-                    in_number(manifest.kernel->lost_events, "event", "events"));
+                    in_number(manifest.kernel.lost_events, "event", "events"));
   }
-  if (manifest.kernel && manifest.kernel->untold_switches > 0) {
+  if (manifest.kernel.untold_switches > 0) {
     // They are counted apart from what full buffers lost.
-    const bool is_besides = manifest.kernel->lost_events > 0;
+    const bool is_besides = manifest.kernel.lost_events > 0;
     text += fmt::format(
         "LOST: {}this kernel did not report {} of threads, {}: execution times around them are not "
         "measured\n",
         is_besides ? "besides, " : "",
-        in_number(manifest.kernel->untold_switches, "switch", "switches"),
+        in_number(manifest.kernel.untold_switches, "switch", "switches"),
         is_besides ? "where no buffer was full" : "though no buffer was full");
   }
   return text;
 }
 
-std::string failure(const Manifest& manifest) {
-  const Options& options = manifest.options;
+std::string failure(const Outcome& outcome) {
+  const Options& options = outcome.options;
   std::string text = fmt::format(
       "THE RECORDING FAILED; what there is stands {}:\n",
       options.relay ? "at " + options.relay->text() : "in " + in_shell_quotes(options.directory));
-  for (const std::string& problem : manifest.problems) {
+  for (const std::string& problem : outcome.manifest.problems) {
     text += fmt::format("  {}\n", problem);
   }
   return text;
@@ -136,21 +136,21 @@ std::string failure(const Manifest& manifest) {
 }  // namespace
 
 std::string summary(const Outcome& outcome) {
-  const Manifest& manifest = outcome.manifest;
+  const RecordingManifest& manifest = outcome.manifest;
   std::string text;
   if (manifest.exit) {
-    text = fmt::format("{} {}\n", manifest.options.command.front(), describe(*manifest.exit));
+    text = fmt::format("{} {}\n", outcome.options.command.front(), describe(*manifest.exit));
   }
   text += losses(manifest);
-  if (!outcome.is_success()) return text + failure(manifest);
-  return text + std::visit([&](const auto& kept) { return result(manifest, kept); }, outcome.kept);
+  if (!outcome.is_success()) return text + failure(outcome);
+  return text + std::visit([&](const auto& kept) { return result(outcome, kept); }, outcome.kept);
 }
 
 int exit_status(const Outcome& outcome) noexcept {
   constexpr int kKilled = 128;
   if (!outcome.is_success()) return kFailed;
   const auto& exit = outcome.manifest.exit;
-  if (!outcome.manifest.options.preserves_status || !exit) return 0;
+  if (!outcome.options.preserves_status || !exit) return 0;
   return exit->signal ? kKilled + *exit->signal : exit->code.value_or(0);
 }
 

@@ -1,7 +1,9 @@
 // What came of a recording.
 #pragma once
 
-#include "keeping/manifest.hpp"
+#include <cie/tracepoints/recording_manifest.hpp>
+
+#include "options/options.hpp"
 
 #include <cstdint>
 #include <string>
@@ -22,7 +24,8 @@ struct KeptInSnapshots {
 struct KeptElsewhere {};  // at a relay daemon, or shown live
 
 struct Outcome {
-  Manifest manifest;
+  Options options;
+  RecordingManifest manifest;
   std::variant<KeptInDirectory, KeptInChunks, KeptInSnapshots, KeptElsewhere> kept;
 
   // Everything was recorded, or what was lost is only discarded events, which are counted.

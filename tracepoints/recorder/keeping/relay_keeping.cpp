@@ -1,6 +1,8 @@
 #include "keeping/relay_keeping.hpp"
 
+#include "base/machine.hpp"
 #include "keeping/attempt.hpp"
+#include "keeping/manifest.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -35,14 +37,18 @@ bool RelayKeeping::begin() {
 
 void RelayKeeping::abandon() noexcept { tracing_.abandon(); }
 
+std::vector<RelayedSession>& RelayKeeping::sessions() {
+  return tracing_.manifest.relay.value().sessions;
+}
+
 void RelayKeeping::create_session() {
   tracing_.create_session(RelayDestination{.control_url = link_->control_url(),
                                            .data_url = link_->data_url(),
                                            .interval = tracing_.options().flush_interval});
-  tracing_.manifest.relayed.push_back({.name = tracing_.manifest.session,
-                                       .begin = now(),
-                                       .lost = std::nullopt,
-                                       .end = std::nullopt});
+  sessions().push_back({.path = host_name() + '/' + tracing_.manifest.session.name + "-*",
+                        .begin = now(),
+                        .lost = std::nullopt,
+                        .end = std::nullopt});
 }
 
 void RelayKeeping::on_request(Target& /*target*/) { tracing_.refuse_snapshot(); }
@@ -72,7 +78,7 @@ void RelayKeeping::watch_link() {
 }
 
 void RelayKeeping::lose_link() {
-  RelaySession& session = tracing_.manifest.relayed.back();
+  RelayedSession& session = sessions().back();
   session.lost = now();
   tracing_.console.warn(
       fmt::format("the connection to the relay daemon at {} is lost: nothing is recorded until it "
@@ -84,49 +90,48 @@ void RelayKeeping::lose_link() {
 }
 
 void RelayKeeping::find_link_again() {
-  std::vector<RelaySession>& sessions = tracing_.manifest.relayed;
   if (!link_->reconnect(kAttemptPatience)) {
     return;
   }
-  const std::size_t before = sessions.size();
-  const std::int64_t lost_ns = sessions.back().lost.value().monotonic_ns;
+  const std::size_t before = sessions().size();
+  const std::int64_t lost_ns = sessions().back().lost.value().monotonic_ns;
   try {
     create_session();
     tracing_.session()->start();
   } catch (const std::exception& error) {
     tracing_.drop_session();
-    sessions.resize(before);
+    sessions().resize(before);
     tracing_.console.warn(error.what());  // the next attempt may succeed
     return;
   }
   tracing_.console.warn(fmt::format("the relay daemon at {} answers again after {}",
                                     link_->address().text(),
-                                    in_seconds(sessions.back().begin.monotonic_ns - lost_ns)));
+                                    in_seconds(sessions().back().begin.monotonic_ns - lost_ns)));
 }
 
 // The files are elsewhere: the manifest is all that is written here.
 Outcome RelayKeeping::finish(const std::optional<ExitStatus>& exit) {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
   tracing_.begin_end();
   end_last_session();
   manifest.end = now();
   tracing_.note_processes();
   tracing_.close();
-  attempt(manifest.problems, [&] { write_manifest(manifest); });
+  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
   tracing_.release_directory();
-  return {.manifest = manifest, .kept = KeptElsewhere{}};
+  return {.options = tracing_.options(), .manifest = manifest, .kept = KeptElsewhere{}};
 }
 
 void RelayKeeping::end_last_session() {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   const bool is_open = tracing_.session() != nullptr;
-  if (is_open && !link_->is_connected()) manifest.relayed.back().lost = now();
+  if (is_open && !link_->is_connected()) sessions().back().lost = now();
   if (is_open && !tracing_.is_daemon_lost()) {
     std::ranges::move(tracing_.end_session(), std::back_inserter(manifest.problems));
   }
   const Instant end = now();
-  if (is_open) manifest.relayed.back().end = end;
+  if (is_open) sessions().back().end = end;
   note_losses(end);
   if (manifest.processes.empty()) {
     tracing_.console.warn("no traced application was seen: is there anything at the relay daemon?");
@@ -134,11 +139,11 @@ void RelayKeeping::end_last_session() {
 }
 
 void RelayKeeping::note_losses(const Instant& end) {
-  Manifest& manifest = tracing_.manifest;
-  for (auto session = manifest.relayed.begin(); session != manifest.relayed.end(); ++session) {
+  RecordingManifest& manifest = tracing_.manifest;
+  for (auto session = sessions().begin(); session != sessions().end(); ++session) {
     if (!session->lost) continue;
     const auto next = std::next(session);
-    const bool is_last = next == manifest.relayed.end();
+    const bool is_last = next == sessions().end();
     const std::int64_t lost_ns = session->lost->monotonic_ns;
     manifest.problems.push_back(fmt::format(
         "the connection to the relay daemon at {} was lost {} after the beginning, for {}{}: "

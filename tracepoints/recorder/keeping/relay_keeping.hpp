@@ -10,6 +10,7 @@
 
 #include <chrono>
 #include <memory>
+#include <vector>
 
 namespace cie::record {
 
@@ -26,6 +27,8 @@ class RelayKeeping final : public Keeping {
  private:
   using Clock = std::chrono::steady_clock;
 
+  // One after the other.
+  std::vector<RelayedSession>& sessions();
   void create_session();
   void watch_link();
   void lose_link();

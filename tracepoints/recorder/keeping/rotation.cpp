@@ -2,6 +2,7 @@
 
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
+#include "keeping/manifest.hpp"
 #include "system/error.hpp"
 #include "system/text.hpp"
 
@@ -46,6 +47,15 @@ std::string channel_of(const fs::path& stream) {
   return name.substr(0, name.rfind('_'));
 }
 
+// What is said of the whole and holds for a chunk.
+RecordingManifest part_of(RecordingManifest whole) {
+  whole.removed_chunks.reset();
+  whole.has_kernel_events = false;
+  whole.channels.clear();
+  whole.problems.clear();
+  return whole;
+}
+
 }  // namespace
 
 Rotation::Rotation(const Options& options, std::shared_ptr<TracingSession> session,
@@ -60,7 +70,7 @@ Rotation::Rotation(const Options& options, std::shared_ptr<TracingSession> sessi
       settled_ns_(begin.monotonic_ns),
       settled_next_ns_(begin.monotonic_ns) {}
 
-void Rotation::poll(const Manifest& about) {
+void Rotation::poll(const RecordingManifest& about) {
   if (sealing_.valid()) {
     if (sealing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
       note_sealed();
@@ -72,8 +82,7 @@ void Rotation::poll(const Manifest& about) {
       pending_.emplace(std::move(pending));
       return;
     }
-    Manifest manifest = about;
-    manifest.problems.clear();
+    RecordingManifest manifest = part_of(about);
     manifest.begin = std::exchange(chunk_begin_, chunk_end_);
     manifest.end = chunk_end_;
     manifest.chunk = sealed_ + 1;
@@ -97,19 +106,19 @@ void Rotation::begin_chunk() {
   session_->describe_again();  // so that the new chunk can be read without those before it
 }
 
-Rotation::KernelPart Rotation::end_kernel_part(const KernelSummary& total) {
+Rotation::KernelPart Rotation::end_kernel_part(const RecordedKernel& total) {
   KernelPart part{.directory = kernel_part_directory(directory_, kernel_parts_++),
-                  .summary = total};
-  part.summary.events -= kernel_before_.events;
-  part.summary.lost_events -= kernel_before_.lost_events;
-  part.summary.untold_switches -= kernel_before_.untold_switches;
+                  .measured = total};
+  part.measured.events = total.events.value_or(0) - kernel_before_.events.value_or(0);
+  part.measured.lost_events -= kernel_before_.lost_events;
+  part.measured.untold_switches -= kernel_before_.untold_switches;
   kernel_before_ = total;
   return part;
 }
 
 // A process whose `run_begin` was emitted while LTTng went on to the next chunk is in one of the
 // two, so it is named where both are: by the whole.
-void Rotation::note_processes(Manifest& manifest, const Instant& end) {
+void Rotation::note_processes(RecordingManifest& manifest, const Instant& end) {
   manifest.processes.clear();
   if (processes_ == nullptr) return;
   processes_->catch_up();
@@ -131,7 +140,7 @@ std::vector<RecordedProcess> Rotation::processes() const {
   return all;
 }
 
-std::vector<std::string> Rotation::finish(const Manifest& about, const Instant& until) {
+std::vector<std::string> Rotation::finish(const RecordingManifest& about, const Instant& until) {
   std::vector<std::string> problems;
   const auto note = [&] {
     try {
@@ -146,13 +155,11 @@ std::vector<std::string> Rotation::finish(const Manifest& about, const Instant& 
   const bool has_two = std::exchange(pending_, std::nullopt).has_value();
   const std::vector<fs::path> chunks = unsealed_in(directory_);
   for (const fs::path& chunk : chunks) {
-    Manifest manifest = about;
+    RecordingManifest manifest = part_of(about);
     manifest.begin = chunk_begin_;
-    manifest.losses.clear();
-    manifest.problems.clear();
     std::optional<KernelPart> kernel = std::exchange(kernel_part_, std::nullopt);
-    if (!kernel && chunk == chunks.back() && about.kernel) {
-      kernel = end_kernel_part(*about.kernel);
+    if (!kernel && chunk == chunks.back() && about.has_kernel_events) {
+      kernel = end_kernel_part(about.kernel);
     }
     const bool is_last = !has_two || chunk == chunks.back();
     if (!is_last) {
@@ -183,20 +190,18 @@ void Rotation::note_sealed() {
 }
 
 Rotation::Sealed Rotation::seal(const fs::path& chunk, const std::optional<KernelPart>& kernel,
-                                Manifest manifest) {
-  manifest.options.directory = chunk;
-  describe_streams(manifest);
-  manifest.kernel.reset();
+                                RecordingManifest manifest) {
+  describe_streams(chunk, manifest);
   if (check_streams(chunk).empty()) {
     fs::remove_all(chunk);  // no application ran
     if (kernel) fs::remove_all(kernel->directory);
     return {};
   }
   if (kernel) {
-    fs::rename(kernel->directory, chunk / "kernel");
-    manifest.kernel = kernel->summary;
+    fs::rename(kernel->directory, chunk / kKernelDirectory);
+    note_kernel(kernel->measured, manifest);
   }
-  write_manifest(manifest);
+  write_manifest(chunk, manifest);
   const fs::path sealed = chunk_directory(directory_, *manifest.chunk);
   fs::rename(chunk, sealed);
   Sealed result{.is_kept = true,
@@ -211,11 +216,11 @@ Rotation::Sealed Rotation::seal(const fs::path& chunk, const std::optional<Kerne
 }
 
 // What was lost in this chunk: LTTng counts from the session's begin.
-void Rotation::describe_streams(Manifest& manifest) {
-  std::map<std::string, ChannelLoss> losses;
-  for (const StreamSummary& stream : check_streams(manifest.options.directory)) {
-    StreamEnd& before = streams_[stream.file.lexically_relative(manifest.options.directory)];
-    ChannelLoss& loss = losses[channel_of(stream.file)];
+void Rotation::describe_streams(const fs::path& chunk, RecordingManifest& manifest) {
+  std::map<std::string, RecordedChannel> losses;
+  for (const StreamSummary& stream : check_streams(chunk)) {
+    StreamEnd& before = streams_[stream.file.lexically_relative(chunk)];
+    RecordedChannel& loss = losses[channel_of(stream.file)];
     const std::uint64_t lost =
         stream.lost_packets - std::min(stream.lost_packets, before.next_packet);
     loss.lost_packets += lost;
@@ -233,7 +238,7 @@ void Rotation::describe_streams(Manifest& manifest) {
   }
   for (auto& [channel, loss] : losses) {
     loss.name = channel;
-    manifest.losses.push_back(std::move(loss));
+    manifest.channels.push_back(std::move(loss));
   }
 }
 

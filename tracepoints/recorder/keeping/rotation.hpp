@@ -2,9 +2,13 @@
 // copied and removed while the next one is written.
 #pragma once
 
-#include "keeping/manifest.hpp"
+#include <cie/tracepoints/recording_manifest.hpp>
+
+#include "kernel/kernel_recording.hpp"
 #include "lttng/process_watch.hpp"
 #include "lttng/tracing_session.hpp"
+#include "options/options.hpp"
+#include "system/instant.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -32,10 +36,10 @@ class Rotation {
   // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Never
   // waits. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
   // call; the next one may succeed.
-  void poll(const Manifest& about);
+  void poll(const RecordingManifest& about);
   // Once, when the session and the kernel's recording have ended: seals what is left. Returns what
   // is wrong with it. `until`: when the session's end began.
-  std::vector<std::string> finish(const Manifest& about, const Instant& until);
+  std::vector<std::string> finish(const RecordingManifest& about, const Instant& until);
 
   std::uint64_t sealed() const noexcept { return sealed_; }
   std::uint64_t removed() const noexcept { return removed_; }
@@ -55,12 +59,12 @@ class Rotation {
   // The kernel's part of a chunk, until that is sealed.
   struct KernelPart {
     std::filesystem::path directory;
-    KernelSummary summary;
+    RecordedKernel measured;
   };
 
   void begin_chunk();
   // What was recorded since the part before, given all that was.
-  KernelPart end_kernel_part(const KernelSummary& total);
+  KernelPart end_kernel_part(const RecordedKernel& total);
   struct Sealed {
     bool is_kept = false;     // there was something in it
     bool has_events = false;  // an application emitted them
@@ -68,12 +72,12 @@ class Rotation {
     std::string problem;  // why it is not what it should be; empty: it is
   };
   Sealed seal(const std::filesystem::path& chunk, const std::optional<KernelPart>& kernel,
-              Manifest manifest);
-  void describe_streams(Manifest& manifest);
+              RecordingManifest manifest);
+  void describe_streams(const std::filesystem::path& chunk, RecordingManifest& manifest);
   void remove_old() noexcept;
   void note_sealed();
   // Who is in the chunk that ends at `end`.
-  void note_processes(Manifest& manifest, const Instant& end);
+  void note_processes(RecordingManifest& manifest, const Instant& end);
 
   RotateOptions options_;
   std::filesystem::path directory_;
@@ -86,7 +90,7 @@ class Rotation {
   std::map<std::string, StreamEnd> streams_;  // by path within a chunk; of the thread that seals
   KernelRecording* kernel_;
   std::uint64_t kernel_parts_ = 1;         // the number of the one that is being written
-  KernelSummary kernel_before_;            // in the parts before it
+  RecordedKernel kernel_before_;           // in the parts before it
   std::optional<KernelPart> kernel_part_;  // of the chunk that is being written out
   ProcessWatch* processes_;
   // From here on the chunk that is being written has all that is emitted: what is emitted between

@@ -40,7 +40,7 @@ bool SnapshotsKeeping::begin() {
   tracing_.watch_processes();
   flight_ = std::make_unique<FlightRecorder>(tracing_.options(), tracing_.session(),
                                              kernel_snapshots_of(tracing_.options()),
-                                             tracing_.manifest.session, tracing_.processes());
+                                             tracing_.manifest.session.name, tracing_.processes());
   tracing_.start();
   return true;
 }
@@ -130,7 +130,7 @@ void SnapshotsKeeping::tell(const SavedSnapshot& snapshot) {
 
 // What a failing command did last, and a deadline that was missed last, are worth a snapshot.
 void SnapshotsKeeping::save_at_the_end() {
-  Manifest& manifest = tracing_.manifest;
+  RecordingManifest& manifest = tracing_.manifest;
   if (tracing_.is_daemon_lost()) {
     return;
   }
@@ -154,7 +154,7 @@ Outcome SnapshotsKeeping::finish(const std::optional<ExitStatus>& exit) {
   flight_.reset();
   tracing_.close();
   tracing_.release_directory();
-  return {.manifest = tracing_.manifest, .kept = kept};
+  return {.options = tracing_.options(), .manifest = tracing_.manifest, .kept = kept};
 }
 
 }  // namespace cie::record

@@ -4,10 +4,10 @@
 
 #include "base/text.hpp"
 #include "keeping/attempt.hpp"
+#include "keeping/manifest.hpp"
 #include "lttng/session_channels.hpp"
 #include "system/disk_room.hpp"
 #include "system/error.hpp"
-#include "system/instant.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -41,7 +41,7 @@ std::string new_session_name(const Options& options) {
 
 // What LTTng says at the end of a session.
 struct Ending {
-  std::vector<ChannelLoss> losses;
+  std::vector<RecordedChannel> losses;
   std::vector<std::string> problems;
 };
 
@@ -57,9 +57,9 @@ Ending end_of(TracingSession& session) {
   return ending;
 }
 
-void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) {
-  for (const ChannelLoss& loss : losses) {
-    const auto known = std::ranges::find(sum, loss.name, &ChannelLoss::name);
+void add(const std::vector<RecordedChannel>& losses, std::vector<RecordedChannel>& sum) {
+  for (const RecordedChannel& loss : losses) {
+    const auto known = std::ranges::find(sum, loss.name, &RecordedChannel::name);
     if (known == sum.end()) {
       sum.push_back(loss);
     } else {
@@ -72,29 +72,30 @@ void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) 
 }  // namespace
 
 Tracing::Tracing(const Options& options, Console& output)
-    : console(output), claim_(options.directory), registration_(output, options) {
-  manifest.options = options;
-  manifest.no_kernel_because = options.no_kernel_because;
-}
+    : manifest(manifest_of(options)),
+      console(output),
+      options_(options),
+      claim_(options.directory),
+      registration_(output, options) {}
 
 void Tracing::start_daemon() { daemon_ = std::make_unique<SessionDaemon>(options().daemon); }
 
 void Tracing::create_session() {
-  manifest.session = new_session_name(options());
-  session_ = std::make_shared<TracingSession>(manifest.session, options());
+  manifest.session.name = new_session_name(options());
+  session_ = std::make_shared<TracingSession>(manifest.session.name, options());
 }
 
 void Tracing::create_session(const RelayDestination& destination) {
-  manifest.session = new_session_name(options());
-  session_ = std::make_shared<TracingSession>(SessionKind::relayed, manifest.session, options(),
-                                              destination);
+  manifest.session.name = new_session_name(options());
+  session_ = std::make_shared<TracingSession>(SessionKind::relayed, manifest.session.name,
+                                              options(), destination);
 }
 
 // A recording without this is worth as much, so it does not fail.
 void Tracing::watch_processes() {
   try {
     processes_ = std::make_unique<ProcessWatch>(
-        manifest.session, options().ros2 == Ros2Events::applications, daemon_->pid());
+        manifest.session.name, options().ros2 == Ros2Events::applications, daemon_->pid());
   } catch (const RecordError& error) {
     manifest.names_all_processes = false;
     console.warn(error.what());
@@ -213,7 +214,7 @@ std::vector<std::string> Tracing::end_session() {
   if (ending.wait_for(patience) == std::future_status::ready) {
     worker.join();
     Ending result = ending.get();
-    add(result.losses, manifest.losses);
+    add(result.losses, manifest.channels);
     return std::move(result.problems);
   }
   daemon_->abandon();

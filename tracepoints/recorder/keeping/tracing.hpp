@@ -2,13 +2,15 @@
 // processes that are recorded.
 #pragma once
 
-#include "keeping/manifest.hpp"
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include "lttng/process_watch.hpp"
 #include "lttng/session_daemon.hpp"
 #include "lttng/tracing_session.hpp"
 #include "options/options.hpp"
 #include "system/console.hpp"
 #include "system/directory_claim.hpp"
+#include "system/instant.hpp"
 #include "target/registration.hpp"
 #include "target/target.hpp"
 
@@ -65,10 +67,10 @@ class Tracing {
   void close();
   void release_directory() noexcept { claim_.release(); }
 
-  Manifest manifest;
+  RecordingManifest manifest;
   Console& console;
 
-  const Options& options() const noexcept { return manifest.options; }
+  const Options& options() const noexcept { return options_; }
   // Shared with a thread that waits for LTTng; null while there is none.
   const std::shared_ptr<TracingSession>& session() const noexcept { return session_; }
   void drop_session() noexcept { session_.reset(); }
@@ -82,6 +84,7 @@ class Tracing {
 
   void note_running(const Target& target);
 
+  Options options_;
   DirectoryClaim claim_;
   std::unique_ptr<SessionDaemon> daemon_;
   std::unique_ptr<ProcessWatch> processes_;

@@ -81,7 +81,7 @@ void KernelRecording::go_on_in(fs::path directory) {
   });
 }
 
-KernelSummary KernelRecording::finish() {
+RecordedKernel KernelRecording::finish() {
   source_->stop();
   const std::uint64_t end = monotonic_ns();
   reader_->stop();
@@ -89,14 +89,17 @@ KernelSummary KernelRecording::finish() {
   return summary();
 }
 
-KernelSummary KernelRecording::summary() const {
-  KernelSummary summary{.route = std::string(source_->name())};
+RecordedKernel KernelRecording::summary() const {
+  RecordedKernel summary;
+  summary.route = source_->name();
+  std::uint64_t events = 0;
   for (const Cpu& cpu : cpus_) {
-    summary.events += cpu.stream().events();
+    events += cpu.stream().events();
     summary.lost_events += cpu.stream().lost();
     summary.untold_switches += cpu.untold_switches();
     if (cpu.stream().events() > 0) ++summary.streams;
   }
+  summary.events = events;
   return summary;
 }
 

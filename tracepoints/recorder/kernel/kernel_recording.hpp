@@ -1,6 +1,8 @@
 // Records the scheduler of the whole machine beside a session of LTTng-UST, on the same clock.
 #pragma once
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include "kernel/ctf_stream.hpp"
 #include "kernel/kernel_reader.hpp"
 #include "kernel/kernel_source.hpp"
@@ -10,21 +12,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <vector>
 
 namespace cie::record {
-
-// What came of it.
-struct KernelSummary {
-  std::string route;              // "bpf", "tracefs"
-  std::uint64_t events = 0;       // recorded
-  std::uint64_t lost_events = 0;  // overwritten before they were read, or dropped by the kernel
-  // Switches that the kernel did not tell although no buffer overran: the thread that leaves a CPU
-  // is not the one that entered it last.
-  std::uint64_t untold_switches = 0;
-  std::uint64_t streams = 0;  // CPUs that recorded anything
-};
 
 class KernelRecording {
  public:
@@ -48,9 +38,9 @@ class KernelRecording {
 
   // Stops, empties the buffers, completes the files. Throws RecordError if anything could not be
   // written.
-  KernelSummary finish();
-  // What there is so far, in all directories.
-  KernelSummary summary() const;
+  RecordedKernel finish();
+  // What there is so far, in all directories. Not how large the buffers are.
+  RecordedKernel summary() const;
 
  private:
   // One CPU's part of the trace.

@@ -167,7 +167,7 @@ bool TracingSession::has_stream_that_ends_before(std::uint64_t time) const {
 
 // Now that all buffers are empty. Without channels nobody is recorded meanwhile.
 void TracingSession::close_packets_again() {
-  for (const ChannelLoss& channel : losses()) {
+  for (const RecordedChannel& channel : losses()) {
     check(lttng_disable_channel(handle_.get(), channel.name.c_str()),
           "disable the channel " + in_quotes(channel.name));
   }
@@ -187,14 +187,14 @@ std::uint64_t without_false_wraps(std::uint64_t count) noexcept {
 
 }  // namespace
 
-std::vector<ChannelLoss> TracingSession::losses() const {
+std::vector<RecordedChannel> TracingSession::losses() const {
   lttng_channel* list = nullptr;
   const int count = lttng_list_channels(handle_.get(), &list);
   check(count, "ask how many events were discarded");
   const std::unique_ptr<lttng_channel, Free> owner(list);
-  std::vector<ChannelLoss> losses;
+  std::vector<RecordedChannel> losses;
   for (int i = 0; i < count; ++i) {
-    ChannelLoss loss{.name = list[i].name};
+    RecordedChannel loss{.name = list[i].name};
     check(lttng_channel_get_discarded_event_count(&list[i], &loss.discarded_events),
           "ask how many events were discarded");
     loss.discarded_events = without_false_wraps(loss.discarded_events);

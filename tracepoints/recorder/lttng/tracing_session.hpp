@@ -1,6 +1,8 @@
 // One LTTng recording session of the user-space domain.
 #pragma once
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include "lttng/pending_chunk.hpp"
 #include "lttng/session_channels.hpp"
 #include "options/options.hpp"
@@ -18,12 +20,6 @@ struct lttng_handle;
 struct lttng_session_descriptor;
 
 namespace cie::record {
-
-struct ChannelLoss {
-  std::string name;
-  std::uint64_t discarded_events = 0;
-  std::uint64_t lost_packets = 0;
-};
 
 // Where sessions send to that a reader can follow while they run: a relay daemon.
 struct RelayDestination {
@@ -63,7 +59,7 @@ class TracingSession {
   // Stops and waits until the buffers are written out and everything that they discarded is
   // counted; false if that takes longer than a minute.
   bool stop();
-  std::vector<ChannelLoss> losses() const;
+  std::vector<RecordedChannel> losses() const;
   // The verdict on what was written: LTTng tells here, not at stop(), that a disk was full or a
   // consumer daemon died.
   void destroy();

@@ -22,12 +22,16 @@ inline constexpr const char* kKernelDirectory = "kernel";
 struct RecordedInstant {
   std::int64_t monotonic_ns = 0;
   std::int64_t realtime_ns = 0;
+
+  bool operator==(const RecordedInstant&) const = default;
 };
 
 // How the command ended: one of the two.
 struct RecordedExit {
   std::optional<int> code;
   std::optional<int> signal;
+
+  bool operator==(const RecordedExit&) const = default;
 };
 // "exited with status 3", "was killed by signal 9 (Killed)".
 std::string describe(const RecordedExit& exit);
@@ -35,6 +39,8 @@ std::string describe(const RecordedExit& exit);
 struct RecordedSnapshot {
   std::string reason;
   std::int64_t held_ns = 0;  // how much of the time before it it holds
+
+  bool operator==(const RecordedSnapshot&) const = default;
 };
 
 // One session at a relay daemon.
@@ -43,19 +49,27 @@ struct RelayedSession {
   RecordedInstant begin;
   std::optional<RecordedInstant> lost;  // when its connection was found to be broken
   std::optional<RecordedInstant> end;   // empty: LTTng did not answer
+
+  bool operator==(const RelayedSession&) const = default;
 };
 struct RecordedRelay {
   std::string address;
   std::vector<RelayedSession> sessions;
+
+  bool operator==(const RecordedRelay&) const = default;
 };
 
 struct RecordedKernel {
-  std::string route;
-  std::uint64_t buffer_size = 0;
-  std::uint64_t streams = 0;
+  std::string route;                    // "bpf", "tracefs"
+  std::uint64_t buffer_size = 0;        // bytes per CPU
+  std::uint64_t streams = 0;            // CPUs that recorded anything
   std::optional<std::uint64_t> events;  // empty: the manifest does not say
-  std::uint64_t lost_events = 0;
+  std::uint64_t lost_events = 0;  // overwritten before they were read, or dropped by the kernel
+  // Switches that the kernel did not tell although no buffer overran: the thread that leaves a CPU
+  // is not the one that entered it last.
   std::uint64_t untold_switches = 0;
+
+  bool operator==(const RecordedKernel&) const = default;
 };
 
 struct RecordedSession {
@@ -64,6 +78,8 @@ struct RecordedSession {
   std::uint64_t subbuf_size = 0;
   std::uint64_t num_subbuf = 0;
   std::int64_t flush_interval_ms = 0;
+
+  bool operator==(const RecordedSession&) const = default;
 };
 
 // A process whose `run_begin` was recorded.
@@ -71,18 +87,24 @@ struct RecordedProcess {
   std::int64_t pid = 0;
   std::string name;
   std::optional<std::int64_t> start_ns;  // process_start_ns of run_begin; empty: not known
+
+  bool operator==(const RecordedProcess&) const = default;
 };
 
 struct RecordedChannel {
   std::string name;
   std::uint64_t discarded_events = 0;
   std::uint64_t lost_packets = 0;
+
+  bool operator==(const RecordedChannel&) const = default;
 };
 
 struct RecordedFile {
   std::string path;  // below the manifest's directory, without "." and ".."
   std::uint64_t size = 0;
   std::string sha256;  // lower-case hex
+
+  bool operator==(const RecordedFile&) const = default;
 };
 
 struct RecordingManifest {
@@ -107,6 +129,8 @@ struct RecordingManifest {
   std::vector<RecordedChannel> channels;
   std::vector<std::string> problems;  // why the recording is not what was asked for
   std::vector<RecordedFile> files;    // of a recording in chunks: their manifests
+
+  bool operator==(const RecordingManifest&) const = default;
 };
 
 // As the file has it. What is no UTF-8 (names and arguments are bytes) becomes replacement
