@@ -1,6 +1,7 @@
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstring>
 #include <fstream>
 #include <system_error>
@@ -22,76 +23,167 @@ constexpr std::string_view kAnySchema = "cie.recording/";
 constexpr std::uintmax_t kLargest = 16U << 20U;
 constexpr int kDeepest = 8;
 
-Json in_json(const RecordedInstant& instant) {
-  return {{"monotonic_ns", instant.monotonic_ns}, {"realtime_ns", instant.realtime_ns}};
+// The members of each object, each key named once. `T` is an object that is written, or one that is
+// read. A visitor has
+//
+//   visit(key, member)
+//   visit.needed(key, number)      that every such object has
+//   visit.below(key, path)         that leads below the recording
+//   visit.present(key, optional)   that is written only where it is there
+//   visit.fixed(key, text)         that is written, and not read
+//   visit.object(key, visit_its)   an object whose members are this object's own
+//   visit.where(claim, visit_more) members that are written only where the claim is true
+template <typename T, typename Object>
+concept Is = std::same_as<std::remove_const_t<T>, Object>;
+
+void fields(auto& visit, Is<RecordedInstant> auto& i) {
+  visit("monotonic_ns", i.monotonic_ns);
+  visit("realtime_ns", i.realtime_ns);
 }
 
-Json in_json(const std::optional<RecordedInstant>& instant) {
-  return instant ? in_json(*instant) : Json(nullptr);
+void fields(auto& visit, Is<RecordedExit> auto& e) {
+  visit.present("status", e.code);
+  visit.present("signal", e.signal);
 }
 
-Json in_json(const std::optional<RecordedExit>& exit) {
-  if (!exit) return nullptr;
-  return exit->code ? Json{{"status", *exit->code}} : Json{{"signal", exit->signal.value_or(0)}};
+void fields(auto& visit, Is<RecordedSnapshot> auto& s) {
+  visit("reason", s.reason);
+  visit("held_ns", s.held_ns);
 }
 
-Json in_json(const std::optional<RecordedSnapshot>& snapshot) {
-  if (!snapshot) return nullptr;
-  return {{"reason", snapshot->reason}, {"held_ns", snapshot->held_ns}};
+void fields(auto& visit, Is<RelayedSession> auto& s) {
+  visit("path", s.path);
+  visit("begin", s.begin);
+  visit("lost", s.lost);
+  visit("end", s.end);
 }
 
-Json in_json(const std::optional<RecordedRelay>& relay) {
-  if (!relay) return nullptr;
-  Json sessions = Json::array();
-  for (const RelayedSession& session : relay->sessions) {
-    sessions.push_back({{"path", session.path},
-                        {"begin", in_json(session.begin)},
-                        {"lost", in_json(session.lost)},
-                        {"end", in_json(session.end)}});
+void fields(auto& visit, Is<RecordedRelay> auto& r) {
+  visit("address", r.address);
+  visit("sessions", r.sessions);
+}
+
+void fields(auto& visit, Is<RecordedKernel> auto& k) {
+  visit("route", k.route);
+  visit("buffer_size", k.buffer_size);
+  visit("streams", k.streams);
+  visit("events", k.events);
+  visit("lost_events", k.lost_events);
+  visit("untold_switches", k.untold_switches);
+}
+
+void fields(auto& visit, Is<RecordedSession> auto& s) {
+  visit("name", s.name);
+  visit("events", s.events);
+  visit("subbuf_size", s.subbuf_size);
+  visit("num_subbuf", s.num_subbuf);
+  visit("flush_interval_ms", s.flush_interval_ms);
+}
+
+void fields(auto& visit, Is<RecordedProcess> auto& p) {
+  visit.needed("pid", p.pid);
+  visit("name", p.name);
+  visit("start_ns", p.start_ns);
+}
+
+void fields(auto& visit, Is<RecordedChannel> auto& c) {
+  visit("name", c.name);
+  visit("discarded_events", c.discarded_events);
+  visit("lost_packets", c.lost_packets);
+}
+
+void fields(auto& visit, Is<RecordedFile> auto& f) {
+  visit.below("path", f.path);
+  visit.needed("size", f.size);
+  visit("sha256", f.sha256);
+}
+
+void fields(auto& visit, Is<RecordingManifest> auto& m) {
+  visit.fixed("schema", kSchema);
+  visit.object("tool", [&m](auto& tool) {
+    tool.fixed("name", "cie-record");
+    tool("version", m.tool_version);
+  });
+  visit("mode", m.mode);
+  visit("command", m.command);
+  visit("exit", m.exit);
+  visit("host", m.host);
+  visit("boot_id", m.boot_id);
+  visit("begin", m.begin);
+  visit("end", m.end);
+  visit("snapshot", m.snapshot);
+  visit("relay", m.relay);
+  visit("chunk", m.chunk);
+  visit("removed_chunks", m.removed_chunks);
+  visit("kernel_events", m.has_kernel_events);
+  visit.object("kernel", [&m](auto& kernel) {
+    kernel.where(m.has_kernel_events, [&] { fields(kernel, m.kernel); });
+    kernel.where(!m.has_kernel_events, [&] { kernel("reason", m.kernel_reason); });
+  });
+  visit("session", m.session);
+  visit("processes", m.processes);
+  visit("names_all_processes", m.names_all_processes);
+  visit("channels", m.channels);
+  visit("problems", m.problems);
+  visit("files", m.files);
+}
+
+class Writer {
+ public:
+  template <typename Value>
+  void operator()(const char* key, const Value& value) {
+    json_[key] = json_of(value);
   }
-  return {{"address", relay->address}, {"sessions", sessions}};
-}
+  template <typename Number>
+  void needed(const char* key, const Number& number) {
+    (*this)(key, number);
+  }
+  void below(const char* key, const std::string& path) { (*this)(key, path); }
+  template <typename Value>
+  void present(const char* key, const std::optional<Value>& value) {
+    if (value) (*this)(key, *value);
+  }
+  void fixed(const char* key, std::string_view text) { json_[key] = text; }
+  template <typename VisitIts>
+  void object(const char* key, const VisitIts& visit_its) {
+    Writer writer;
+    visit_its(writer);
+    json_[key] = std::move(writer.json_);
+  }
+  template <typename VisitMore>
+  void where(bool claim, const VisitMore& visit_more) {
+    if (claim) visit_more();
+  }
 
-Json kernel_of(const RecordingManifest& manifest) {
-  if (!manifest.has_kernel_events) return {{"reason", manifest.kernel_reason}};
-  const RecordedKernel& kernel = manifest.kernel;
-  return {{"route", kernel.route},
-          {"buffer_size", kernel.buffer_size},
-          {"streams", kernel.streams},
-          {"events", kernel.events.value_or(0)},
-          {"lost_events", kernel.lost_events},
-          {"untold_switches", kernel.untold_switches}};
-}
+  template <typename Object>
+  requires std::is_class_v<Object>
+  static Json json_of(const Object& object) {
+    Writer writer;
+    fields(writer, object);
+    return std::move(writer.json_);
+  }
 
-Json in_json(const RecordedProcess& process) {
-  return {{"pid", process.pid},
-          {"name", process.name},
-          {"start_ns", process.start_ns ? Json(*process.start_ns) : Json(nullptr)}};
-}
+ private:
+  template <typename Number>
+  requires std::is_arithmetic_v<Number>
+  static Json json_of(Number number) { return number; }
+  static Json json_of(const std::string& text) { return text; }
+  template <typename Value>
+  static Json json_of(const std::optional<Value>& value) {
+    return value ? json_of(*value) : Json(nullptr);
+  }
+  template <typename Item>
+  static Json json_of(const std::vector<Item>& items) {
+    Json list = Json::array();
+    for (const Item& item : items)
+      list.push_back(json_of(item));
+    return list;
+  }
 
-Json in_json(const RecordedChannel& channel) {
-  return {{"name", channel.name},
-          {"discarded_events", channel.discarded_events},
-          {"lost_packets", channel.lost_packets}};
-}
+  Json json_ = Json::object();
+};
 
-Json in_json(const RecordedFile& file) {
-  return {{"path", file.path}, {"size", file.size}, {"sha256", file.sha256}};
-}
-
-template <typename Item>
-Json list_of(const std::vector<Item>& items) {
-  Json list = Json::array();
-  for (const Item& item : items)
-    list.push_back(in_json(item));
-  return list;
-}
-
-Json in_json(const std::optional<std::uint64_t>& number) {
-  return number ? Json(*number) : Json(nullptr);
-}
-
-// A value of the document and how it is called in messages: "files[3].size".
+// A value of the document and how it is called in messages: "files[3].size". Visits its members.
 class Member {
  public:
   Member(const Parsed* json, std::string name) : json_(json), name_(std::move(name)) {}
@@ -147,64 +239,42 @@ class Member {
       items.push_back(std::move(item));
     }
   }
-  void read(RecordedInstant& instant) const {
-    (*this)["monotonic_ns"].read(instant.monotonic_ns);
-    (*this)["realtime_ns"].read(instant.realtime_ns);
-  }
   void read(RecordedExit& exit) const {
-    (*this)["status"].read(exit.code);
-    (*this)["signal"].read(exit.signal);
+    fields(*this, exit);
     require(exit.code.has_value() != exit.signal.has_value(), "a status or a signal");
   }
-  void read(RecordedSnapshot& snapshot) const {
-    (*this)["reason"].read(snapshot.reason);
-    (*this)["held_ns"].read(snapshot.held_ns);
+  template <typename Object>
+  requires std::is_class_v<Object>
+  void read(Object& object) const { fields(*this, object); }
+
+  template <typename Value>
+  void operator()(const char* key, Value& value) const {
+    (*this)[key].read(value);
   }
-  void read(RelayedSession& session) const {
-    (*this)["path"].read(session.path);
-    (*this)["begin"].read(session.begin);
-    (*this)["lost"].read(session.lost);
-    (*this)["end"].read(session.end);
+  template <typename Number>
+  void needed(const char* key, Number& number) const {
+    const Member member = (*this)[key];
+    member.require(member.is_there(), "an integer");
+    member.read(number);
   }
-  void read(RecordedRelay& relay) const {
-    (*this)["address"].read(relay.address);
-    (*this)["sessions"].read(relay.sessions);
+  void below(const char* key, std::string& path) const {
+    const Member member = (*this)[key];
+    member.read(path);
+    member.require(leads_below(path), "a path below the recording");
   }
-  void read(RecordedKernel& kernel) const {
-    (*this)["route"].read(kernel.route);
-    (*this)["buffer_size"].read(kernel.buffer_size);
-    (*this)["streams"].read(kernel.streams);
-    (*this)["events"].read(kernel.events);
-    (*this)["lost_events"].read(kernel.lost_events);
-    (*this)["untold_switches"].read(kernel.untold_switches);
+  template <typename Value>
+  void present(const char* key, std::optional<Value>& value) const {
+    (*this)(key, value);
   }
-  void read(RecordedSession& session) const {
-    (*this)["name"].read(session.name);
-    (*this)["events"].read(session.events);
-    (*this)["subbuf_size"].read(session.subbuf_size);
-    (*this)["num_subbuf"].read(session.num_subbuf);
-    (*this)["flush_interval_ms"].read(session.flush_interval_ms);
+  void fixed(const char* /*key*/, std::string_view /*text*/) const {}
+  template <typename VisitIts>
+  void object(const char* key, const VisitIts& visit_its) const {
+    const Member member = (*this)[key];
+    visit_its(member);
   }
-  void read(RecordedProcess& process) const {
-    const auto pid = (*this)["pid"];
-    pid.require(pid.is_there(), "an integer");
-    pid.read(process.pid);
-    (*this)["name"].read(process.name);
-    (*this)["start_ns"].read(process.start_ns);
-  }
-  void read(RecordedChannel& channel) const {
-    (*this)["name"].read(channel.name);
-    (*this)["discarded_events"].read(channel.discarded_events);
-    (*this)["lost_packets"].read(channel.lost_packets);
-  }
-  void read(RecordedFile& file) const {
-    const auto path = (*this)["path"];
-    path.read(file.path);
-    path.require(leads_below(file.path), "a path below the recording");
-    const auto size = (*this)["size"];
-    size.require(size.is_there(), "an integer");
-    size.read(file.size);
-    (*this)["sha256"].read(file.sha256);
+  template <typename VisitMore>
+  void where(bool /*claim*/, const VisitMore& visit_more) const {
+    visit_more();
   }
 
  private:
@@ -225,32 +295,6 @@ class Member {
   std::string name_;
 };
 
-RecordingManifest manifest_of(const Member& document) {
-  RecordingManifest manifest;
-  document["tool"]["version"].read(manifest.tool_version);
-  document["mode"].read(manifest.mode);
-  document["command"].read(manifest.command);
-  document["exit"].read(manifest.exit);
-  document["host"].read(manifest.host);
-  document["boot_id"].read(manifest.boot_id);
-  document["begin"].read(manifest.begin);
-  document["end"].read(manifest.end);
-  document["snapshot"].read(manifest.snapshot);
-  document["relay"].read(manifest.relay);
-  document["chunk"].read(manifest.chunk);
-  document["removed_chunks"].read(manifest.removed_chunks);
-  document["kernel_events"].read(manifest.has_kernel_events);
-  document["kernel"].read(manifest.kernel);
-  document["kernel"]["reason"].read(manifest.kernel_reason);
-  document["session"].read(manifest.session);
-  document["processes"].read(manifest.processes);
-  document["names_all_processes"].read(manifest.names_all_processes);
-  document["channels"].read(manifest.channels);
-  document["problems"].read(manifest.problems);
-  document["files"].read(manifest.files);
-  return manifest;
-}
-
 }  // namespace
 
 std::string describe(const RecordedExit& exit) {
@@ -262,34 +306,7 @@ std::string describe(const RecordedExit& exit) {
 }
 
 std::string to_json(const RecordingManifest& manifest) {
-  const RecordedSession& session = manifest.session;
-  const Json json{{"schema", kSchema},
-                  {"tool", {{"name", "cie-record"}, {"version", manifest.tool_version}}},
-                  {"mode", manifest.mode},
-                  {"command", manifest.command},
-                  {"exit", in_json(manifest.exit)},
-                  {"host", manifest.host},
-                  {"boot_id", manifest.boot_id},
-                  {"begin", in_json(manifest.begin)},
-                  {"end", in_json(manifest.end)},
-                  {"snapshot", in_json(manifest.snapshot)},
-                  {"relay", in_json(manifest.relay)},
-                  {"chunk", in_json(manifest.chunk)},
-                  {"removed_chunks", in_json(manifest.removed_chunks)},
-                  {"kernel_events", manifest.has_kernel_events},
-                  {"kernel", kernel_of(manifest)},
-                  {"session",
-                   {{"name", session.name},
-                    {"events", session.events},
-                    {"subbuf_size", session.subbuf_size},
-                    {"num_subbuf", session.num_subbuf},
-                    {"flush_interval_ms", session.flush_interval_ms}}},
-                  {"processes", list_of(manifest.processes)},
-                  {"names_all_processes", manifest.names_all_processes},
-                  {"channels", list_of(manifest.channels)},
-                  {"problems", manifest.problems},
-                  {"files", list_of(manifest.files)}};
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return Writer::json_of(manifest).dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 std::optional<RecordingManifest> parse_recording_manifest(std::string_view text) {
@@ -313,7 +330,9 @@ std::optional<RecordingManifest> parse_recording_manifest(std::string_view text)
     throw ManifestError("it is of a kind that this program does not know, " +
                         Parsed(name).dump(-1, ' ', true, Parsed::error_handler_t::replace));
   }
-  return manifest_of(Member(&json, {}));
+  RecordingManifest manifest;
+  Member(&json, {}).read(manifest);
+  return manifest;
 }
 
 std::optional<RecordingManifest> load_recording_manifest(const fs::path& directory) {
