@@ -1,14 +1,16 @@
 // cie-collect: receives what `cie record --to` of several machines sends.
 #include "base/help_text.hpp"
 #include "base/messages.hpp"
+#include "base/network_address.hpp"
 #include "collection.hpp"
-#include "options/options.hpp"
+#include "system/connection.hpp"
 #include "system/error.hpp"
 #include "version.hpp"
 
-#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -24,17 +26,17 @@ int wrong_usage(const std::string& what) {
   return kUsage;
 }
 
-// "ADDRESS", "ADDRESS:PORT" or "PORT".
-cie::record::NetworkAddress listen_address(const std::string& text) {
-  const bool is_port =
-      !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
-  auto address = cie::record::parse_address("--listen", is_port ? "127.0.0.1:" + text : text,
-                                            cie::record::kRelayPort);
-  if (address.port > UINT16_MAX - 2) {
-    throw cie::record::UsageError(fmt::format(
-        "--listen: three ports follow each other; there are none after {}", address.port));
+cie::NetworkAddress listen_address(const std::string& text) {
+  const auto address = cie::parse_listen_address(text, cie::record::kRelayPort);
+  if (!address) {
+    throw cie::record::UsageError(
+        fmt::format("--listen takes PORT, HOST or HOST:PORT, of IPv6 [HOST]:PORT: \"{}\"", text));
   }
-  return address;
+  if (address->port > UINT16_MAX - 2) {
+    throw cie::record::UsageError(fmt::format(
+        "--listen: three ports follow each other; there are none after {}", address->port));
+  }
+  return *address;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "lttng/relay_daemon.hpp"
-#include "system/network_address.hpp"
+#include "system/connection.hpp"
 #include "system/signals.hpp"
 
 #include <filesystem>

@@ -44,11 +44,11 @@ add_library(cie_recorder STATIC
   recorder/options/command_line.cpp
   recorder/record.cpp
   recorder/system/child_process.cpp
+  recorder/system/connection.cpp
   recorder/system/console.cpp
   recorder/system/directory_claim.cpp
   recorder/system/error.cpp
   recorder/system/instant.cpp
-  recorder/system/network_address.cpp
   recorder/system/processes.cpp
   recorder/system/signals.cpp
   recorder/system/temporary_directory.cpp

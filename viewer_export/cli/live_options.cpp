@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include <unistd.h>
 
@@ -49,23 +50,13 @@ double number_of(const std::string& option, const std::string& text, double leas
   return value;
 }
 
-// "PORT", "ADDRESS:PORT" or "[ADDRESS]:PORT".
-void parse_listen(const std::string& text, LiveOptions& options) {
-  const auto colon = text.rfind(':');
-  options.listen_address = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
-  auto& address = options.listen_address;
-  if (address.size() > 2 && address.front() == '[' && address.back() == ']') {
-    address = address.substr(1, address.size() - 2);
-  }
-  std::uint16_t port = 0;
-  const auto* begin = text.data() + (colon == std::string::npos ? 0 : colon + 1);
-  const auto* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(begin, end, port);
-  if (error != std::errc{} || rest != end || begin == end || address.empty()) {
+NetworkAddress listen_address(const std::string& text) {
+  auto address = parse_listen_address(text, std::nullopt);
+  if (!address) {
     throw UsageError("--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: \"" +
                      text + '"');
   }
-  options.listen_port = port;
+  return *std::move(address);
 }
 
 // The limits of --save-snapshot; empty: not given.
@@ -162,7 +153,7 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   const auto key = live::sort_key(sort);
   check_choice("--sort", sort, {"p99", "p50", "max", "rate", "late", "missed", "name"});
   options.sort = *key;
-  if (!listen.empty()) parse_listen(listen, options);
+  if (!listen.empty()) options.listen = listen_address(listen);
   parse_saving(most, least_interval, options);
   options.view = view_of(is_batch, is_json, !listen.empty());
   if (options.with_instances && !is_json) throw UsageError("--instances goes with --json");

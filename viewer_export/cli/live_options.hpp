@@ -1,6 +1,7 @@
 // What the user asks of `cie live`.
 #pragma once
 
+#include "base/network_address.hpp"
 #include "choice.hpp"
 #include "commands.hpp"
 #include "save_trigger.hpp"
@@ -25,9 +26,8 @@ struct LiveOptions {
   bool with_instances = false;
   live::SortKey sort = live::SortKey::response;
   std::string filter;
-  std::string listen_address;  // empty: no server
-  std::uint16_t listen_port = 0;
-  std::string flight_directory;  // of a recorder that keeps snapshots; empty: none
+  std::optional<NetworkAddress> listen;  // where; empty: no server
+  std::string flight_directory;          // of a recorder that keeps snapshots; empty: none
   live::SaveLimits save_limits;
 };
 

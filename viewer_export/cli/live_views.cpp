@@ -46,8 +46,8 @@ LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
     : options_(options),
       history_(history),
       pages_(history, options.sort, options.filter, style_of(true)) {
-  if (!options.listen_address.empty()) {
-    server_.emplace(options.listen_address, options.listen_port);
+  if (options.listen) {
+    server_.emplace(options.listen->host, options.listen->port);
     const auto note = fmt::format("{} and {}metrics", server_->url(), server_->url());
     fmt::print(stderr, "cie live: {}\n", note);
     const bool is_open = !server_->is_loopback();

@@ -2,10 +2,12 @@
 #include "base/clock.hpp"
 #include "base/file_descriptor.hpp"
 #include "base/machine.hpp"
+#include "base/network_address.hpp"
 #include "base/text.hpp"
 #include "base/uuid.hpp"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,6 +57,45 @@ TEST(Clocks, ArePairedBetweenLooksAtEach) {
   const ClockPair pair = read_clocks();
   EXPECT_GE(pair.monotonic_ns, before);
   EXPECT_LE(pair.monotonic_ns, now_ns(CLOCK_MONOTONIC));
+}
+
+// Of addresses with a port that may be left out, and of those that have one.
+std::string read_address(std::string_view text) {
+  const auto address = parse_address(text, 5342);
+  return address ? address->host + ' ' + std::to_string(address->port) : "none";
+}
+std::string read_listen_address(std::string_view text) {
+  const auto address = parse_listen_address(text, std::nullopt);
+  return address ? address->host + ' ' + std::to_string(address->port) : "none";
+}
+
+TEST(Addresses, HaveAPortOrTheDefaultOne) {
+  EXPECT_EQ(read_address("desk"), "desk 5342");
+  EXPECT_EQ(read_address("desk:7"), "desk 7");
+  EXPECT_EQ(read_address("::1"), "::1 5342");
+  EXPECT_EQ(read_address("[::1]"), "::1 5342");
+  EXPECT_EQ(read_address("[::1]:7"), "::1 7");
+  for (const char* text : {"", ":7", "desk:", "desk:x", "desk:65536", "desk:-1", "[::1", "[]:7",
+                           "[::1]7", "[::1]:", "a b", "a/b", "me@desk"}) {
+    EXPECT_EQ(read_address(text), "none") << text;
+  }
+}
+
+TEST(Addresses, ToListenAtMayBeAPortOfThisMachine) {
+  EXPECT_EQ(read_listen_address("9464"), "127.0.0.1 9464");
+  EXPECT_EQ(read_listen_address("0"), "127.0.0.1 0");
+  EXPECT_EQ(read_listen_address("0.0.0.0:9464"), "0.0.0.0 9464");
+  EXPECT_EQ(read_listen_address("[::]:9464"), ":: 9464");
+  EXPECT_EQ(read_listen_address("::1:9464"), "::1 9464") << "there has to be a port";
+  for (const char* text : {"", "65536", ":9464", "127.0.0.1:", "localhost", "[::1]"}) {
+    EXPECT_EQ(read_listen_address(text), "none") << text;
+  }
+}
+
+TEST(Addresses, AreWrittenAsTheyAreRead) {
+  EXPECT_EQ((NetworkAddress{.host = "desk", .port = 7}).text(), "desk:7");
+  EXPECT_EQ((NetworkAddress{.host = "::1", .port = 7}).text(), "[::1]:7");
+  EXPECT_EQ((NetworkAddress{.host = "::1", .port = 7}).url(), "tcp6://[::1]:7");
 }
 
 TEST(Joined, HasSeparatorsBetweenTextsOnly) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "system/child_process.hpp"
-#include "system/network_address.hpp"
+#include "system/connection.hpp"
 #include "system/temporary_directory.hpp"
 
 #include <cstdint>

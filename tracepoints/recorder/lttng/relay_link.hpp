@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/file_descriptor.hpp"
-#include "system/network_address.hpp"
+#include "system/connection.hpp"
 
 #include <chrono>
 #include <string>

@@ -1,6 +1,7 @@
 #include "options/command_line.hpp"
 
 #include "base/help_text.hpp"
+#include "system/connection.hpp"
 #include "system/error.hpp"
 #include "version.hpp"
 
@@ -194,7 +195,11 @@ void apply_relay(Options& options, std::string_view text) {
   for (const std::string_view protocol : {"net://", "tcp://"}) {
     if (text.starts_with(protocol)) text.remove_prefix(protocol.size());
   }
-  options.relay = parse_address("--to", text, kRelayPort);
+  options.relay = parse_address(text, kRelayPort);
+  if (!options.relay) {
+    throw UsageError(
+        fmt::format("--to takes HOST or HOST:PORT, of IPv6 [HOST]:PORT: \"{}\"", text));
+  }
   if (options.relay->port == 0 || options.relay->port == UINT16_MAX) {
     throw UsageError(fmt::format("--to: no relay daemon has port {}", options.relay->port));
   }
@@ -389,10 +394,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
   options.live_interval = std::chrono::milliseconds(live_interval_ms);
-  options.registration_timeout =
-      std::chrono::milliseconds(static_cast<std::int64_t>(registration_s * 1000));
+  options.registration_timeout = milliseconds_of(registration_s);
   if (duration->count() > 0) {
-    options.duration = std::chrono::milliseconds(static_cast<std::int64_t>(duration_s * 1000));
+    options.duration = milliseconds_of(duration_s);
   }
   options.directory = std::filesystem::absolute(directory.empty() ? default_directory() : directory)
                           .lexically_normal();

@@ -1,8 +1,8 @@
 // What the user asks of cie-record.
 #pragma once
 
+#include "base/network_address.hpp"
 #include "kernel/kernel_source.hpp"
-#include "system/network_address.hpp"
 
 #include <chrono>
 #include <cstdint>

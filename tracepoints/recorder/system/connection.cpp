@@ -1,22 +1,16 @@
-#include "system/network_address.hpp"
-
-#include "system/error.hpp"
+#include "system/connection.hpp"
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <memory>
 
-#include <fmt/format.h>
 #include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
 
 namespace cie::record {
 namespace {
-
-bool is_ipv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
 // 0, or an errno.
 int connect_within(int socket, const addrinfo& to, std::chrono::milliseconds patience) {
@@ -41,42 +35,6 @@ std::string numeric_host(const addrinfo& address) {
 }
 
 }  // namespace
-
-std::string NetworkAddress::text() const {
-  return is_ipv6(host) ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port);
-}
-
-std::string NetworkAddress::url() const { return (is_ipv6(host) ? "tcp6://" : "tcp://") + text(); }
-
-NetworkAddress parse_address(std::string_view option, std::string_view text,
-                             std::uint16_t default_port) {
-  NetworkAddress address{.host = std::string(text), .port = default_port};
-  const bool is_bracketed = text.starts_with('[');
-  const auto end_of_host = is_bracketed ? text.find(']') : text.rfind(':');
-  std::string_view port;
-  bool is_valid = true;
-  if (is_bracketed) {
-    is_valid = end_of_host != std::string_view::npos;
-    address.host = text.substr(1, is_valid ? end_of_host - 1 : 0);
-    if (is_valid) port = text.substr(end_of_host + 1);
-    is_valid = is_valid && (port.empty() || port.starts_with(':'));
-  } else if (end_of_host != std::string_view::npos && text.find(':') == end_of_host) {
-    address.host = text.substr(0, end_of_host);
-    port = text.substr(end_of_host);
-  }
-  if (is_valid && !port.empty()) {
-    port.remove_prefix(1);
-    const auto [rest, error] =
-        std::from_chars(port.data(), port.data() + port.size(), address.port);
-    is_valid = error == std::errc{} && rest == port.data() + port.size() && !port.empty();
-  }
-  const bool is_plain = address.host.find_first_of("/@ \t\n") == std::string::npos;
-  if (!is_valid || address.host.empty() || !is_plain) {
-    throw UsageError(std::string(option) + " takes HOST or HOST:PORT, of IPv6 [HOST]:PORT: \"" +
-                     std::string(text) + '"');
-  }
-  return address;
-}
 
 FoundAddresses look_up(const NetworkAddress& address, int flags) {
   addrinfo hints{};

@@ -1,13 +1,13 @@
-// Where a relay daemon listens: addresses as users write them, and connections to them.
+// Connections to where a relay daemon listens.
 #pragma once
 
 #include "base/file_descriptor.hpp"
+#include "base/network_address.hpp"
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include <netdb.h>
 
@@ -15,20 +15,6 @@ namespace cie::record {
 
 // LTTng's own ports. Of one relay daemon they follow each other: control, data, live.
 inline constexpr std::uint16_t kRelayPort = 5342;
-
-struct NetworkAddress {
-  std::string host;  // name or number; of IPv6 without brackets
-  std::uint16_t port = 0;
-
-  // "HOST:PORT", of IPv6 "[HOST]:PORT".
-  std::string text() const;
-  // The same as LTTng wants it, "tcp://HOST:PORT" or "tcp6://[HOST]:PORT". A name is IPv4's.
-  std::string url() const;
-};
-
-// "HOST", "HOST:PORT", "[HOST]:PORT". Throws UsageError, naming `option`.
-NetworkAddress parse_address(std::string_view option, std::string_view text,
-                             std::uint16_t default_port);
 
 struct FreeAddresses {
   void operator()(addrinfo* list) const noexcept { freeaddrinfo(list); }
