@@ -1,6 +1,5 @@
 // cie-record with a real session daemon: what a recording contains, and what it says of itself.
-#include "sandbox.hpp"
-#include "trace_text.hpp"
+#include "recording.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,7 +14,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/mount.h>
 #include <unistd.h>
 
 namespace cie::test {
@@ -26,101 +23,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-class Record : public ::testing::TestWithParam<User> {
- protected:
-  void SetUp() override {
-    if (!sandbox_.skip_reason().empty()) GTEST_SKIP() << sandbox_.skip_reason();
-  }
-
-  fs::path path(const std::string& name) const { return sandbox_.directory() / name; }
-
-  // cie-record -o NAME [OPTIONS] -- traced_app ARGUMENTS
-  static std::vector<std::string> recording(const std::string& name,
-                                            const std::vector<std::string>& arguments,
-                                            const std::vector<std::string>& options = {}) {
-    std::vector<std::string> command{CIE_RECORD, "-o", name};
-    command.insert(command.end(), options.begin(), options.end());
-    command.insert(command.end(), {"--", CIE_TRACED_APP});
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
-  }
-
-  json manifest(const std::string& name) const {
-    return json::parse(read_file(path(name) / "manifest.json"));
-  }
-
-  // The pid that traced_app wrote once everything was registered.
-  pid_t wait_until_ready(const std::string& file) const {
-    EXPECT_TRUE(eventually([&] { return fs::exists(path(file)); })) << "the application hangs";
-    return static_cast<pid_t>(std::stoi(read_file(path(file))));
-  }
-
-  // Until everything that describes the application and 20 of its instances are on the disk, which
-  // takes a short --flush-interval.
-  void wait_until_recorded(const std::string& name) const {
-    EXPECT_TRUE(eventually([&] {
-      if (!fs::exists(path(name) / "ust")) return false;
-      const TextTrace trace = read_trace(path(name));
-      // An application that runs already tells the parameters of its threads, too.
-      const bool is_sched_due = has_all({"run_begin"}, trace) &&
-                                trace.all("run_begin").front().label("moment") == "announce";
-      return has_all({"run_begin", "node_init", "group_init", "callback_init", "publisher_init",
-                      "thread_init", is_sched_due ? "thread_sched" : "thread_init", "clock_sync"},
-                     trace) &&
-             trace.all("callback_init").size() >= 2 && trace.all("callback_end").size() >= 40;
-    })) << name
-        << " stays empty";
-  }
-
-  static bool has_all(const std::vector<const char*>& names, const TextTrace& trace) {
-    return std::ranges::all_of(names, [&](const char* name) { return !trace.all(name).empty(); });
-  }
-
-  // Records a burst with buffers that are too small for it: recorded + discarded = emitted.
-  // `before`: words in front of the command.
-  void expect_exact_counts_of_a_burst(const std::vector<std::string>& before);
-
-  Sandbox sandbox_{GetParam()};
-};
-
-// Numbers of one callback's starts, in order.
-std::vector<std::int64_t> starts_of(const TextTrace& trace, std::int64_t callback) {
-  std::vector<std::int64_t> result;
-  for (const TextEvent& event : trace.all("callback_start")) {
-    if (event.integer("callback_id") == callback) {
-      result.push_back(event.integer("seq"));
-    }
-  }
-  return result;
-}
-
-std::vector<std::int64_t> sequence(std::int64_t from, std::size_t count) {
-  std::vector<std::int64_t> result(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    result[i] = from + static_cast<std::int64_t>(i);
-  }
-  return result;
-}
-
-// Everything registered is described, whatever moment the description is of.
-void expect_all_state(const TextTrace& trace, const std::string& moment) {
-  ASSERT_FALSE(trace.events.empty());
-  ASSERT_FALSE(trace.all("run_begin").empty());
-  EXPECT_EQ(trace.all("run_begin").front().label("moment"), moment);
-  EXPECT_EQ(trace.all("run_begin").front().label("executor"), "isolated");
-  EXPECT_EQ(trace.all("run_begin").front().integer("contract_version"), 1);
-  std::set<std::string> kinds;
-  for (const TextEvent& event : trace.all("callback_init")) {
-    kinds.insert(event.label("kind") + " " + event.label("logical_id"));
-  }
-  EXPECT_EQ(kinds, (std::set<std::string>{"timer /test/node@Timer(1000000)",
-                                          "subscription /test/node@Subscription(/test/topic)"}));
-  EXPECT_EQ(trace.all("node_init").front().label("name"), "/test/node");
-  EXPECT_EQ(trace.all("group_init").front().label("type"), "mutually_exclusive");
-  EXPECT_EQ(trace.all("publisher_init").front().label("topic"), "/test/topic");
-  EXPECT_EQ(trace.all("thread_init").front().label("role"), "pool");
-}
 
 TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
   constexpr std::size_t kInstances = 300;
@@ -246,7 +148,14 @@ TEST_P(Record, EndsAnApplicationThatIgnoresSignalsAndKeepsWhatWasRecorded) {
   EXPECT_GE(starts_of(read_trace(path("rec")), 0).size(), 20U);
 }
 
-void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
+// A burst with buffers that are too small for it: recorded + discarded = emitted.
+class BurstRecord : public Record {
+ protected:
+  // `before`: words in front of the command.
+  void expect_exact_counts_of_a_burst(const std::vector<std::string>& before);
+};
+
+void BurstRecord::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
   constexpr std::int64_t kBurst = 20'000;
   constexpr std::int64_t kEventsPerInstance = 6;  // two starts, two ends, publish, release
   std::vector<std::string> command = before;
@@ -279,19 +188,12 @@ void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& befo
   EXPECT_EQ(trace.events.back().name, "run_end");
 }
 
-TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) { expect_exact_counts_of_a_burst({}); }
+TEST_P(BurstRecord, CountsExactlyWhatTinyBuffersDiscard) { expect_exact_counts_of_a_burst({}); }
 
 // The buffers are full when the application ends and when the session stops, so what they discarded
 // at last stands in no packet that is closed then.
-TEST_P(Record, CountsExactlyWhatIsDiscardedAheadOfALateConsumerDaemon) {
+TEST_P(BurstRecord, CountsExactlyWhatIsDiscardedAheadOfALateConsumerDaemon) {
   expect_exact_counts_of_a_burst({"env", "LD_PRELOAD=" CIE_LATE_CONSUMER});
-}
-
-TEST_P(Record, SaysThatTheSessionDaemonWentAwayAtTheEnd) {
-  const Finished result = sandbox_.run({"env", "LD_PRELOAD=" CIE_LOST_DAEMON, CIE_RECORD, "-o",
-                                        "rec", "--", CIE_TRACED_APP, "--instances", "10"});
-  EXPECT_EQ(result.status, 4);
-  EXPECT_THAT(result.err, HasSubstr("went away while it finished the session"));
 }
 
 // Rule T3: no announcement may promise a start that came before it.
@@ -413,109 +315,11 @@ TEST_P(Record, PassesSignalsOnAndEndsWithTheCommand) {
   EXPECT_EQ(trace.events.back().name, "run_end");
 }
 
-TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
-  Running recorder = sandbox_.start(recording(
-      "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
-  const pid_t application = wait_until_ready("pid");
-  wait_until_recorded("rec");
-  const Finished daemons =
-      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
-  ASSERT_FALSE(daemons.out.empty());
-  const auto daemon = static_cast<pid_t>(std::stoi(daemons.out));
-  const Finished consumers =
-      sandbox_.run({"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(daemon)});
-  ASSERT_FALSE(consumers.out.empty());
-  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
-  kill(daemon, SIGKILL);
-  const std::string message = "the session daemon ended: nothing more is recorded";
-  EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
-  kill(application, SIGTERM);
-  const Finished result = recorder.wait();
-  EXPECT_EQ(result.status, 4);
-  EXPECT_THAT(result.err, HasSubstr("the session daemon ended during the recording"));
-  EXPECT_EQ(manifest("rec")["problems"].size(), 1U);
-
-  const TextTrace trace = read_trace(path("rec"));
-  EXPECT_TRUE(trace.is_readable);
-  expect_all_state(trace, "start");
-  EXPECT_GE(starts_of(trace, 0).size(), 10U);
-}
-
-TEST_P(Record, RefusesWhatItCannotDoInOneSentence) {
-  struct Case {
-    std::vector<std::string> arguments;
-    int status;
-    std::string message;
-  };
-  const std::vector<Case> cases{
-      {{"--attch"}, 2, "--attch"},
-      {{}, 2, "nothing to record"},
-      {{"--attach", "--", "true"}, 2, "takes no command"},
-      {{"--duration", "1", "--", "true"}, 2, "--attach"},
-      {{"--snapshot", "--", "true"}, 2, "--snapshot"},
-      {{"--live", "tcp://localhost:0", "--", "true"}, 2, "--to"},
-      {{"-o", "rec", "--to", "127.0.0.1:1", "--", "true"},
-       4,
-       "no relay daemon answers at 127.0.0.1:1"},
-      {{"-o", "rec", "--to", "no host", "--", "true"}, 2, "HOST:PORT"},
-      {{"--subbuf-size", "5000", "--", "true"}, 2, "power of two"},
-      {{"-o", "rec", "--", "/no/such/program"}, 4, "cannot run \"/no/such/program\""},
-      {{"-o", "/proc/rec", "--", "true"}, 4, "cannot create \"/proc/rec\""},
-  };
-  for (const Case& entry : cases) {
-    std::vector<std::string> command{CIE_RECORD};
-    command.insert(command.end(), entry.arguments.begin(), entry.arguments.end());
-    const Finished result = sandbox_.run(command);
-    EXPECT_EQ(result.status, entry.status) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(entry.message));
-    const bool is_usage = entry.status == 2;
-    EXPECT_EQ(std::ranges::count(result.err, '\n'), is_usage ? 2 : 1) << result.err;
-    EXPECT_EQ(result.err.ends_with("\nTry: cie record --help\n"), is_usage) << result.err;
-  }
-  EXPECT_FALSE(fs::exists(path("rec"))) << "a command that cannot run leaves nothing behind";
-}
-
-TEST_P(Record, NeverOverwrites) {
-  ASSERT_EQ(sandbox_.run(recording("rec", {"--instances", "5"})).status, 0);
-  const std::string before = read_file(path("rec/manifest.json"));
-  const Finished result = sandbox_.run(recording("rec", {"--instances", "5"}));
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.err, HasSubstr("exists already"));
-  EXPECT_EQ(read_file(path("rec/manifest.json")), before);
-}
-
-TEST_P(Record, GoesOnWhenItsMessagesCannotBeWritten) {
-  std::vector<std::string> command{"sh", "-c", "exec \"$@\" 2>/dev/full", "sh"};
-  std::ranges::copy(recording("rec", {"--instances", "5"}), std::back_inserter(command));
-  EXPECT_EQ(sandbox_.run(command).status, 0);
-  EXPECT_TRUE(manifest("rec")["problems"].empty());
-}
-
-TEST_P(Record, FailsWhenNothingRegistered) {
-  const Finished result = sandbox_.run(
-      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "1.5"});
-  EXPECT_EQ(result.status, 4);
-  EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
-  EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
-}
-
-TEST_P(Record, SaysWhenTheDiskWasFull) {
-  if (geteuid() != 0) {
-    GTEST_SKIP() << "not possible here: needs root to mount a small file system";
-  }
-  fs::create_directory(path("small"));
-  ASSERT_EQ(mount("none", path("small").c_str(), "tmpfs", 0, "size=256k,mode=777"), 0);
-  const Finished result =
-      sandbox_.run(recording("small/rec", {"--burst", "200000", "--instances", "0"}));
-  umount2(path("small").c_str(), MNT_DETACH);
-  EXPECT_EQ(result.status, 4) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("THE RECORDING FAILED"));
-}
-
 INSTANTIATE_TEST_SUITE_P(As, Record, ::testing::Values(User::current, User::ordinary),
-                         [](const auto& test) {
-                           return test.param == User::current ? "CurrentUser" : "OrdinaryUser";
-                         });
+                         name_of_user);
+
+INSTANTIATE_TEST_SUITE_P(As, BurstRecord, ::testing::Values(User::current, User::ordinary),
+                         name_of_user);
 
 }  // namespace
 }  // namespace cie::test

@@ -1,0 +1,134 @@
+// cie-record with a real session daemon: what cannot be recorded, and how it says so.
+#include "recording.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+namespace cie::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class FailingRecord : public Record {};
+
+TEST_P(FailingRecord, SaysThatTheSessionDaemonWentAwayAtTheEnd) {
+  const Finished result = sandbox_.run({"env", "LD_PRELOAD=" CIE_LOST_DAEMON, CIE_RECORD, "-o",
+                                        "rec", "--", CIE_TRACED_APP, "--instances", "10"});
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("went away while it finished the session"));
+}
+
+TEST_P(FailingRecord, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
+  Running recorder = sandbox_.start(recording(
+      "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
+  const pid_t application = wait_until_ready("pid");
+  wait_until_recorded("rec");
+  const Finished daemons =
+      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
+  ASSERT_FALSE(daemons.out.empty());
+  const auto daemon = static_cast<pid_t>(std::stoi(daemons.out));
+  const Finished consumers =
+      sandbox_.run({"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(daemon)});
+  ASSERT_FALSE(consumers.out.empty());
+  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
+  kill(daemon, SIGKILL);
+  const std::string message = "the session daemon ended: nothing more is recorded";
+  EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
+  kill(application, SIGTERM);
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("the session daemon ended during the recording"));
+  EXPECT_EQ(manifest("rec")["problems"].size(), 1U);
+
+  const TextTrace trace = read_trace(path("rec"));
+  EXPECT_TRUE(trace.is_readable);
+  expect_all_state(trace, "start");
+  EXPECT_GE(starts_of(trace, 0).size(), 10U);
+}
+
+TEST_P(FailingRecord, RefusesWhatItCannotDoInOneSentence) {
+  struct Case {
+    std::vector<std::string> arguments;
+    int status;
+    std::string message;
+  };
+  const std::vector<Case> cases{
+      {{"--attch"}, 2, "--attch"},
+      {{}, 2, "nothing to record"},
+      {{"--attach", "--", "true"}, 2, "takes no command"},
+      {{"--duration", "1", "--", "true"}, 2, "--attach"},
+      {{"--snapshot", "--", "true"}, 2, "--snapshot"},
+      {{"--live", "tcp://localhost:0", "--", "true"}, 2, "--to"},
+      {{"-o", "rec", "--to", "127.0.0.1:1", "--", "true"},
+       4,
+       "no relay daemon answers at 127.0.0.1:1"},
+      {{"-o", "rec", "--to", "no host", "--", "true"}, 2, "HOST:PORT"},
+      {{"--subbuf-size", "5000", "--", "true"}, 2, "power of two"},
+      {{"-o", "rec", "--", "/no/such/program"}, 4, "cannot run \"/no/such/program\""},
+      {{"-o", "/proc/rec", "--", "true"}, 4, "cannot create \"/proc/rec\""},
+  };
+  for (const Case& entry : cases) {
+    std::vector<std::string> command{CIE_RECORD};
+    command.insert(command.end(), entry.arguments.begin(), entry.arguments.end());
+    const Finished result = sandbox_.run(command);
+    EXPECT_EQ(result.status, entry.status) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(entry.message));
+    const bool is_usage = entry.status == 2;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), is_usage ? 2 : 1) << result.err;
+    EXPECT_EQ(result.err.ends_with("\nTry: cie record --help\n"), is_usage) << result.err;
+  }
+  EXPECT_FALSE(fs::exists(path("rec"))) << "a command that cannot run leaves nothing behind";
+}
+
+TEST_P(FailingRecord, NeverOverwrites) {
+  ASSERT_EQ(sandbox_.run(recording("rec", {"--instances", "5"})).status, 0);
+  const std::string before = read_file(path("rec/manifest.json"));
+  const Finished result = sandbox_.run(recording("rec", {"--instances", "5"}));
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.err, HasSubstr("exists already"));
+  EXPECT_EQ(read_file(path("rec/manifest.json")), before);
+}
+
+TEST_P(FailingRecord, GoesOnWhenItsMessagesCannotBeWritten) {
+  std::vector<std::string> command{"sh", "-c", "exec \"$@\" 2>/dev/full", "sh"};
+  std::ranges::copy(recording("rec", {"--instances", "5"}), std::back_inserter(command));
+  EXPECT_EQ(sandbox_.run(command).status, 0);
+  EXPECT_TRUE(manifest("rec")["problems"].empty());
+}
+
+TEST_P(FailingRecord, FailsWhenNothingRegistered) {
+  const Finished result = sandbox_.run(
+      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "1.5"});
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
+  EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
+}
+
+TEST_P(FailingRecord, SaysWhenTheDiskWasFull) {
+  if (geteuid() != 0) {
+    GTEST_SKIP() << "not possible here: needs root to mount a small file system";
+  }
+  fs::create_directory(path("small"));
+  ASSERT_EQ(mount("none", path("small").c_str(), "tmpfs", 0, "size=256k,mode=777"), 0);
+  const Finished result =
+      sandbox_.run(recording("small/rec", {"--burst", "200000", "--instances", "0"}));
+  umount2(path("small").c_str(), MNT_DETACH);
+  EXPECT_EQ(result.status, 4) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("THE RECORDING FAILED"));
+}
+
+INSTANTIATE_TEST_SUITE_P(As, FailingRecord, ::testing::Values(User::current, User::ordinary),
+                         name_of_user);
+
+}  // namespace
+}  // namespace cie::test
