@@ -200,6 +200,13 @@ class References(unittest.TestCase):
         self.assertGreater(len(told), 50)
         self.assertEqual(sorted([*written, "schema"]), sorted(told), "each as often as objects have it")
 
+    def test_every_key_of_a_manifest_is_told(self):
+        written = re.findall(r'\b(?:visit|tool|kernel)(?:\.\w+)?\("(\w+)"',
+                             read("tracepoints", "schema", "recording_manifest.cpp"))
+        block, = blocks(read("viewer_export", "docs", "reference.md"), "json keys of recording")
+        self.assertGreater(len(written), 40)
+        self.assertEqual(sorted(written), sorted(re.findall(r'"(\w+)":', block)), "each as often as objects have it")
+
     def test_nodes_of_orders_are_the_examples(self):
         app = read("executor", "examples", "components", "app.yaml")
         nodes = {f"{space}/{name}" for name, space in re.findall(r"name: (\w+)\n +namespace: (\S+)", app)}
@@ -213,7 +220,8 @@ class References(unittest.TestCase):
         spec = ("--spec", SPEC)
         for name, words in {"report": ("report", BEFORE, *spec), "verify": ("verify", BEFORE, *spec),
                             "diff": ("diff", BEFORE, AFTER, *spec),
-                            "schedulability": ("analyze", "schedulability", AFTER, *spec)}.items():
+                            "schedulability": ("analyze", "schedulability", AFTER, *spec),
+                            "doctor": ("doctor", "--root", EXAMPLES)}.items():
             block, = blocks(page, f"json keys of {name}")
             told = keys(json.loads(block))
             given = keys(json.loads(PROGRAMS.run("cie", *words, "-f", "json").stdout))
