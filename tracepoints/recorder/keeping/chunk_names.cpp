@@ -42,6 +42,10 @@ fs::path kernel_part_directory(const fs::path& recording, std::uint64_t number) 
 
 bool is_kernel_part(const fs::path& directory) { return has_prefix(directory, kKernelPrefix); }
 
+fs::path snapshot_directory(const fs::path& recording, std::uint64_t number) {
+  return recording / fmt::format("snapshot-{:03}", number);
+}
+
 std::vector<fs::path> directories_in(const fs::path& directory) {
   std::vector<fs::path> found;
   if (fs::is_directory(directory)) {

@@ -1,4 +1,4 @@
-// Where the chunks of a recording are, and what belongs to them.
+// Where the chunks or snapshots of a recording are, and what belongs to them.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,10 @@ std::uint64_t chunk_number(const std::filesystem::path& directory);
 std::filesystem::path kernel_part_directory(const std::filesystem::path& recording,
                                             std::uint64_t number);
 bool is_kernel_part(const std::filesystem::path& directory);
+
+// DIR/snapshot-001, …: one that is complete, with its manifest.
+std::filesystem::path snapshot_directory(const std::filesystem::path& recording,
+                                         std::uint64_t number);
 
 // By number; none if `directory` is none.
 std::vector<std::filesystem::path> directories_in(const std::filesystem::path& directory);

@@ -1,6 +1,7 @@
 #include "keeping/flight_recorder.hpp"
 
 #include "ctf/stream_check.hpp"
+#include "keeping/chunk_names.hpp"
 #include "keeping/manifest.hpp"
 #include "system/error.hpp"
 #include "system/instant.hpp"
@@ -38,14 +39,10 @@ constexpr milliseconds kDescription{200};
 constexpr std::chrono::seconds kSnapshotPatience{30};
 constexpr milliseconds kLook{20};
 
-fs::path numbered(const fs::path& directory, std::uint64_t number) {
-  return directory / fmt::format("snapshot-{:03}", number);
-}
-
 // The last one that is there; 0: none.
 std::uint64_t last_number(const fs::path& directory) {
   std::uint64_t number = 0;
-  while (fs::exists(numbered(directory, number + 1))) {
+  while (fs::exists(snapshot_directory(directory, number + 1))) {
     ++number;
   }
   return number;
@@ -223,8 +220,9 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const RecordingMan
       note_kernel(kernel_->save(written), manifest);
     }
     manifest.end = now();
-    SavedSnapshot saved{
-        .directory = numbered(directory_, saved_ + 1), .reason = reason, .held = held_by(written)};
+    SavedSnapshot saved{.directory = snapshot_directory(directory_, saved_ + 1),
+                        .reason = reason,
+                        .held = held_by(written)};
     manifest.snapshot = RecordedSnapshot{.reason = reason, .held_ns = saved.held.count()};
     write_manifest(written, manifest);
     fs::rename(written, saved.directory);
@@ -257,14 +255,14 @@ fs::path ask_to_save(const fs::path& directory, const std::string& reason) {
     throw system_error(fmt::format("cannot signal the recorder, process {}", pid), errno);
   }
   const auto deadline = std::chrono::steady_clock::now() + kSnapshotPatience;
-  while (!fs::exists(numbered(directory, before + 1))) {
+  while (!fs::exists(snapshot_directory(directory, before + 1))) {
     if (std::chrono::steady_clock::now() > deadline) {
       throw RecordError(
           fmt::format("the recorder, process {}, saved nothing within half a minute", pid));
     }
     std::this_thread::sleep_for(kLook);
   }
-  return numbered(directory, before + 1);
+  return snapshot_directory(directory, before + 1);
 }
 
 }  // namespace cie::record

@@ -1,6 +1,6 @@
 #include "keeping/outcome.hpp"
 
-#include "base/machine.hpp"
+#include "keeping/chunk_names.hpp"
 #include "system/text.hpp"
 
 #include <algorithm>
@@ -77,7 +77,7 @@ std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
   }
   text += '\n';
   if (kept.saved > 0) {
-    text += fmt::format("next: cie report {}\n", in_shell_quotes(directory / "snapshot-001"));
+    text += fmt::format("next: cie report {}\n", in_shell_quotes(snapshot_directory(directory, 1)));
   }
   return text;
 }
