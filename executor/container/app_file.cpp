@@ -1,5 +1,7 @@
 #include "app_file.hpp"
 
+#include <cie/executor/context.hpp>
+
 #include "base/yaml_fields.hpp"
 #include "yaml_parameters.hpp"
 
@@ -17,7 +19,6 @@ namespace {
 using yaml::Fields;
 using yaml::Value;
 
-constexpr std::int64_t kMostDomain = 230;
 constexpr std::size_t kMaxComponents = 1'000;
 
 constexpr std::array<std::string_view, 11> kKeys{
@@ -99,7 +100,7 @@ std::vector<ComponentEntry> read_components(const Value& section,
 }
 
 void read_network(const Fields& fields, AppFile& app) {
-  if (const auto domain = fields.integer("domain", 0, kMostDomain)) {
+  if (const auto domain = fields.integer("domain", 0, Context::kMostDomain)) {
     app.domain = static_cast<std::uint32_t>(*domain);
   }
   if (const Value* const value = fields.find("loopback")) {

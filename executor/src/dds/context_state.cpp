@@ -31,8 +31,6 @@ constexpr std::string_view kEnclave = "enclave=/;";
 // Literally in traces and scheduling specs.
 constexpr const char* kParameterThread = "cie-parameters";
 
-constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
-
 // Participants of one machine that can find each other without multicast: each sends its
 // announcement to every index, so the number costs traffic at start.
 constexpr std::uint32_t kMostParticipantIndex = 30;
@@ -53,9 +51,9 @@ std::string loopback_configuration(const std::string& tag) {
 }
 
 void validate(const Context::Options& options) {
-  if (options.domain > kMostDomain) {
-    throw std::invalid_argument{
-        fmt::format("DDS domain {} is not usable: choose 0 to {}", options.domain, kMostDomain)};
+  if (options.domain > Context::kMostDomain) {
+    throw std::invalid_argument{fmt::format("DDS domain {} is not usable: choose 0 to {}",
+                                            options.domain, Context::kMostDomain)};
   }
   const auto is_plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_';

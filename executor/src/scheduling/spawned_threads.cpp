@@ -1,4 +1,5 @@
 #include <cie/scheduling/spawned_threads.hpp>
+#include <cie/scheduling/threads.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -24,9 +25,8 @@ void SpawnedThreads::run(const std::string& name, const Function& function,
 }
 
 void SpawnedThreads::start(const std::string& name, Function function) {
-  constexpr std::size_t kRoom = 15;  // TASK_COMM_LEN without its terminator
   const auto is_printable = [](unsigned char c) { return std::isprint(c) != 0; };
-  if (name.empty() || name.size() > kRoom || !std::ranges::all_of(name, is_printable)) {
+  if (name.empty() || name.size() > kMostThreadName || !std::ranges::all_of(name, is_printable)) {
     throw std::invalid_argument{"a thread cannot be named \"" + name +
                                 "\": give it 1 to 15 printable characters"};
   }

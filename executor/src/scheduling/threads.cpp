@@ -111,7 +111,7 @@ ThreadsId id_of_current_thread() noexcept {
 }
 
 std::string thread_label(const trace::CallbackInfo& info) {
-  constexpr std::size_t kRoom = 15;  // TASK_COMM_LEN without its terminator
+  constexpr std::size_t kRoom = kMostThreadName;
   const std::string_view id = info.logical_id;
   std::string node{last_part(id.substr(0, id.find('@')))};
   std::string source = info.kind == CallbackKind::timer
@@ -126,8 +126,7 @@ std::string thread_label(const trace::CallbackInfo& info) {
 }
 
 void set_current_thread_name(const std::string& name) noexcept {
-  constexpr std::size_t kRoom = 15;
-  pthread_setname_np(pthread_self(), name.substr(0, kRoom).c_str());
+  pthread_setname_np(pthread_self(), name.substr(0, kMostThreadName).c_str());
 }
 
 }  // namespace cie::scheduling

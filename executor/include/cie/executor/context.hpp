@@ -24,8 +24,10 @@ enum class RosGraph : std::uint8_t {
 // alive too). A second one of the same domain while the first lives throws std::logic_error.
 class Context {
  public:
+  static constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
+
   struct Options {
-    std::uint32_t domain = 0;  // 0..230
+    std::uint32_t domain = 0;  // 0..kMostDomain
     // Loopback interface only, without multicast; processes of this machine find each other. What
     // CYCLONEDDS_URI says is then ignored.
     bool loopback = false;

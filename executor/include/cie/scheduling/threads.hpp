@@ -3,6 +3,7 @@
 
 #include <cie/tracepoints/trace.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -29,11 +30,14 @@ enum class ThreadsId : std::uint64_t {};
 ThreadsId new_threads_id() noexcept;
 ThreadsId id_of_current_thread() noexcept;
 
-// What the thread of a callback can be called (15 bytes) so that `ps` and `top` show what it does:
-// the beginnings of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
+// Bytes of a thread's name: Linux's TASK_COMM_LEN without the terminator.
+inline constexpr std::size_t kMostThreadName = 15;
+
+// What the thread of a callback can be called, so that `ps` and `top` show what it does: the
+// beginnings of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
 std::string thread_label(const trace::CallbackInfo& info);
 
-// Names the calling thread; what exceeds 15 bytes is cut off.
+// Names the calling thread; what exceeds kMostThreadName bytes is cut off.
 void set_current_thread_name(const std::string& name) noexcept;
 
 }  // namespace cie::scheduling
