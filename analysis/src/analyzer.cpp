@@ -73,15 +73,15 @@ struct Analyzer::Pipeline {
   bool is_outside(const Event& event) {
     const auto time = event.head.time;
     // What is not of callbacks may be in a channel that begins earlier.
-    if (cut->is_awaiting_begin() && phase_of(event.body) == EventPhase::callback) {
+    if (cut->is_awaiting_begin() && category_of(event.body) == EventCategory::callback) {
       if (const auto begin = recording.window_of(event.head.stream).begin) cut->begin_at(*begin);
     }
-    if (phase == Phase::before && !cut->is_before(time)) {
-      phase = Phase::inside;
+    if (position == WindowPosition::before && !cut->is_before(time)) {
+      position = WindowPosition::inside;
       enforcement.begin_window(cut->window().from);
     }
-    if (phase == Phase::inside && cut->is_after(time)) {
-      phase = Phase::after;
+    if (position == WindowPosition::inside && cut->is_after(time)) {
+      position = WindowPosition::after;
       enforcement.end_window(cut->window().to);
     }
     return cut->is_before(time) || cut->is_after(time);
@@ -348,8 +348,8 @@ struct Analyzer::Pipeline {
   void on(const EventHead& /*head*/, const Emitter& /*who*/, const Other& /*event*/) {}
 
   // Before an event's emitter is looked up: a process that begins is not whoever had its pid before.
-  void meet(const Event& event, EventPhase event_phase) {
-    const bool is_state = event_phase == EventPhase::state;
+  void meet(const Event& event, EventCategory category) {
+    const bool is_state = category == EventCategory::state;
     if (is_state && cut && cut->leaves_out(event.head, event.body)) return;
     if (const auto* begin = std::get_if<RunBegin>(&event.body)) {
       registry.meet(event.head, *begin);
@@ -443,9 +443,9 @@ struct Analyzer::Pipeline {
   std::optional<ChainTracker> chains;  // these two until all instances are counted
   std::optional<InstanceBuilder> instances;
   EnforcementTracker enforcement;
-  enum class Phase : std::uint8_t { before, inside, after };
+  enum class WindowPosition : std::uint8_t { before, inside, after };
   std::optional<WindowCut> cut;
-  Phase phase = Phase::before;
+  WindowPosition position = WindowPosition::before;
   std::array<std::uint64_t, std::variant_size_v<EventBody>> by_class{};
   Timestamp now;
 };
@@ -461,19 +461,19 @@ void Analyzer::consume(const Event& event) {
   const auto* start = std::get_if<CallbackStart>(&event.body);
   const bool has_end = start != nullptr && start->end;
   if (has_end && pipeline.run_at_once(event.head, *start)) return;
-  const auto phase = phase_of(event.body);
-  if (phase == EventPhase::structure) {
+  const auto category = category_of(event.body);
+  if (category == EventCategory::structure) {
     pipeline.structural(event);
     return;
   }
-  if (phase == EventPhase::system && !pipeline.recording.coverage().tells(event.head)) {
+  if (category == EventCategory::system && !pipeline.recording.coverage().tells(event.head)) {
     pipeline.count_only(event);
     return;
   }
   const bool is_passing_by =
-      pipeline.cut && pipeline.is_outside(event) && phase != EventPhase::state;
+      pipeline.cut && pipeline.is_outside(event) && category != EventCategory::state;
   if (!is_passing_by) pipeline.count(event);
-  if (phase == EventPhase::system) {
+  if (category == EventCategory::system) {
     const Emitter who{.host = pipeline.registry.host_of(event.head), .process = {}, .thread = {}};
     if (is_passing_by) {
       pipeline.pass_by(event, who);
@@ -481,13 +481,14 @@ void Analyzer::consume(const Event& event) {
     }
     pipeline.hot(event, who);
   } else {
-    const bool may_be_another = phase == EventPhase::state || pipeline.registry.has_any_ended();
+    const bool may_be_another =
+        category == EventCategory::state || pipeline.registry.has_any_ended();
     if (may_be_another && !is_passing_by) [[unlikely]]
-      pipeline.meet(event, phase);
+      pipeline.meet(event, category);
     const auto who = pipeline.note_user(event.head);
     if (is_passing_by) {
       pipeline.pass_by(event, who);
-    } else if (phase == EventPhase::state) {
+    } else if (category == EventCategory::state) {
       pipeline.state(event);
     } else {
       pipeline.hot(event, who);

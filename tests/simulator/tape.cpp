@@ -11,8 +11,9 @@ namespace {
 using namespace analysis;
 
 bool is_state(const Event& event) {
-  const auto phase = analysis::phase_of(event.body);
-  return phase == analysis::EventPhase::structure || phase == analysis::EventPhase::state;
+  const auto category = analysis::category_of(event.body);
+  return category == analysis::EventCategory::structure ||
+         category == analysis::EventCategory::state;
 }
 
 // A stream: who writes it. Kernel streams have no process.

@@ -74,7 +74,7 @@ std::vector<Mutant> readable() {
        [](Case& c) {
          const auto time = quiet_time(c);
          std::erase_if(c.trace.events, [](const Event& e) {
-           return analysis::phase_of(e.body) != analysis::EventPhase::structure;
+           return analysis::category_of(e.body) != analysis::EventCategory::structure;
          });
          put(c, Domain::user, time, DamagedPacket{.reason = "cut short"});
        },

@@ -33,7 +33,7 @@ std::uint64_t count_events(const std::string& directory) {
   std::uint64_t seen = 0;
   const std::vector<fs::path> paths{directory};
   cie::analysis::ctf::read_traces(paths, [&seen](const cie::analysis::Event& event) {
-    seen += phase_of(event.body) != cie::analysis::EventPhase::structure;
+    seen += category_of(event.body) != cie::analysis::EventCategory::structure;
   });
   return seen;
 }

@@ -29,7 +29,7 @@ TextTrace with_record_of(TextTrace trace, std::int32_t cpu, std::int64_t begin, 
     }
   }
   std::erase_if(trace.events, [&](const Event& event) {
-    const bool is_hot = phase_of(event.body) == EventPhase::system;
+    const bool is_hot = category_of(event.body) == EventCategory::system;
     return is_hot && moved.contains(event.head.stream) &&
            (event.head.time.ns < begin || event.head.time.ns > end);
   });

@@ -104,7 +104,7 @@ TextTrace without_second_beginning(const std::string& lines) {
   auto trace = trace_of(kRestarted + lines + "\n1999 discard user until=2500 count=30");
   std::erase_if(trace.events, [](const Event& event) {
     const auto time = event.head.time.ns;
-    return time >= 2000 && time < 2999 && phase_of(event.body) == EventPhase::state;
+    return time >= 2000 && time < 2999 && category_of(event.body) == EventCategory::state;
   });
   return trace;
 }

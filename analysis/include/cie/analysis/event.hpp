@@ -34,20 +34,20 @@ struct EventHead {
 };
 
 // What a kind of event is about.
-enum class EventPhase : std::uint8_t {
+enum class EventCategory : std::uint8_t {
   structure,  // streams and packets: no event of the trace itself
   state,      // who there is: processes, nodes, callbacks, threads and their parameters
   callback,   // what callbacks do
   clock,      // of our provider, about its clock
   system      // of the kernel and of tracers, whatever thread was running
 };
-// Each kind below says its phase, and the name of its event class (empty: no single one).
+// Each kind below says its category, and the name of its event class (empty: no single one).
 
 // --- about the recording itself ------------------------------------------------------------------
 enum class Domain : std::uint8_t { user, kernel };
 
 struct StreamBegin {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
   std::uint32_t channel = 0;  // streams of one channel share a window; dense, given by the reader
   std::uint32_t trace = 0;    // of one session, with all of its channels; likewise
@@ -70,20 +70,20 @@ struct StreamBegin {
   std::optional<bool> tells_runs{};
 };
 struct StreamEnd {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
 };
 struct PacketBegin {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
 };  // head.time: the packet's begin
 struct PacketEnd {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
 };
 // Events or packets the tracer threw away between two points of a stream.
 struct Discarded {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
   Timestamp begin;
   Timestamp end;
@@ -94,7 +94,7 @@ struct Discarded {
 };
 // A packet that cannot be read and was skipped.
 struct DamagedPacket {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
   std::string_view reason;
   // What it may have covered; empty: the time of the event.
@@ -106,7 +106,7 @@ struct DamagedPacket {
 // Nobody recorded the applications of a host between the end of one session and the begin of another,
 // whose first packet this follows. They need not have gone on meanwhile.
 struct SessionGap {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
   Timestamp begin;
   Timestamp end;
@@ -114,14 +114,14 @@ struct SessionGap {
 };
 // Time ran backwards in a stream.
 struct TimeRegression {
-  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
   Timestamp previous;
 };
 
 // --- cie:* ---------------------------------------------------------------------------------------
 struct RunBegin {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "run_begin";
   std::uint32_t contract_version = 0;
   std::string_view tool_version;
@@ -138,7 +138,7 @@ struct RunBegin {
   std::optional<RunMoment> moment;
 };
 struct RunEnd {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "run_end";
   std::uint32_t callbacks = 0;
   std::uint32_t threads = 0;
@@ -147,20 +147,20 @@ struct RunEnd {
   std::int32_t status = 0;
 };
 struct NodeInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "node_init";
   NodeId node{};
   std::string_view name;
 };
 struct GroupInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "group_init";
   GroupId group{};
   NodeId node{};
   std::optional<GroupType> type;
 };
 struct CallbackInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "callback_init";
   CallbackId callback{};
   GroupId group{};
@@ -178,7 +178,7 @@ struct CallbackInit {
   bool is_identified = true;
 };
 struct CallbackFini {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "callback_fini";
   CallbackId callback{};
   std::uint64_t started = 0;
@@ -188,7 +188,7 @@ struct CallbackFini {
   std::uint64_t lost = 0;
 };
 struct PublisherInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "publisher_init";
   PublisherId publisher{};
   NodeId node{};
@@ -197,13 +197,13 @@ struct PublisherInit {
   std::uint64_t next_seq = 0;
 };
 struct PublisherFini {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "publisher_fini";
   PublisherId publisher{};
   std::uint64_t published = 0;
 };
 struct ThreadInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "thread_init";
   std::uint32_t tid = 0;
   std::optional<ThreadRole> role;
@@ -213,13 +213,13 @@ struct ThreadInit {
   std::int64_t start_ns = 0;
 };
 struct ThreadFini {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "thread_fini";
   std::uint32_t tid = 0;
   std::uint32_t read_backs = 0;
 };
 struct ThreadSched {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "thread_sched";
   std::uint32_t tid = 0;
   std::optional<SchedMoment> moment;
@@ -239,20 +239,20 @@ struct ThreadSched {
   std::uint32_t change = 0;  // of the thread's parameters: which one this read-back belongs to
 };
 struct CallbackRelease {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "callback_release";
   CallbackId callback{};
   std::uint64_t release_seq = 0;
   std::uint64_t overwritten = 0;
 };
 struct ThreadWakeup {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "thread_wakeup";
   CallbackId callback{};
   std::optional<WakeupReason> reason;
 };
 struct CallbackStart {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "callback_start";
   CallbackId callback{};
   std::uint64_t seq = 0;
@@ -268,14 +268,14 @@ struct CallbackStart {
   std::optional<Timestamp> end{};
 };
 struct CallbackEnd {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "callback_end";
   CallbackId callback{};
   std::uint64_t seq = 0;
   std::optional<CallbackStatus> status;
 };
 struct Publish {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "publish";
   PublisherId publisher{};
   std::uint64_t seq = 0;
@@ -287,14 +287,14 @@ struct Publish {
   bool is_runner_unknown = false;
 };
 struct SampleLost {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "sample_lost";
   CallbackId callback{};
   std::uint32_t count = 0;
   std::uint64_t total = 0;
 };
 struct ClockSync {
-  static constexpr EventPhase kPhase = EventPhase::clock;
+  static constexpr EventCategory kCategory = EventCategory::clock;
   static constexpr std::string_view kName = "clock_sync";
   std::int64_t monotonic_ns = 0;
   std::int64_t realtime_ns = 0;
@@ -302,18 +302,18 @@ struct ClockSync {
 
 // --- of processes that ROS 2's tracers tell of: these only follow from other events ---------------
 struct Ros2Begin {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "rcl_init";
 };  // nothing of the process came before
 // What the process's tracepoints are of.
 struct Ros2Tracer {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::string_view version;  // of tracetools, "4.1.1"
 };
 // A callback whose runs no event shows. Told again when its group is known.
 struct HiddenInit {
-  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::uint32_t hidden = 0;  // in its process, counted from 0
   GroupId group{};
@@ -324,13 +324,13 @@ struct HiddenInit {
 };
 // The thread took a response of a hidden client.
 struct HiddenRun {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
   std::uint32_t hidden = 0;
 };
 // The thread took a service's response, by what names its publication.
 struct ResponseTaken {
-  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp_realtime_ns = 0;
@@ -358,7 +358,7 @@ class TaskName {
 // --- kernel ---------------------------------------------------------------------------------------
 // Priorities are normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE.
 struct SchedSwitch {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_switch";
   TaskName prev_comm;
   std::int64_t prev_tid = 0;
@@ -369,21 +369,21 @@ struct SchedSwitch {
   std::int32_t next_prio = 0;
 };
 struct SchedWaking {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_waking";
   std::int64_t tid = 0;
   std::int32_t prio = 0;
   std::optional<std::int32_t> target_cpu;
 };
 struct SchedWakeup {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_wakeup";
   std::int64_t tid = 0;
   std::int32_t prio = 0;
   std::optional<std::int32_t> target_cpu;
 };
 struct SchedProcessFork {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_process_fork";
   std::int64_t parent_tid = 0;
   std::int64_t parent_pid = 0;
@@ -392,19 +392,19 @@ struct SchedProcessFork {
   TaskName child_comm;
 };
 struct SchedProcessExit {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_process_exit";
   std::int64_t tid = 0;
 };
 struct SchedMigrateTask {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_migrate_task";
   std::int64_t tid = 0;
   std::int32_t orig_cpu = 0;
   std::int32_t dest_cpu = 0;
 };
 struct SchedPiSetprio {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_pi_setprio";
   std::int64_t tid = 0;
   std::int32_t old_prio = 0;
@@ -413,7 +413,7 @@ struct SchedPiSetprio {
 
 // --- LTTng: what a process calls itself, told when a session starts ---
 struct ProcessName {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "lttng_ust_statedump:procname";
   std::string_view name;
 };
@@ -441,7 +441,7 @@ struct FieldValue {
 
 // An event that says nothing by itself: of no vocabulary we know, or one from which others follow.
 struct OtherEvent {
-  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName{};
   static constexpr std::uint32_t kNoClass = ~std::uint32_t{0};
   std::string_view name;
@@ -466,8 +466,9 @@ using EventBody =
 
 namespace detail {
 template <typename... Bodies>
-constexpr std::array<EventPhase, sizeof...(Bodies)> phases_of(const std::variant<Bodies...>*) {
-  return {Bodies::kPhase...};
+constexpr std::array<EventCategory, sizeof...(Bodies)> categories_of(
+    const std::variant<Bodies...>*) {
+  return {Bodies::kCategory...};
 }
 template <typename... Bodies>
 constexpr std::array<std::string_view, sizeof...(Bodies)> names_of(const std::variant<Bodies...>*) {
@@ -476,10 +477,13 @@ constexpr std::array<std::string_view, sizeof...(Bodies)> names_of(const std::va
 }  // namespace detail
 
 // By index of EventBody.
-inline constexpr auto kEventPhases = detail::phases_of(static_cast<const EventBody*>(nullptr));
+inline constexpr auto kEventCategories =
+    detail::categories_of(static_cast<const EventBody*>(nullptr));
 inline constexpr auto kEventNames = detail::names_of(static_cast<const EventBody*>(nullptr));
 
-constexpr EventPhase phase_of(const EventBody& body) noexcept { return kEventPhases[body.index()]; }
+constexpr EventCategory category_of(const EventBody& body) noexcept {
+  return kEventCategories[body.index()];
+}
 
 struct Event {
   EventHead head;
