@@ -199,14 +199,14 @@ struct Analyzer::Pipeline {
         event.body);
   }
 
-  void expect_subject(const Event& event) const noexcept {
+  void prefetch_subject(const Event& event) const noexcept {
     const auto* emitter = registry.known_emitter_of(event.head);
     if (emitter == nullptr) return;
     if (std::holds_alternative<Publish>(event.body)) {
-      registry.expect_publication(*emitter);
+      registry.prefetch_publication(*emitter);
     } else {
-      enforcement.expect(emitter->thread);
-      instances->expect(*emitter);
+      enforcement.prefetch(emitter->thread);
+      instances->prefetch(*emitter);
     }
   }
 
@@ -503,17 +503,17 @@ void Analyzer::consume(const Event& event) {
   pipeline.instances->advance(event.head);
 }
 
-bool Analyzer::is_worth_expecting() const noexcept {
+bool Analyzer::is_worth_prefetching() const noexcept {
   constexpr std::size_t kInCache = 512;  // some 5 KB each: measured, a second-level cache's worth
   return pipeline_->model.pairs.size() > kInCache;
 }
 
-void Analyzer::expect_emitter(const EventHead& head) const noexcept {
-  pipeline_->registry.expect(head);
+void Analyzer::prefetch_emitter(const EventHead& head) const noexcept {
+  pipeline_->registry.prefetch(head);
 }
 
-void Analyzer::expect_subject(const Event& event) const noexcept {
-  pipeline_->expect_subject(event);
+void Analyzer::prefetch_subject(const Event& event) const noexcept {
+  pipeline_->prefetch_subject(event);
 }
 
 void Analyzer::add(std::vector<Recording> recordings) {

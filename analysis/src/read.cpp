@@ -137,9 +137,9 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
   const auto translator = std::make_unique<EventTranslator>();  // too large for untouched stack
   const auto consume_one = [&analyzer](const Event& event) { analyzer.consume(event); };
   const auto consume = [&analyzer, &consume_one](const EventBatch& batch) {
-    if (analyzer.is_worth_expecting()) {
-      batch.each([&analyzer](const Event& event) { analyzer.expect(event); },
-                 [&analyzer](const Event& event) { analyzer.expect_next(event); }, consume_one);
+    if (analyzer.is_worth_prefetching()) {
+      batch.each([&analyzer](const Event& event) { analyzer.prefetch(event); },
+                 [&analyzer](const Event& event) { analyzer.prefetch_next(event); }, consume_one);
     } else {
       batch.each(consume_one);
     }

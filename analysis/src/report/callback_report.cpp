@@ -99,10 +99,10 @@ std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& fac
 }
 
 // Its quantities will be asked for soon: they lie far from each other.
-void expect(const CallbackFacts& facts) {
+void prefetch(const CallbackFacts& facts) {
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    quantity->expect();
+    quantity->prefetch();
   }
 }
 
@@ -199,7 +199,7 @@ std::vector<CallbackReport> callback_reports(const RuleContext& context) {
   std::vector<CallbackReport> reports;
   reports.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + 1 < order.size()) expect(context.model.callbacks[at(order[i + 1])]);
+    if (i + 1 < order.size()) prefetch(context.model.callbacks[at(order[i + 1])]);
     fill(reports.emplace_back(), context, order[i]);
     reports.back().shares_group = shares_group[at(order[i])];
   }

@@ -151,14 +151,14 @@ void ChainTracker::link(ChainNode& node) {
   if (last->path == nullptr) return;
   const auto& facts = last->path->second.facts;
   prefetch_head(&facts.instances);
-  facts.path_latency.expect();
-  facts.reaction_time.expect();
-  facts.data_age.expect();
+  facts.path_latency.prefetch();
+  facts.reaction_time.prefetch();
+  facts.data_age.prefetch();
   prefetch_to_write(&last->path->second.progress);
   for (const auto& quantity : facts.processing)
-    quantity.expect();
+    quantity.prefetch();
   for (const auto& quantity : facts.communication)
-    quantity.expect();
+    quantity.prefetch();
 }
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {

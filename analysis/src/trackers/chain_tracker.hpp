@@ -41,7 +41,7 @@ class ChainTracker {
   // The same where an instance may publish that nobody saw begin.
   void on_publish_unseen(std::uint32_t publisher, std::int64_t source_timestamp);
   // An instance of the callback will begin soon.
-  void expect(CallbackIndex callback) const noexcept { prefetch_to_write(reads_.find(callback)); }
+  void prefetch(CallbackIndex callback) const noexcept { prefetch_to_write(reads_.find(callback)); }
   // An instance began in the window. Returns the number of its read.
   std::uint64_t add_read(CallbackIndex callback, Timestamp start) {
     return reads_[callback].add(start);

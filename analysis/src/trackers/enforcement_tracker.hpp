@@ -33,7 +33,7 @@ class EnforcementTracker {
   // An audit after the window: where it agrees, nothing changed in the window that lasted.
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
   // The thread will emit an event soon.
-  void expect(ThreadIndex thread) const noexcept { prefetch_head(threads_.find(thread)); }
+  void prefetch(ThreadIndex thread) const noexcept { prefetch_head(threads_.find(thread)); }
   // Whether on_user_event() does anything.
   bool heeds_events_of(ThreadIndex thread) const noexcept {
     const auto* state = threads_.find(thread);

@@ -103,7 +103,7 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event) {
   if (!who.thread) return;
-  if (who.known != nullptr && who.known->ran.is_any()) expect_start(who.known->ran.index);
+  if (who.known != nullptr && who.known->ran.is_any()) prefetch_start(who.known->ran.index);
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
@@ -116,14 +116,14 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Thr
   on_thread.waited_since = on_thread.last_activity;
 }
 
-// What lies where only that tells which expect() asked for.
-inline void InstanceBuilder::expect_start(CallbackIndex index) const noexcept {
+// What lies where only that tells which prefetch() asked for.
+inline void InstanceBuilder::prefetch_start(CallbackIndex index) const noexcept {
   const auto* callback = callbacks_.find(index);
   if (callback != nullptr && callback->last_on != nullptr) prefetch_head(callback->last_on);
-  chains_.expect(index);
+  chains_.prefetch(index);
 }
 
-void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
+void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   prefetch_head(threads_.find(runner.thread));
   // Up to the first members that few instances touch.
   prefetch_lines(runner.thread_facts, &runner.thread_facts->callback);
@@ -131,7 +131,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   const auto callback = runner.ran.index;
   prefetch_lines(runner.ran_facts, &runner.ran_facts->response_time_lower);
   prefetch_head(callbacks_.find(callback));
-  measurer_.expect(callback);
+  measurer_.prefetch(callback);
 }
 
 [[gnu::always_inline]] inline std::unique_ptr<LiveInstance> InstanceBuilder::begin(
@@ -218,7 +218,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   auto& on_thread = of_thread(who.thread);
   auto& callback = callbacks_[index];
   auto live = begin(head, who, event, index, on_thread, callback);
-  measurer_.expect(*live);
+  measurer_.prefetch(*live);
   bound_open(on_thread);
   callback.open.push_back(live.get());
   on_thread.open.push_back(std::move(live));

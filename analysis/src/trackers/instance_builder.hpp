@@ -77,7 +77,7 @@ class InstanceBuilder {
   void advance(const EventHead& head) { ended_.advance(head); }
   void finish();
   // The thread will run its callback soon: what that takes will be in the cache.
-  void expect(const KnownEmitter& runner) const noexcept;
+  void prefetch(const KnownEmitter& runner) const noexcept;
 
   // On-CPU time of a thread inside its instances so far; empty where its record is broken.
   std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
@@ -129,7 +129,7 @@ class InstanceBuilder {
     return thread ? threads_[*thread] : nobody_;
   }
   // The callback will begin at once.
-  inline void expect_start(CallbackIndex index) const noexcept;
+  inline void prefetch_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The innermost instance that its thread runs, as far as is seen; null: none.

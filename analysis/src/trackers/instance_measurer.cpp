@@ -171,11 +171,11 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
   return instance;
 }
 
-void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
+void InstanceMeasurer::prefetch(const LiveInstance& live) const noexcept {
   const auto& facts = *live.callback_facts;
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    quantity->expect();
+    quantity->prefetch();
   }
   if (live.wakeup) return;  // what is told by the callback alone was said when the thread woke up
   prefetch_to_write(bounds_.find(live.callback));

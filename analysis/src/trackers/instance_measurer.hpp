@@ -98,12 +98,12 @@ class InstanceMeasurer {
   // No process will any more: nothing speaks against the others.
   void finish();
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
-  void expect(CallbackIndex callback) const noexcept {
+  void prefetch(CallbackIndex callback) const noexcept {
     prefetch_to_write(bounds_.find(callback));
     prefetch_to_write(arrivals_.find(callback));
   }
   // The same of what is found by the callback's facts: it began.
-  void expect(const LiveInstance& live) const noexcept;
+  void prefetch(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
   void measure(const LiveInstance& live);
   // A timer's expiries do not follow from the first one after all: its releases become bounds.

@@ -62,7 +62,7 @@ class KnownEmitters {
   explicit KnownEmitters(Model& model) : model_(model) {}
 
   // It will be looked for soon.
-  void expect(const EventHead& head) const noexcept {
+  void prefetch(const EventHead& head) const noexcept {
     prefetch_to_write(&places_[place(head.pid, head.tid)]);
   }
   // Null: its emitter must be looked up. Valid until another one is kept.

@@ -53,7 +53,7 @@ class Registry {
   }
 
   // An event's emitter will be looked up soon.
-  void expect(const EventHead& head) const noexcept { emitters_.expect(head); }
+  void prefetch(const EventHead& head) const noexcept { emitters_.prefetch(head); }
   // Null: it must be looked up.
   const KnownEmitter* known_emitter_of(const EventHead& head) const noexcept {
     return emitters_.peek(head, host_of(head));
@@ -180,7 +180,7 @@ class Registry {
   std::uint32_t publishers_told() const noexcept { return publishers_told_; }
 
   // It will publish soon, as it did last, and release what it released then.
-  void expect_publication(const KnownEmitter& publisher) const noexcept {
+  void prefetch_publication(const KnownEmitter& publisher) const noexcept {
     if (publisher.published.is_any()) {
       prefetch_to_write(&model_.publishers[publisher.published.index]);
     }

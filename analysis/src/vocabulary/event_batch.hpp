@@ -128,12 +128,13 @@ class EventBatch {
   void each(const Consume& consume) const {
     each([](const Event& /*event*/) {}, [](const Event& /*event*/) {}, consume);
   }
-  // The same; calls `expect` with an event of the batch some events before `consume`, and
-  // `expect_next` a few before.
-  template <typename Expect, typename ExpectNext, typename Consume>
-  void each(const Expect& expect, const ExpectNext& expect_next, const Consume& consume) const {
+  // The same; calls `prefetch` with an event of the batch some events before `consume`, and
+  // `prefetch_next` a few before.
+  template <typename Prefetch, typename PrefetchNext, typename Consume>
+  void each(const Prefetch& prefetch, const PrefetchNext& prefetch_next,
+            const Consume& consume) const {
     constexpr std::ptrdiff_t kNext = 4;
-    constexpr std::ptrdiff_t kExpected = 8;
+    constexpr std::ptrdiff_t kPrefetched = 8;
     constexpr std::ptrdiff_t kAhead = 12;
     constexpr std::ptrdiff_t kCacheLine = 64;
     auto derived = derived_.begin();
@@ -142,8 +143,8 @@ class EventBatch {
       const auto* line = reinterpret_cast<const char*>(event + kAhead);
       for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event)); at += kCacheLine)
         __builtin_prefetch(line + at);
-      if (left > kExpected) expect(event[kExpected]);
-      if (left > kNext) expect_next(event[kNext]);
+      if (left > kPrefetched) prefetch(event[kPrefetched]);
+      if (left > kNext) prefetch_next(event[kNext]);
       consume(*event);
       for (; derived != derived_.end() && derived->cause == event; ++derived)
         consume(derived->event);

@@ -63,9 +63,9 @@ TEST(Expect, ChangesNothing) {
   Analyzer analyzer(AnalysisOptions{});
   // Each of everything that follows, of threads that are not known yet as well.
   for (auto event = trace.events.begin(); event != trace.events.end(); ++event) {
-    std::for_each(event, trace.events.end(), [&](const Event& later) { analyzer.expect(later); });
+    std::for_each(event, trace.events.end(), [&](const Event& later) { analyzer.prefetch(later); });
     std::for_each(event, trace.events.end(),
-                  [&](const Event& later) { analyzer.expect_next(later); });
+                  [&](const Event& later) { analyzer.prefetch_next(later); });
     analyzer.consume(*event);
   }
   EXPECT_EQ(text_of(analyzer.finish()), text_of(test::analyze(trace)));

@@ -75,12 +75,12 @@ class Analyzer {
   // Hints, not needed: the event will be consumed after some others, and in the second case after a
   // few. What it takes to do so is on its way into the processor's cache meanwhile. They cost more
   // than they gain unless so many callbacks run that what is known of them does not stay there.
-  bool is_worth_expecting() const noexcept;
-  void expect(const Event& event) const noexcept {
-    if (is_foretelling(event)) expect_emitter(event.head);
+  bool is_worth_prefetching() const noexcept;
+  void prefetch(const Event& event) const noexcept {
+    if (is_foretelling(event)) prefetch_emitter(event.head);
   }
-  void expect_next(const Event& event) const noexcept {
-    if (is_foretelling(event)) expect_subject(event);
+  void prefetch_next(const Event& event) const noexcept {
+    if (is_foretelling(event)) prefetch_subject(event);
   }
   // What the recordings that the events come from say of themselves: before finish().
   void add(std::vector<Recording> recordings);
@@ -100,8 +100,8 @@ class Analyzer {
             std::holds_alternative<Publish>(event.body));
   }
   // First what is known of the thread, then what is touched because of it.
-  void expect_emitter(const EventHead& head) const noexcept;
-  void expect_subject(const Event& event) const noexcept;
+  void prefetch_emitter(const EventHead& head) const noexcept;
+  void prefetch_subject(const Event& event) const noexcept;
 
   struct Pipeline;
   std::unique_ptr<Pipeline> pipeline_;

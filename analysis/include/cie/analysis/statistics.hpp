@@ -187,7 +187,7 @@ class Statistics {
     values_->waiting[kWaiting - room_--] = small;
   }
   // A value will be added soon: brings what add() writes into the cache.
-  void expect() const noexcept {
+  void prefetch() const noexcept {
     if (room_ > 0) __builtin_prefetch(&values_->waiting[kWaiting - room_], 1);
   }
   void merge(const Statistics& other);
