@@ -7,6 +7,7 @@
 #include "instance_measurer.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
+#include "pending_instance.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
@@ -34,14 +35,14 @@ class EndedInstances {
 
   // An instance of which nothing is known yet, in the memory of one that was measured if there is
   // any.
-  inline std::unique_ptr<LiveInstance> new_instance();
+  inline std::unique_ptr<PendingInstance> new_instance();
   // It has ended. They come in order of their ends.
-  [[gnu::always_inline]] void add(std::unique_ptr<LiveInstance>&& live) {
+  [[gnu::always_inline]] void add(std::unique_ptr<PendingInstance>&& pending) {
     // Without the way through the queue if nothing is to be waited for.
-    if (waiting_.empty() && is_settled(*live, live->end->time, live->host)) {
-      measure(std::move(live));
+    if (waiting_.empty() && is_settled(*pending, pending->end->time, pending->host)) {
+      measure(std::move(pending));
     } else {
-      waiting_.push_back(std::move(live));
+      waiting_.push_back(std::move(pending));
     }
   }
   // Measures those that nothing from this event on can change.
@@ -49,13 +50,13 @@ class EndedInstances {
     if (!waiting_.empty()) measure_settled(head);
   }
   // Measures it, whatever may follow.
-  void measure(std::unique_ptr<LiveInstance>&& live) {
-    measurer_.measure(*live);
-    live->node.reset();
+  void measure(std::unique_ptr<PendingInstance>&& pending) {
+    measurer_.measure(*pending);
+    pending->node.reset();
     if (spare_.size() < kMaxSpare) {
-      spare_.push_back(std::move(live));
+      spare_.push_back(std::move(pending));
     } else {
-      live.reset();
+      pending.reset();
     }
   }
   // The same of all.
@@ -69,11 +70,11 @@ class EndedInstances {
   void measure_first();
   void measure_settled(const EventHead& head);
   // All that will ever be told of its callback, its thread and the writer of its message was told.
-  bool is_announced(const LiveInstance& live) const;
+  bool is_announced(const PendingInstance& pending) const;
   // Its message came from a host whose clock may be ahead: its publication may follow.
-  bool is_message_awaited(const LiveInstance& live) const;
+  bool is_message_awaited(const PendingInstance& pending) const;
   // `now` of the clock of the host `there`.
-  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
+  bool is_settled(const PendingInstance& pending, Timestamp now, HostIndex there) const;
 
   const Model& model_;
   const Registry& registry_;
@@ -81,46 +82,46 @@ class EndedInstances {
   ThreadTimeline& timeline_;
   const ChainTracker& chains_;
   InstanceMeasurer& measurer_;
-  std::deque<std::unique_ptr<LiveInstance>> waiting_;
-  std::vector<std::unique_ptr<LiveInstance>> spare_;  // measured, to be used again
+  std::deque<std::unique_ptr<PendingInstance>> waiting_;
+  std::vector<std::unique_ptr<PendingInstance>> spare_;  // measured, to be used again
 };
 
-[[gnu::always_inline]] inline std::unique_ptr<LiveInstance> EndedInstances::new_instance() {
-  if (spare_.empty()) return std::make_unique<LiveInstance>();
-  auto live = std::move(spare_.back());
+[[gnu::always_inline]] inline std::unique_ptr<PendingInstance> EndedInstances::new_instance() {
+  if (spare_.empty()) return std::make_unique<PendingInstance>();
+  auto pending = std::move(spare_.back());
   spare_.pop_back();
-  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
+  // Cheaper than assigning PendingInstance{}: what is optional and absent is not written, as it would
   // be by std::construct_at() as well.
-  std::destroy_at(live.get());
-  ::new (static_cast<void*>(live.get())) LiveInstance;
-  return live;
+  std::destroy_at(pending.get());
+  ::new (static_cast<void*>(pending.get())) PendingInstance;
+  return pending;
 }
 
-inline bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now,
+inline bool EndedInstances::is_settled(const PendingInstance& pending, Timestamp now,
                                        HostIndex there) const {
-  const auto shift = there == live.host
+  const auto shift = there == pending.host
                          ? Duration{}
-                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
-  if (now + shift - live.end->time > kSettleTime) return true;
+                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(pending.host)]);
+  if (now + shift - pending.end->time > kSettleTime) return true;
   // Nothing of the kernel came yet: its first switch tells what ran until then.
   const bool is_kernel_silent =
-      recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
+      recording_.has_kernel(pending.host) && !model_.hosts[at(pending.host)].has_switches;
   if (is_kernel_silent) return false;
-  return is_announced(live) && timeline_.is_confirmed(live.host, live.end->time);
+  return is_announced(pending) && timeline_.is_confirmed(pending.host, pending.end->time);
 }
 
-inline bool EndedInstances::is_announced(const LiveInstance& live) const {
-  const auto& callback = *live.callback_facts;
+inline bool EndedInstances::is_announced(const PendingInstance& pending) const {
+  const auto& callback = *pending.callback_facts;
   if (!callback.registered) return false;
-  if (model_.hosts.size() > 1 && live.node && is_message_awaited(live)) return false;
-  if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
+  if (model_.hosts.size() > 1 && pending.node && is_message_awaited(pending)) return false;
+  if (pending.thread_facts == nullptr || pending.thread_facts->announced) return true;
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.
-  return !callback.is_accounted && !live.process_facts->run_begin &&
-         (live.writer_gid == 0 || live.written ||
-          (live.source_timestamp < 0
-               ? chains_.is_published(*live.node)
-               : registry_.publisher_by_gid(live.host, live.writer_gid).has_value()));
+  return !callback.is_accounted && !pending.process_facts->run_begin &&
+         (pending.writer_gid == 0 || pending.written ||
+          (pending.source_timestamp < 0
+               ? chains_.is_published(*pending.node)
+               : registry_.publisher_by_gid(pending.host, pending.writer_gid).has_value()));
 }
 
 }  // namespace cie::analysis

@@ -17,20 +17,20 @@ constexpr std::size_t kMaxRegisteredMoves = 64;
 constexpr std::size_t kMaxAnswering = 64;
 
 // Of an instance that another one of its callback began in, or that another one began inside of.
-CallbackFacts::Overlap overlap_of(const LiveInstance& live) {
-  return {.first_seq = live.seq,
-          .first_start = live.start,
-          .first_end = live.end,
-          .second_seq = live.first_overlapping->first,
-          .second_start = live.first_overlapping->second};
+CallbackFacts::Overlap overlap_of(const PendingInstance& pending) {
+  return {.first_seq = pending.seq,
+          .first_start = pending.start,
+          .first_end = pending.end,
+          .second_seq = pending.first_overlapping->first,
+          .second_start = pending.first_overlapping->second};
 }
 
-ThreadFacts::Nesting nesting_of(const LiveInstance& live) {
-  return {.outer = live.callback,
-          .outer_start = live.start,
-          .outer_end = live.end,
-          .inner = live.first_inner->first,
-          .inner_start = live.first_inner->second};
+ThreadFacts::Nesting nesting_of(const PendingInstance& pending) {
+  return {.outer = pending.callback,
+          .outer_start = pending.start,
+          .outer_end = pending.end,
+          .inner = pending.first_inner->first,
+          .inner_start = pending.first_inner->second};
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ void InstanceBuilder::pass_end(const EventHead& head, const Emitter& who, Callba
 
 bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
   const auto& open = callbacks_[callback].open;
-  return std::ranges::find(open, seq, &LiveInstance::seq) != open.end();
+  return std::ranges::find(open, seq, &PendingInstance::seq) != open.end();
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event) {
@@ -134,76 +134,77 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   measurer_.prefetch(callback);
 }
 
-[[gnu::always_inline]] inline std::unique_ptr<LiveInstance> InstanceBuilder::begin(
+[[gnu::always_inline]] inline std::unique_ptr<PendingInstance> InstanceBuilder::begin(
     const EventHead& head, const Emitter& who, const CallbackStart& event, CallbackIndex index,
     OfThread& on_thread, OfCallback& callback) {
   auto& process = registry_.process_facts_of(who);
   Registry::note_speaker(head, process);
-  auto live = ended_.new_instance();
+  auto pending = ended_.new_instance();
   auto& facts = registry_.facts_of(who, index);
-  live->callback = index;
-  live->callback_facts = &facts;
-  live->process_facts = &process;
-  live->thread = who.thread;
-  if (who.thread) live->thread_facts = &registry_.facts_of(who);
-  live->host = who.host;
-  live->stream = head.stream;
-  live->seq = event.seq;
-  live->start = ref(head);
+  pending->callback = index;
+  pending->callback_facts = &facts;
+  pending->process_facts = &process;
+  pending->thread = who.thread;
+  if (who.thread) pending->thread_facts = &registry_.facts_of(who);
+  pending->host = who.host;
+  pending->stream = head.stream;
+  pending->seq = event.seq;
+  pending->start = ref(head);
   const auto release_kind = event.release_kind.value_or(ReleaseKind::none);
   if (release_kind != ReleaseKind::none && event.release_ns >= 0) {
-    live->release = Timestamp{event.release_ns};
+    pending->release = Timestamp{event.release_ns};
   }
-  live->missed = event.missed;
-  live->source_timestamp = event.source_timestamp_realtime_ns;
-  live->writer_gid = event.writer_gid;
-  live->is_writer_undecided = event.is_writer_undecided;
-  live->realtime_offset = clocks_.synced(who.host);
+  pending->missed = event.missed;
+  pending->source_timestamp = event.source_timestamp_realtime_ns;
+  pending->writer_gid = event.writer_gid;
+  pending->is_writer_undecided = event.is_writer_undecided;
+  pending->realtime_offset = clocks_.synced(who.host);
 
   if (head.is_derived) facts.is_accounted = false;
   // Nothing ran since the last instance that was seen, or this is the first one of all.
   const bool follows = facts.starts.last ? event.seq == *facts.starts.last + 1
                                          : facts.registered && event.seq == facts.first_next_seq;
-  registry_.note_start(event.seq, live->start, index, facts.starts);
-  if (facts.first_expiry) follow_grid(*live);
+  registry_.note_start(event.seq, pending->start, index, facts.starts);
+  if (facts.first_expiry) follow_grid(*pending);
   if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
-    note_missed(*live);
+    note_missed(*pending);
   }
   if (who.thread) {
-    live->wakeup = on_thread.wakeup;
-    if (has_kernel(*live)) {
-      live->wake = timeline_.last_wake(who.host, *head.tid);
-      live->mark = timeline_.mark(who.host, *head.tid, head.time);
+    pending->wakeup = on_thread.wakeup;
+    if (has_kernel(*pending)) {
+      pending->wake = timeline_.last_wake(who.host, *head.tid);
+      pending->mark = timeline_.mark(who.host, *head.tid, head.time);
       timeline_.begin_watch(who.host, *head.tid);
-      live->is_confined = is_confined(*live);
+      pending->is_confined = is_confined(*pending);
     }
     // Of whatever thread: its role may be announced later.
     if (follows && on_thread.open.empty()) {
-      live->alone_since = on_thread.last_activity ? on_thread.last_activity : Timestamp{};
-      if (on_thread.nothing_until && *on_thread.nothing_until >= *live->alone_since) {
-        live->alone_since = *on_thread.nothing_until + Duration{1};
+      pending->alone_since = on_thread.last_activity ? on_thread.last_activity : Timestamp{};
+      if (on_thread.nothing_until && *on_thread.nothing_until >= *pending->alone_since) {
+        pending->alone_since = *on_thread.nothing_until + Duration{1};
       }
     }
-    note_on_thread(*live, callback);
+    note_on_thread(*pending, callback);
     if (!on_thread.open.empty()) {
-      live->is_nested = true;
+      pending->is_nested = true;
       auto& outer = *on_thread.open.back();
-      if (!outer.first_inner) outer.first_inner = {index, live->start};
+      if (!outer.first_inner) outer.first_inner = {index, pending->start};
     }
   } else {
     ++facts.starts_without_tid;
   }
   for (auto* open : callback.open) {
-    if (!open->first_overlapping) open->first_overlapping = {live->seq, live->start};
+    if (!open->first_overlapping) open->first_overlapping = {pending->seq, pending->start};
   }
 
   const auto& window = recording_.window_of(head.stream);
-  live->is_in_window = window.begin && *window.begin <= head.time;
-  if (live->is_in_window) live->read = chains_.add_read(index, head.time);
-  if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp, live->is_writer_undecided))
-    chains_.link(*node_of(*live));
+  pending->is_in_window = window.begin && *window.begin <= head.time;
+  if (pending->is_in_window) pending->read = chains_.add_read(index, head.time);
+  if (chains_.may_be_of_chain(pending->writer_gid, pending->source_timestamp,
+                              pending->is_writer_undecided))
+    chains_.link(*node_of(*pending));
   note_start_on_thread(on_thread, head.time);
-  return live;
+  return pending;
 }
 
 inline void InstanceBuilder::note_start_on_thread(OfThread& thread, Timestamp start) {
@@ -217,11 +218,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   const auto index = registry_.callback(who, event.callback);
   auto& on_thread = of_thread(who.thread);
   auto& callback = callbacks_[index];
-  auto live = begin(head, who, event, index, on_thread, callback);
-  measurer_.prefetch(*live);
+  auto pending = begin(head, who, event, index, on_thread, callback);
+  measurer_.prefetch(*pending);
   bound_open(on_thread);
-  callback.open.push_back(live.get());
-  on_thread.open.push_back(std::move(live));
+  callback.open.push_back(pending.get());
+  on_thread.open.push_back(std::move(pending));
 }
 
 void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
@@ -229,14 +230,14 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
   const auto index = registry_.callback(who, event.callback);
   auto& on_thread = of_thread(who.thread);
   auto& callback = callbacks_[index];
-  auto live = begin(head, who, event, index, on_thread, callback);
+  auto pending = begin(head, who, event, index, on_thread, callback);
   bound_open(on_thread);
   on_thread.last_activity = end;
   on_thread.wakeup = {};  // that of the kernel was not seen
-  auto& here = live->end.emplace(live->start);
+  auto& here = pending->end.emplace(pending->start);
   here.time = end;
-  registry_.note_end(live->seq, here, index, live->callback_facts->ended);
-  close(std::move(live), callback);
+  registry_.note_end(pending->seq, here, index, pending->callback_facts->ended);
+  close(std::move(pending), callback);
 }
 
 // Another one begins.
@@ -248,21 +249,21 @@ inline void InstanceBuilder::bound_open(OfThread& thread) {
   abandon(std::move(oldest));
 }
 
-void InstanceBuilder::note_missed(const LiveInstance& live) {
-  auto& facts = *live.callback_facts;
-  facts.missed += live.missed;
-  if (live.missed == 0 || facts.first_missed) return;
-  facts.first_missed = Extreme<std::uint32_t>{.value = live.missed,
-                                              .seq = live.seq,
-                                              .start = live.start,
+void InstanceBuilder::note_missed(const PendingInstance& pending) {
+  auto& facts = *pending.callback_facts;
+  facts.missed += pending.missed;
+  if (pending.missed == 0 || facts.first_missed) return;
+  facts.first_missed = Extreme<std::uint32_t>{.value = pending.missed,
+                                              .seq = pending.seq,
+                                              .start = pending.start,
                                               .end = std::nullopt,
                                               .release = std::nullopt};
 }
 
-bool InstanceBuilder::is_confined(const LiveInstance& live) const {
-  const auto& read_back = live.thread_facts->last_read_back;
-  return !recording_.coverage().covers_all(live.host) && read_back &&
-         recording_.coverage().covers(live.host, read_back->cpus);
+bool InstanceBuilder::is_confined(const PendingInstance& pending) const {
+  const auto& read_back = pending.thread_facts->last_read_back;
+  return !recording_.coverage().covers_all(pending.host) && read_back &&
+         recording_.coverage().covers(pending.host, read_back->cpus);
 }
 
 CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex thread,
@@ -303,18 +304,18 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
   }
 }
 
-inline void InstanceBuilder::note_on_thread(LiveInstance& live, OfCallback& callback) {
+inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback& callback) {
   auto& last = callback.last_on;
-  if (last == nullptr || last->thread != *live.thread) {
-    last = &pair_of(live.callback, *live.thread, live.start, live.seq);
+  if (last == nullptr || last->thread != *pending.thread) {
+    last = &pair_of(pending.callback, *pending.thread, pending.start, pending.seq);
   }
   if (last->starts == 0) {  // an end without its start may have come before
-    last->first_start = live.start;
-    last->first_seq = live.seq;
+    last->first_start = pending.start;
+    last->first_seq = pending.seq;
   }
-  live.pair = last;
+  pending.pair = last;
   ++last->starts;
-  note_activity(*last, live.start);
+  note_activity(*last, pending.start);
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
@@ -339,30 +340,30 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     forget_wakes(on_thread, who, head);
     return;
   }
-  auto live = std::move(*found);
+  auto pending = std::move(*found);
   open.erase(std::next(found).base());
   if (thread && !undecided_.empty()) [[unlikely]]
-    decide(*thread, live.get());
+    decide(*thread, pending.get());
   auto& callback = callbacks_[index];
-  std::erase(callback.open, live.get());
-  live->end = here;
-  live->status = event.status;
-  if (thread && has_kernel(*live)) {
-    const auto mark = timeline_.mark(live->host, *head.tid, head.time);
-    live->parts = ThreadTimeline::between(live->mark, mark);
-    live->preempted_by = timeline_.end_watch(live->host, *head.tid);
-    live->is_confined = live->is_confined && is_confined(*live);
-    if (live->is_nested) live->preempted_by.clear();  // the list is the outer one's
-    if (!live->is_nested) {
-      if (live->parts) {
-        on_thread.inside += live->parts->execution;
+  std::erase(callback.open, pending.get());
+  pending->end = here;
+  pending->status = event.status;
+  if (thread && has_kernel(*pending)) {
+    const auto mark = timeline_.mark(pending->host, *head.tid, head.time);
+    pending->parts = ThreadTimeline::between(pending->mark, mark);
+    pending->preempted_by = timeline_.end_watch(pending->host, *head.tid);
+    pending->is_confined = pending->is_confined && is_confined(*pending);
+    if (pending->is_nested) pending->preempted_by.clear();  // the list is the outer one's
+    if (!pending->is_nested) {
+      if (pending->parts) {
+        on_thread.inside += pending->parts->execution;
       } else {
         on_thread.is_inside_known = false;
       }
     }
   }
   forget_wakes(on_thread, who, head);
-  close(std::move(live), callback);
+  close(std::move(pending), callback);
 }
 
 // Even if its start was not seen.
@@ -399,8 +400,9 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
   const auto* first_end =
       callback.recent.find_newest([seq](const Ended& ended) { return ended.seq == seq; });
-  const bool is_open = std::any_of(callback.open.begin(), callback.open.end(),
-                                   [seq](const LiveInstance* live) { return live->seq == seq; });
+  const bool is_open =
+      std::any_of(callback.open.begin(), callback.open.end(),
+                  [seq](const PendingInstance* pending) { return pending->seq == seq; });
   if (was_started && !is_open) {
     ++facts.second_ends;
     if (!facts.first_second_end && first_end != nullptr) {
@@ -413,67 +415,68 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
-[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance>&& live,
-                                                          OfCallback& callback) {
-  auto& facts = *live->callback_facts;
+[[gnu::always_inline]] inline void InstanceBuilder::close(
+    std::unique_ptr<PendingInstance>&& pending, OfCallback& callback) {
+  auto& facts = *pending->callback_facts;
   // One that starts in the very nanosecond that this one ends in, on another CPU, follows it.
   const bool is_overlapped =
-      live->first_overlapping && live->first_overlapping->second.time < live->end->time;
-  if (is_overlapped && !facts.overlap) facts.overlap = overlap_of(*live);
-  if (live->thread) {
-    auto& thread = *live->thread_facts;
-    if (live->first_inner && !thread.nesting) {
-      thread.nesting = nesting_of(*live);
+      pending->first_overlapping && pending->first_overlapping->second.time < pending->end->time;
+  if (is_overlapped && !facts.overlap) facts.overlap = overlap_of(*pending);
+  if (pending->thread) {
+    auto& thread = *pending->thread_facts;
+    if (pending->first_inner && !thread.nesting) {
+      thread.nesting = nesting_of(*pending);
     }
-    callback.last_on = live->pair;
-    note_activity(*live->pair, *live->end);
+    callback.last_on = pending->pair;
+    note_activity(*pending->pair, *pending->end);
   }
-  callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
-  if (facts.kind == CallbackKind::service && !facts.is_accounted && live->writer_gid != 0) {
+  callback.recent.push(Ended{.seq = pending->seq, .end = *pending->end});
+  if (facts.kind == CallbackKind::service && !facts.is_accounted && pending->writer_gid != 0) {
     auto& answering = callback.answering;
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
-    answering.push_back(node_of(*live));
+    answering.push_back(node_of(*pending));
   }
-  ended_.add(std::move(live));
+  ended_.add(std::move(pending));
 }
 
-void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
-  if (live->thread && has_kernel(*live)) timeline_.end_watch(live->host, *live->start.tid);
-  auto& callback = callbacks_[live->callback];
-  std::erase(callback.open, live.get());
-  auto& facts = *live->callback_facts;
-  if (live->first_overlapping && !facts.overlap_unproven) {
-    facts.overlap_unproven = overlap_of(*live);
+void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
+  if (pending->thread && has_kernel(*pending))
+    timeline_.end_watch(pending->host, *pending->start.tid);
+  auto& callback = callbacks_[pending->callback];
+  std::erase(callback.open, pending.get());
+  auto& facts = *pending->callback_facts;
+  if (pending->first_overlapping && !facts.overlap_unproven) {
+    facts.overlap_unproven = overlap_of(*pending);
   }
-  if (live->thread && live->first_inner && !live->thread_facts->nesting_unproven) {
-    live->thread_facts->nesting_unproven = nesting_of(*live);
+  if (pending->thread && pending->first_inner && !pending->thread_facts->nesting_unproven) {
+    pending->thread_facts->nesting_unproven = nesting_of(*pending);
   }
-  ended_.measure(std::move(live));
+  ended_.measure(std::move(pending));
 }
 
-const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
-  if (live.node) return live.node;
-  live.node = chains_.new_node(live.callback);
-  auto& node = *live.node;
-  node.callback = live.callback;
-  node.host = live.host;
-  node.seq = live.seq;
-  node.start = live.start;
-  node.read = live.read;
-  node.is_in_window = live.is_in_window;
-  node.writer_gid = live.writer_gid;
-  node.source_timestamp = live.source_timestamp;
-  if (live.is_writer_undecided) node.link = ChainNode::Link::unseen;
-  node.release = live.release;
-  if (live.release) {
-    node.earliest = live.release;
-  } else if (live.expiry) {
-    node.earliest = live.expiry;
+const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
+  if (pending.node) return pending.node;
+  pending.node = chains_.new_node(pending.callback);
+  auto& node = *pending.node;
+  node.callback = pending.callback;
+  node.host = pending.host;
+  node.seq = pending.seq;
+  node.start = pending.start;
+  node.read = pending.read;
+  node.is_in_window = pending.is_in_window;
+  node.writer_gid = pending.writer_gid;
+  node.source_timestamp = pending.source_timestamp;
+  if (pending.is_writer_undecided) node.link = ChainNode::Link::unseen;
+  node.release = pending.release;
+  if (pending.release) {
+    node.earliest = pending.release;
+  } else if (pending.expiry) {
+    node.earliest = pending.expiry;
   } else {  // here, too: the chain may end before this instance does
-    live.written = measurer_.source_time(live);
-    node.earliest = measurer_.bound_of_release(live);
+    pending.written = measurer_.source_time(pending);
+    node.earliest = measurer_.bound_of_release(pending);
   }
-  return live.node;
+  return pending.node;
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,
@@ -493,10 +496,10 @@ std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, Ho
 
 void InstanceBuilder::finish() {
   ended_.measure_all();
-  std::vector<std::unique_ptr<LiveInstance>> open;
+  std::vector<std::unique_ptr<PendingInstance>> open;
   const auto take = [&open](OfThread& state) {
-    for (auto& live : state.open)
-      open.push_back(std::move(live));
+    for (auto& pending : state.open)
+      open.push_back(std::move(pending));
     state.open.clear();
   };
   std::for_each(threads_.begin(), threads_.end(), take);
@@ -505,8 +508,8 @@ void InstanceBuilder::finish() {
     return std::tie(a->start.time, a->start.tid, a->seq) <
            std::tie(b->start.time, b->start.tid, b->seq);
   });
-  for (auto& live : open)
-    abandon(std::move(live));
+  for (auto& pending : open)
+    abandon(std::move(pending));
   measurer_.finish();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
     finish_grid(static_cast<CallbackIndex>(i));

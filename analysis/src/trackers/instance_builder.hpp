@@ -11,6 +11,7 @@
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
 #include "model/optional_time.hpp"
+#include "pending_instance.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
@@ -87,7 +88,7 @@ class InstanceBuilder {
 
   // What every instance touches lies in one cache line: here, and of a callback.
   struct alignas(64) OfThread {
-    std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
+    std::vector<std::unique_ptr<PendingInstance>> open;  // a stack: nested starts lie above
     OptionalTime wakeup;
     OptionalTime nothing_until;  // it woke up then and found nothing to do
     OptionalTime last_activity;  // the latest start or end
@@ -116,7 +117,7 @@ class InstanceBuilder {
     std::uint64_t seq = 0;
   };
   struct alignas(64) OfCallback {
-    std::vector<LiveInstance*> open;
+    std::vector<PendingInstance*> open;
     CallbackOnThread* last_on = nullptr;  // where it did something last
     Recent<Ended, kRecentEnds> recent;    // for second ends
     std::unique_ptr<TimerGrid> grid;
@@ -131,24 +132,24 @@ class InstanceBuilder {
   // The callback will begin at once.
   inline void prefetch_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
-  const ChainNodeRef& node_of(LiveInstance& live);
+  const ChainNodeRef& node_of(PendingInstance& pending);
   // The innermost instance that its thread runs, as far as is seen; null: none.
-  LiveInstance* running(const Emitter& who);
+  PendingInstance* running(const Emitter& who);
   // It names none, and one may be open whose start was not looked at, or was lost.
   bool may_be_of_unseen(const EventHead& head, const Emitter& who, const Publish& event);
   // What its thread runs may have ended since, unseen: then another instance publishes.
-  bool may_have_ended(const EventHead& head, const LiveInstance& live) const;
+  bool may_have_ended(const EventHead& head, const PendingInstance& pending) const;
   void leave_undecided(UndecidedPublication publication);
   // An instance of the thread ended. Null: one whose start was not seen.
-  void decide(ThreadIndex thread, LiveInstance* ended);
+  void decide(ThreadIndex thread, PendingInstance* ended);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   // `index`: of its callback. The last two: what is kept of where it runs and of the callback.
-  inline std::unique_ptr<LiveInstance> begin(const EventHead& head, const Emitter& who,
-                                             const CallbackStart& event, CallbackIndex index,
-                                             OfThread& on_thread, OfCallback& callback);
+  inline std::unique_ptr<PendingInstance> begin(const EventHead& head, const Emitter& who,
+                                                const CallbackStart& event, CallbackIndex index,
+                                                OfThread& on_thread, OfCallback& callback);
   inline void bound_open(OfThread& thread);
-  inline void note_on_thread(LiveInstance& live, OfCallback& callback);
+  inline void note_on_thread(PendingInstance& pending, OfCallback& callback);
   // Some entry of it is about CPUs.
   static bool asks_for_cpus(const SchedulingSpec* spec);
   // An instance starts or ends there.
@@ -158,9 +159,9 @@ class InstanceBuilder {
   // A callback on a thread; the first time, a new one, of that event.
   CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
                             std::uint64_t seq);
-  void note_missed(const LiveInstance& live);
+  void note_missed(const PendingInstance& pending);
   // An instance of a timer whose expiries are known starts.
-  void follow_grid(LiveInstance& live);
+  void follow_grid(PendingInstance& pending);
   std::optional<TimerGrid::Release> follow_grid(HostIndex host,
                                                 const std::optional<ThreadIndex>& thread,
                                                 CallbackIndex index, const TimerStart& start,
@@ -169,11 +170,11 @@ class InstanceBuilder {
   void leave_unseen(const std::optional<ThreadIndex>& thread);
   void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.
-  bool has_kernel(const LiveInstance& live) const {
-    return recording_.has_kernel(live.host) && live.thread_facts->is_known_to_kernel;
+  bool has_kernel(const PendingInstance& pending) const {
+    return recording_.has_kernel(pending.host) && pending.thread_facts->is_known_to_kernel;
   }
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
-  bool is_confined(const LiveInstance& live) const;
+  bool is_confined(const PendingInstance& pending) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
   // It ran on the thread, though its start was not seen.
   void note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
@@ -181,8 +182,8 @@ class InstanceBuilder {
   // What was woken up and what ran on the thread before belongs to what ended here.
   inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
   // It has its end, and is not among those that are open any more.
-  inline void close(std::unique_ptr<LiveInstance>&& live, OfCallback& callback);
-  void abandon(std::unique_ptr<LiveInstance> live);
+  inline void close(std::unique_ptr<PendingInstance>&& pending, OfCallback& callback);
+  void abandon(std::unique_ptr<PendingInstance> pending);
 
   Model& model_;
   Registry& registry_;

@@ -11,7 +11,7 @@ constexpr std::size_t kMaxUndecided = 4096;
 
 }  // namespace
 
-LiveInstance* InstanceBuilder::running(const Emitter& who) {
+PendingInstance* InstanceBuilder::running(const Emitter& who) {
   if (!who.thread) return nullptr;
   const auto& open = of_thread(who.thread).open;
   return open.empty() ? nullptr : open.back().get();
@@ -23,8 +23,8 @@ ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) 
     return runs == nullptr ? ChainNodeRef{} : node_of(*runs);
   }
   auto& callback = callbacks_[registry_.callback(who, event.callback)];
-  for (auto* live : callback.open) {
-    if (live->seq == event.callback_seq) return node_of(*live);
+  for (auto* pending : callback.open) {
+    if (pending->seq == event.callback_seq) return node_of(*pending);
   }
   const auto ended = std::ranges::find(callback.answering, event.callback_seq,
                                        [](const ChainNodeRef& node) { return node->seq; });
@@ -45,11 +45,11 @@ bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who
           recording_.user_losses().any_between(who.host, *on_thread.last_activity, head.time));
 }
 
-bool InstanceBuilder::may_have_ended(const EventHead& head, const LiveInstance& live) const {
+bool InstanceBuilder::may_have_ended(const EventHead& head, const PendingInstance& pending) const {
   const auto& losses = recording_.user_losses();
-  const auto start = live.start.time;
-  return losses.any_bound_between(live.host, start, head.time) ||
-         (live.stream != head.stream && losses.any_between(live.host, start, head.time));
+  const auto start = pending.start.time;
+  return losses.any_bound_between(pending.host, start, head.time) ||
+         (pending.stream != head.stream && losses.any_between(pending.host, start, head.time));
 }
 
 void InstanceBuilder::leave_undecided(UndecidedPublication publication) {
@@ -57,7 +57,7 @@ void InstanceBuilder::leave_undecided(UndecidedPublication publication) {
   undecided_.push_back(publication);
 }
 
-void InstanceBuilder::decide(ThreadIndex thread, LiveInstance* ended) {
+void InstanceBuilder::decide(ThreadIndex thread, PendingInstance* ended) {
   const auto is_decided = [&](const UndecidedPublication& publication) {
     return publication.thread == thread &&
            (ended == nullptr ||

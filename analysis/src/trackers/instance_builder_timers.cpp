@@ -12,14 +12,14 @@ constexpr Duration kLongestLook{100'000};
 
 }  // namespace
 
-void InstanceBuilder::follow_grid(LiveInstance& live) {
-  const auto release = follow_grid(live.host, live.thread, live.callback,
-                                   {.time = live.start.time, .seq = live.seq}, true);
+void InstanceBuilder::follow_grid(PendingInstance& pending) {
+  const auto release = follow_grid(pending.host, pending.thread, pending.callback,
+                                   {.time = pending.start.time, .seq = pending.seq}, true);
   if (!release) return;
-  live.expiry = release->expiry;
-  live.missed = release->missed.value_or(0);
-  live.is_missed_known = release->missed && release->is_missed_its_own;
-  if (!release->is_prompt) live.proven_by = live.callback_facts->grid.prompt_starts + 1;
+  pending.expiry = release->expiry;
+  pending.missed = release->missed.value_or(0);
+  pending.is_missed_known = release->missed && release->is_missed_its_own;
+  if (!release->is_prompt) pending.proven_by = pending.callback_facts->grid.prompt_starts + 1;
 }
 
 std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,

@@ -44,112 +44,116 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
 
 }  // namespace
 
-inline bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
-  return live.thread_facts != nullptr && live.thread_facts->role == ThreadRole::callback;
+inline bool InstanceMeasurer::is_isolated_thread(const PendingInstance& pending) const {
+  return pending.thread_facts != nullptr && pending.thread_facts->role == ThreadRole::callback;
 }
 
-bool InstanceMeasurer::is_recorded(const LiveInstance& live) const {
-  const auto begin = live.start.time;
-  const auto end = live.end->time;
+bool InstanceMeasurer::is_recorded(const PendingInstance& pending) const {
+  const auto begin = pending.start.time;
+  const auto end = pending.end->time;
   const auto& coverage = recording_.coverage();
-  if (!live.parts->has_left && live.start.cpu) {  // then no other CPU matters
-    const std::optional<std::int32_t> cpu = live.start.cpu;
-    return recording_.kernel_window(live.host, begin, cpu).contains(begin, end) &&
-           coverage.covers(live.host, *live.start.cpu) &&
-           !timeline_.overlaps_hole(live.host, begin, end, live.start.cpu);
+  if (!pending.parts->has_left && pending.start.cpu) {  // then no other CPU matters
+    const std::optional<std::int32_t> cpu = pending.start.cpu;
+    return recording_.kernel_window(pending.host, begin, cpu).contains(begin, end) &&
+           coverage.covers(pending.host, *pending.start.cpu) &&
+           !timeline_.overlaps_hole(pending.host, begin, end, pending.start.cpu);
   }
-  return recording_.kernel_window(live.host, begin).contains(begin, end) &&
-         (live.is_confined || coverage.covers_all(live.host)) &&
-         !timeline_.overlaps_hole(live.host, begin, end);
+  return recording_.kernel_window(pending.host, begin).contains(begin, end) &&
+         (pending.is_confined || coverage.covers_all(pending.host)) &&
+         !timeline_.overlaps_hole(pending.host, begin, end);
 }
 
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
-inline bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
-  if (!live.wake.waking) return false;
-  const auto window = recording_.kernel_window(live.host, live.start.time);
-  const auto woken = live.wake.since ? live.wake.since : OptionalTime(window.begin);
-  return woken && recording_.coverage().covers_all(live.host) &&
-         window.contains(*woken, live.start.time) &&
-         !timeline_.overlaps_hole(live.host, *woken, live.start.time);
+inline bool InstanceMeasurer::is_woken_last(const PendingInstance& pending) const {
+  if (!pending.wake.waking) return false;
+  const auto window = recording_.kernel_window(pending.host, pending.start.time);
+  const auto woken = pending.wake.since ? pending.wake.since : OptionalTime(window.begin);
+  return woken && recording_.coverage().covers_all(pending.host) &&
+         window.contains(*woken, pending.start.time) &&
+         !timeline_.overlaps_hole(pending.host, *woken, pending.start.time);
 }
 
 // The first sign of its release: of a thread that waited again for something else that is the nearer
 // one. Empty: there is none that is not of an instance which nobody saw.
-inline OptionalTime InstanceMeasurer::woken(const LiveInstance& live, const Measured& measured) {
-  const auto its_own = [&live](const OptionalTime& wake) {
-    return wake && live.alone_since && *wake >= *live.alone_since ? wake : OptionalTime{};
+inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
+                                            const Measured& measured) {
+  const auto its_own = [&pending](const OptionalTime& wake) {
+    return wake && pending.alone_since && *wake >= *pending.alone_since ? wake : OptionalTime{};
   };
   const auto waking = its_own(measured.waking);
-  const auto wakeup = its_own(live.wakeup);
+  const auto wakeup = its_own(pending.wakeup);
   if (!waking || !wakeup) return waking ? waking : wakeup;
   return std::min(*waking, *wakeup);
 }
 
-inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
-  if (live.release) {
-    measured.release = *live.release;
+inline void InstanceMeasurer::find_release(const PendingInstance& pending,
+                                           Measured& measured) const {
+  if (pending.release) {
+    measured.release = *pending.release;
     measured.release_source = ReleaseSource::exact;
-  } else if (live.expiry && !live.callback_facts->grid.is_refuted) {
-    if (is_unproven(live)) {
-      measured.unproven = live.expiry;
-      measured.release = live.start.time;
+  } else if (pending.expiry && !pending.callback_facts->grid.is_refuted) {
+    if (is_unproven(pending)) {
+      measured.unproven = pending.expiry;
+      measured.release = pending.start.time;
       return;
     }
-    measured.release = *live.expiry;
+    measured.release = *pending.expiry;
     measured.release_source = ReleaseSource::timer_grid;
-  } else if (const auto wake = is_isolated_thread(live) ? woken(live, measured) : OptionalTime{}) {
+  } else if (const auto wake =
+                 is_isolated_thread(pending) ? woken(pending, measured) : OptionalTime{}) {
     measured.release = *wake;
     measured.release_source = ReleaseSource::wakeup;
-  } else if (const auto written = source_time(live)) {
+  } else if (const auto written = source_time(pending)) {
     measured.release = *written;
     measured.release_source = ReleaseSource::source_timestamp;
   } else {
-    measured.release = live.start.time;
+    measured.release = pending.start.time;
     measured.release_source = ReleaseSource::start;
   }
 }
 
-inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live,
+inline InstanceMeasurer::Measured InstanceMeasurer::measured(const PendingInstance& pending,
                                                              bool is_inside) const {
   Measured measured;
-  if (is_woken_last(live)) measured.waking = live.wake.waking;
-  find_release(live, measured);
-  if (!live.end) {
+  if (is_woken_last(pending)) measured.waking = pending.wake.waking;
+  find_release(pending, measured);
+  if (!pending.end) {
     measured.state = InstanceState::open;
     return measured;
   }
   if (!is_inside) measured.state = InstanceState::cut_by_window;
-  if (live.parts && model_.hosts[at(live.host)].has_switches && is_recorded(live)) {
-    const auto& parts = *live.parts;
+  if (pending.parts && model_.hosts[at(pending.host)].has_switches && is_recorded(pending)) {
+    const auto& parts = *pending.parts;
     measured.parts = &parts;
-    const auto waiting = live.end->time - live.start.time - parts.execution - parts.preempted;
+    const auto waiting = pending.end->time - pending.start.time - parts.execution - parts.preempted;
     // Who woke it may have done so on a CPU without a record.
     measured.has_wake_parts =
         parts.blocked && parts.wake_delay &&
-        (waiting <= Duration{} || recording_.coverage().covers_all(live.host));
+        (waiting <= Duration{} || recording_.coverage().covers_all(pending.host));
   }
   return measured;
 }
 
-Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured& measured) const {
-  const auto& facts = *live.callback_facts;
+Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
+                                       const Measured& measured) const {
+  const auto& facts = *pending.callback_facts;
   Instance instance;
   if (facts.registered) instance.logical_id = facts.logical_id;
-  instance.callback = live.callback;
+  instance.callback = pending.callback;
   instance.process = facts.process;
-  instance.pid = live.start.pid.value_or(-1);
-  instance.tid = live.start.tid.value_or(-1);
-  instance.seq = live.seq;
+  instance.pid = pending.start.pid.value_or(-1);
+  instance.tid = pending.start.tid.value_or(-1);
+  instance.seq = pending.seq;
   instance.state = measured.state;
-  instance.status = live.status;
+  instance.status = pending.status;
   instance.release = measured.release;
   instance.release_source = measured.release_source;
-  instance.wakeup = live.wakeup;
+  instance.wakeup = pending.wakeup;
   instance.waking = measured.waking;
-  instance.start = live.start.time;
-  if (live.end) instance.end = live.end->time;
-  instance.cpu_start = live.start.cpu;
-  if (live.end) instance.cpu_end = live.end->cpu;
+  instance.start = pending.start.time;
+  if (pending.end) instance.end = pending.end->time;
+  instance.cpu_start = pending.start.cpu;
+  if (pending.end) instance.cpu_end = pending.end->cpu;
   if (measured.parts) {
     instance.execution = measured.parts->execution;
     instance.preempted = measured.parts->preempted;
@@ -157,105 +161,110 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
       instance.blocked = measured.parts->blocked;
       instance.wake_delay = measured.parts->wake_delay;
     }
-    instance.preempted_by = live.preempted_by;
+    instance.preempted_by = pending.preempted_by;
   }
   if (facts.kind == CallbackKind::timer) {
     const bool is_told =
-        live.is_missed_known && (facts.is_accounted || is_known(instance.release_source));
-    instance.missed = is_told ? std::optional(live.missed) : std::nullopt;
+        pending.is_missed_known && (facts.is_accounted || is_known(instance.release_source));
+    instance.missed = is_told ? std::optional(pending.missed) : std::nullopt;
   }
   instance.response_deadline = facts.response_deadline;
-  instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
-  instance.writer_gid = live.writer_gid;
-  instance.host = live.host;
+  instance.source_timestamp_realtime_ns = std::max<std::int64_t>(pending.source_timestamp, 0);
+  instance.writer_gid = pending.writer_gid;
+  instance.host = pending.host;
   return instance;
 }
 
-void InstanceMeasurer::prefetch(const LiveInstance& live) const noexcept {
-  const auto& facts = *live.callback_facts;
+void InstanceMeasurer::prefetch(const PendingInstance& pending) const noexcept {
+  const auto& facts = *pending.callback_facts;
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
     quantity->prefetch();
   }
-  if (live.wakeup) return;  // what is told by the callback alone was said when the thread woke up
-  prefetch_to_write(bounds_.find(live.callback));
-  if (facts.exact_instances > 0) prefetch_to_write(arrivals_.find(live.callback));
+  if (pending.wakeup)
+    return;  // what is told by the callback alone was said when the thread woke up
+  prefetch_to_write(bounds_.find(pending.callback));
+  if (facts.exact_instances > 0) prefetch_to_write(arrivals_.find(pending.callback));
 }
 
-void InstanceMeasurer::measure(const LiveInstance& live) {
-  const auto& window = recording_.window_of(live.stream);
-  const bool is_inside = live.end && window.contains(live.start.time, live.end->time);
+void InstanceMeasurer::measure(const PendingInstance& pending) {
+  const auto& window = recording_.window_of(pending.stream);
+  const bool is_inside = pending.end && window.contains(pending.start.time, pending.end->time);
   if (!is_inside) [[unlikely]] {
-    if (live.end && window.excludes(live.start.time, live.end->time)) return;
-    if (!live.end && window.end && live.start.time > *window.end) return;
+    if (pending.end && window.excludes(pending.start.time, pending.end->time)) return;
+    if (!pending.end && window.end && pending.start.time > *window.end) return;
   }
-  const auto measured = this->measured(live, is_inside);
-  auto& facts = *live.callback_facts;
+  const auto measured = this->measured(pending, is_inside);
+  auto& facts = *pending.callback_facts;
   switch (measured.state) {
     case InstanceState::complete:
-      count(live, measured);
-      if (live.node) chains_.on_complete(*live.node, *live.end);
+      count(pending, measured);
+      if (pending.node) chains_.on_complete(*pending.node, *pending.end);
       break;
     case InstanceState::cut_by_window:
       ++facts.cut_instances;
-      note_unmeasured(facts, live.end->time - live.start.time);
+      note_unmeasured(facts, pending.end->time - pending.start.time);
       break;
     case InstanceState::open:
       ++facts.open_count;
       if (facts.open.size() < kMaxOpenListed) {
         auto& open = facts.open.emplace_back(
-            OpenInstance{.start = live.start,
-                         .seq = live.seq,
+            OpenInstance{.start = pending.start,
+                         .seq = pending.seq,
                          .release = measured.release,
                          .release_exact = measured.release_source == ReleaseSource::exact,
-                         .missed = live.missed,
-                         .thread = live.thread.value_or(ThreadIndex{kNoId}),
+                         .missed = pending.missed,
+                         .thread = pending.thread.value_or(ThreadIndex{kNoId}),
                          .next_release = std::nullopt});
-        if (open.release_exact && live.is_in_window) note_open_arrival(live, open);
+        if (open.release_exact && pending.is_in_window) note_open_arrival(pending, open);
       }
       break;
   }
   if (observer_ == nullptr) return;
   if (measured.unproven && observer_->waits_for_proof()) [[unlikely]] {
-    hold_back(live, measured);
+    hold_back(pending, measured);
   } else {
-    observer_->on_instance(instance_of(live, measured));
+    observer_->on_instance(instance_of(pending, measured));
   }
 }
 
-[[gnu::always_inline]] inline void InstanceMeasurer::count(const LiveInstance& live,
+[[gnu::always_inline]] inline void InstanceMeasurer::count(const PendingInstance& pending,
                                                            const Measured& measured) {
-  auto& facts = *live.callback_facts;
+  auto& facts = *pending.callback_facts;
   ++facts.instances;
   const auto source = measured.release_source;
   ++facts.by_release_source[static_cast<std::size_t>(source)];
-  if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
-  const auto start = live.start.time;
-  const auto end = live.end->time;
+  if (pending.source_timestamp != 0 || pending.writer_gid != 0) ++facts.messages_told;
+  const auto start = pending.start.time;
+  const auto end = pending.end->time;
   if (facts.response_deadline &&
       least_response_time(source, measured.release, start, end) > *facts.response_deadline) {
     ++facts.late;
     if (end - start > *facts.response_deadline) ++facts.late_by_duration;
   }
-  if (!live.status) ++facts.without_status;
-  if (live.status == CallbackStatus::exception) {
+  if (!pending.status) ++facts.without_status;
+  if (pending.status == CallbackStatus::exception) {
     ++facts.exceptions;
-    if (!facts.first_exception) facts.first_exception = {live.seq, *live.end};
+    if (!facts.first_exception) facts.first_exception = {pending.seq, *pending.end};
   }
-  if (live.pair != nullptr) ++live.pair->instances;
-  auto& bounds = bounds_[live.callback];
-  note_response_time(live, measured, bounds);
+  if (pending.pair != nullptr) ++pending.pair->instances;
+  auto& bounds = bounds_[pending.callback];
+  note_response_time(pending, measured, bounds);
   if (is_known(source)) {
-    Arrival instance{
-        .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
+    Arrival instance{.seq = pending.seq,
+                     .start = pending.start,
+                     .end = *pending.end,
+                     .release = measured.release};
     note_known(facts, bounds, instance, measured);
-    note_arrival(facts, live.callback, live.host, instance, bounds);
+    note_arrival(facts, pending.callback, pending.host, instance, bounds);
   } else if (measured.unproven) [[unlikely]] {
-    keep_unproven(
-        live.callback, live.host,
-        {.seq = live.seq, .start = live.start, .end = *live.end, .release = *measured.unproven});
+    keep_unproven(pending.callback, pending.host,
+                  {.seq = pending.seq,
+                   .start = pending.start,
+                   .end = *pending.end,
+                   .release = *measured.unproven});
   }
-  note_parts(live, measured, bounds);
+  note_parts(pending, measured, bounds);
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_known(CallbackFacts& facts,
@@ -312,61 +321,60 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
   unproven.instances.clear();
 }
 
-[[gnu::always_inline]] inline void InstanceMeasurer::note_response_time(const LiveInstance& live,
-                                                                        const Measured& measured,
-                                                                        Bounds& bounds) {
-  auto& facts = *live.callback_facts;
+[[gnu::always_inline]] inline void InstanceMeasurer::note_response_time(
+    const PendingInstance& pending, const Measured& measured, Bounds& bounds) {
+  auto& facts = *pending.callback_facts;
   const auto [source, release] = std::pair(measured.release_source, measured.release);
-  const auto start = live.start.time;
-  const auto end = live.end->time;
+  const auto start = pending.start.time;
+  const auto end = pending.end->time;
   const bool is_calculated = source == ReleaseSource::timer_grid;
   const auto lower = is_calculated ? end - start : least_response_time(source, release, start, end);
   if (bounds.response_lower.rise(lower)) {
-    facts.max_response_lower = extreme_of(live, release, lower);
+    facts.max_response_lower = extreme_of(pending, release, lower);
   }
   if (!is_known(source) && !measured.unproven) {
     if (lower != end - start) keep_lower_apart(facts);
     if (!facts.is_lower_duration) facts.response_time_lower.add(lower);
-    if (const auto written = bound_of_release(live)) {
-      note_bounded(live, measured, *written, bounds);
+    if (const auto written = bound_of_release(pending)) {
+      note_bounded(pending, measured, *written, bounds);
     } else {
       ++facts.without_upper_bound;
-      if (is_clock_set_meanwhile(live)) ++facts.with_doubtful_bound;
+      if (is_clock_set_meanwhile(pending)) ++facts.with_doubtful_bound;
     }
   }
 }
 
-void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& measured,
+void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measured& measured,
                                     Timestamp written, Bounds& bounds) {
-  auto& facts = *live.callback_facts;
-  if (live.node) live.node->earliest = written;
-  const auto upper = extreme_of(live, measured.release, live.end->time - written);
-  auto& bounded = bounded_[live.host];
+  auto& facts = *pending.callback_facts;
+  if (pending.node) pending.node->earliest = written;
+  const auto upper = extreme_of(pending, measured.release, pending.end->time - written);
+  auto& bounded = bounded_[pending.host];
   // Of ROS 2 the messages show it themselves.
-  if (!facts.is_accounted || clocks_.were_read_since(live.host, live.start.time) ||
+  if (!facts.is_accounted || clocks_.were_read_since(pending.host, pending.start.time) ||
       bounded.size() >= kMostBounded) {
     note_upper(facts, bounds, upper);
     return;
   }
   bounded.push_back(
-      {.callback = live.callback, .source_timestamp = live.source_timestamp, .upper = upper});
+      {.callback = pending.callback, .source_timestamp = pending.source_timestamp, .upper = upper});
 }
 
-[[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,
+[[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const PendingInstance& pending,
                                                                 const Measured& measured,
                                                                 Bounds& bounds) {
-  auto& facts = *live.callback_facts;
-  const auto duration = live.end->time - live.start.time;
+  auto& facts = *pending.callback_facts;
+  const auto duration = pending.end->time - pending.start.time;
   facts.duration.add(duration);
   if (bounds.duration.rise(duration)) {
-    facts.max_duration = extreme_of(live, measured.release, duration);
+    facts.max_duration = extreme_of(pending, measured.release, duration);
   }
   if (const auto* parts = measured.parts) {
     facts.execution_time.add(parts->execution);
     facts.preempted.add(parts->preempted);
-    note_preemptors(facts, live.preempted_by);
+    note_preemptors(facts, pending.preempted_by);
     if (bounds.execution.rise(parts->execution)) {
-      facts.max_execution = extreme_of(live, measured.release, parts->execution);
+      facts.max_execution = extreme_of(pending, measured.release, parts->execution);
     }
     if (measured.has_wake_parts) {
       facts.blocked.add(*parts->blocked);
@@ -378,12 +386,12 @@ void InstanceMeasurer::note_bounded(const LiveInstance& live, const Measured& me
     }
   } else {
     if (bounds.duration_without_execution.rise(duration)) {
-      facts.max_duration_without_execution = extreme_of(live, measured.release, duration);
+      facts.max_duration_without_execution = extreme_of(pending, measured.release, duration);
       note_unmeasured(facts, duration);
     }
   }
-  if (measured.waking && live.wake.first_in) {
-    facts.wakeup_latency.add(*live.wake.first_in - *measured.waking);
+  if (measured.waking && pending.wake.first_in) {
+    facts.wakeup_latency.add(*pending.wake.first_in - *measured.waking);
   }
 }
 
@@ -417,13 +425,13 @@ inline void InstanceMeasurer::note_extremes(CallbackFacts& facts, Bounds& bounds
   if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
 }
 
-void InstanceMeasurer::note_open_arrival(const LiveInstance& live, OpenInstance& open) {
-  auto& facts = *live.callback_facts;
-  auto& bounds = bounds_[live.callback];
+void InstanceMeasurer::note_open_arrival(const PendingInstance& pending, OpenInstance& open) {
+  auto& facts = *pending.callback_facts;
+  auto& bounds = bounds_[pending.callback];
   const Arrival begun{
-      .seq = live.seq, .start = live.start, .end = live.start, .release = *open.release};
+      .seq = pending.seq, .start = pending.start, .end = pending.start, .release = *open.release};
   const auto pair_with = [&](const Arrival& other) {
-    if (!are_in_a_row(facts, live.host, begun, other)) return;
+    if (!are_in_a_row(facts, pending.host, begun, other)) return;
     if (other.seq + 1 == begun.seq) {
       note_extremes(facts, bounds, begun.release - other.release, begun);
       note_release_before_end(facts, other, begun);
@@ -434,7 +442,7 @@ void InstanceMeasurer::note_open_arrival(const LiveInstance& live, OpenInstance&
       open.next_start = other.start;
     }
   };
-  auto& arrivals = arrivals_[live.callback];
+  auto& arrivals = arrivals_[pending.callback];
   arrivals.lonely.for_each(pair_with);
   if (arrivals.has_latest) pair_with(arrivals.latest);
 }

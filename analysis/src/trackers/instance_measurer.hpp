@@ -9,6 +9,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
+#include "pending_instance.hpp"
 #include "prefetch.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
@@ -20,52 +21,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace cie::analysis {
-
-// A started instance; kept until nothing later can change what is known of it.
-struct LiveInstance {
-  CallbackIndex callback{};
-  std::optional<ThreadIndex> thread;
-  CallbackFacts* callback_facts = nullptr;  // the model's
-  const ProcessFacts* process_facts = nullptr;
-  ThreadFacts* thread_facts = nullptr;  // null without a thread
-  HostIndex host{};
-  StreamIndex stream{};
-  std::uint64_t seq = 0;
-  EventRef start;
-  std::optional<EventRef> end;
-  std::optional<CallbackStatus> status{};
-  OptionalTime release;  // exact ones only
-  std::uint32_t missed = 0;
-  bool is_missed_known = true;
-  OptionalTime expiry;          // calculated
-  std::uint64_t proven_by = 0;  // as soon as the timer has had so many prompt starts
-  std::int64_t source_timestamp = 0;
-  std::uint64_t writer_gid = 0;
-  OptionalTime written;  // source_time(), as far as it was asked for and known
-  std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
-  OptionalTime wakeup;
-  ThreadTimeline::Wake wake;
-  // Since then no instance of its thread ran, nor was there anything to do: what woke the thread later
-  // is its own. Unknown: an instance may have run that nobody saw.
-  OptionalTime alone_since;
-  ThreadTimeline::Mark mark;
-  std::optional<ThreadTimeline::Parts> parts;
-  std::vector<Preemptor> preempted_by;
-  // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
-  bool is_confined = false;
-  bool is_writer_undecided = false;  // see CallbackStart
-  bool is_in_window = false;         // began inside the window
-  std::uint64_t read = 0;            // see ChainNode
-  ChainNodeRef node;                 // null: it has no part in a chain yet
-  CallbackOnThread* pair = nullptr;  // null: its thread is unknown
-  bool is_nested = false;            // began inside another instance of its thread
-  std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
-  std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
-};
 
 class InstanceMeasurer {
  public:
@@ -81,15 +39,16 @@ class InstanceMeasurer {
         observer_(observer) {}
 
   // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
-  OptionalTime source_time(const LiveInstance& live) const {
-    if (live.written || live.source_timestamp <= 0) return live.written;
-    return find_source_time(live);
+  OptionalTime source_time(const PendingInstance& pending) const {
+    if (pending.written || pending.source_timestamp <= 0) return pending.written;
+    return find_source_time(pending);
   }
   // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile,
   // as far as processes have read it until now.
-  OptionalTime bound_of_release(const LiveInstance& live) const {
-    const auto written = source_time(live);
-    const bool is_bound = written && *written <= live.start.time && !is_clock_set_meanwhile(live);
+  OptionalTime bound_of_release(const PendingInstance& pending) const {
+    const auto written = source_time(pending);
+    const bool is_bound =
+        written && *written <= pending.start.time && !is_clock_set_meanwhile(pending);
     return is_bound ? written : OptionalTime{};
   }
   // A process of the host has read its clocks: bounds by messages until then are known to be some, or
@@ -103,9 +62,9 @@ class InstanceMeasurer {
     prefetch_to_write(arrivals_.find(callback));
   }
   // The same of what is found by the callback's facts: it began.
-  void prefetch(const LiveInstance& live) const noexcept;
+  void prefetch(const PendingInstance& pending) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
-  void measure(const LiveInstance& live);
+  void measure(const PendingInstance& pending);
   // A timer's expiries do not follow from the first one after all: its releases become bounds.
   void forget_releases(CallbackIndex index);
   // A prompt start of the timer has proven the calculated releases before it.
@@ -120,9 +79,9 @@ class InstanceMeasurer {
 
  private:
   // Between the writing of its message, as far as it tells, and its start.
-  bool is_clock_set_meanwhile(const LiveInstance& live) const {
-    return live.source_timestamp > 0 &&
-           clocks_.may_be_set_between(live.host, live.source_timestamp, live.start.time);
+  bool is_clock_set_meanwhile(const PendingInstance& pending) const {
+    return pending.source_timestamp > 0 &&
+           clocks_.may_be_set_between(pending.host, pending.source_timestamp, pending.start.time);
   }
   struct Arrival {
     std::uint64_t seq = 0;
@@ -207,28 +166,28 @@ class InstanceMeasurer {
   };
 
   // `is_inside`: it began and ended in the window.
-  inline Measured measured(const LiveInstance& live, bool is_inside) const;
+  inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
-  Instance instance_of(const LiveInstance& live, const Measured& measured) const;
-  static inline OptionalTime woken(const LiveInstance& live, const Measured& measured);
-  inline void find_release(const LiveInstance& live, Measured& measured) const;
-  OptionalTime find_source_time(const LiveInstance& live) const;
-  inline bool is_isolated_thread(const LiveInstance& live) const;
+  Instance instance_of(const PendingInstance& pending, const Measured& measured) const;
+  static inline OptionalTime woken(const PendingInstance& pending, const Measured& measured);
+  inline void find_release(const PendingInstance& pending, Measured& measured) const;
+  OptionalTime find_source_time(const PendingInstance& pending) const;
+  inline bool is_isolated_thread(const PendingInstance& pending) const;
   // The kernel's record is whole wherever the instance may have run.
-  bool is_recorded(const LiveInstance& live) const;
+  bool is_recorded(const PendingInstance& pending) const;
   // Its wake is what woke the thread last before the instance: no later wake-up may be missing.
-  inline bool is_woken_last(const LiveInstance& live) const;
-  inline void count(const LiveInstance& live, const Measured& measured);
-  inline void note_response_time(const LiveInstance& live, const Measured& measured,
+  inline bool is_woken_last(const PendingInstance& pending) const;
+  inline void count(const PendingInstance& pending, const Measured& measured);
+  inline void note_response_time(const PendingInstance& pending, const Measured& measured,
                                  Bounds& bounds);
-  inline void note_parts(const LiveInstance& live, const Measured& measured, Bounds& bounds);
+  inline void note_parts(const PendingInstance& pending, const Measured& measured, Bounds& bounds);
   // An instance whose release is known.
   inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance,
                          const Measured& measured);
   inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
                            Arrival& arrived, Bounds& bounds);
-  static bool is_unproven(const LiveInstance& live) {
-    return live.proven_by > live.callback_facts->grid.prompt_starts;
+  static bool is_unproven(const PendingInstance& pending) {
+    return pending.proven_by > pending.callback_facts->grid.prompt_starts;
   }
   // What was longest by more than responses alone: witnesses that may have any release.
   static auto longest_of(CallbackFacts& facts) {
@@ -236,14 +195,14 @@ class InstanceMeasurer {
                       &facts.max_duration_without_execution};
   }
   // An instance with an upper bound by its message.
-  void note_bounded(const LiveInstance& live, const Measured& measured, Timestamp written,
+  void note_bounded(const PendingInstance& pending, const Measured& measured, Timestamp written,
                     Bounds& bounds);
   void take_bound(const Bounded& bounded);
   static void note_upper(CallbackFacts& facts, Bounds& bounds, const Extreme<Duration>& upper);
   void keep_unproven(CallbackIndex index, HostIndex host, const Arrival& instance);
   void count_unproven(CallbackIndex index, Unproven& unproven);
   // Keeps the row until its release is proven.
-  void hold_back(const LiveInstance& live, const Measured& measured);
+  void hold_back(const PendingInstance& pending, const Measured& measured);
   void tell_rows(CallbackIndex index, Unproven& unproven);
   void tell_bounds(CallbackIndex index, Unproven& unproven);
   // Two instances with consecutive numbers.
@@ -257,7 +216,7 @@ class InstanceMeasurer {
   static void note_release_before_end(CallbackFacts& facts, const Arrival& earlier,
                                       const Arrival& later);
   // Of an instance that never ended: no number of the report, but evidence.
-  void note_open_arrival(const LiveInstance& live, OpenInstance& open);
+  void note_open_arrival(const PendingInstance& pending, OpenInstance& open);
 
   Model& model_;
   const Registry& registry_;

@@ -5,13 +5,13 @@
 
 namespace cie::analysis {
 
-OptionalTime InstanceMeasurer::find_source_time(const LiveInstance& live) const {
-  if (!live.realtime_offset) return {};
-  const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
+OptionalTime InstanceMeasurer::find_source_time(const PendingInstance& pending) const {
+  if (!pending.realtime_offset) return {};
+  const auto publisher = registry_.publisher_by_gid(pending.host, pending.writer_gid);
   if (!publisher) return {};
   const auto process = model_.publishers[*publisher].process;
-  if (model_.processes[at(process)].host != live.host) return {};  // another clock
-  return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
+  if (model_.processes[at(process)].host != pending.host) return {};  // another clock
+  return Timestamp{detail::wrapping_sub(pending.source_timestamp, *pending.realtime_offset)};
 }
 
 void InstanceMeasurer::note_upper(CallbackFacts& facts, Bounds& bounds,

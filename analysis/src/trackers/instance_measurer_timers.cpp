@@ -59,15 +59,15 @@ void InstanceMeasurer::leave_bounds(CallbackIndex index) {
   if (has_left_bounds) chains_.forget_releases(index);
 }
 
-void InstanceMeasurer::hold_back(const LiveInstance& live, const Measured& measured) {
-  auto& unproven = unproven_[live.callback];
+void InstanceMeasurer::hold_back(const PendingInstance& pending, const Measured& measured) {
+  auto& unproven = unproven_[pending.callback];
   if (unproven.rows.size() >= Unproven::kMost || held_back_ >= Unproven::kMostRows)
-    tell_bounds(live.callback, unproven);
-  auto instance = instance_of(live, measured);
+    tell_bounds(pending.callback, unproven);
+  auto instance = instance_of(pending, measured);
   instance.release = measured.unproven;
   instance.release_source = ReleaseSource::timer_grid;
-  instance.missed = live.is_missed_known ? std::optional(live.missed) : std::nullopt;
-  unproven.rows.push_back({.instance = instance, .preempted_by = live.preempted_by});
+  instance.missed = pending.is_missed_known ? std::optional(pending.missed) : std::nullopt;
+  unproven.rows.push_back({.instance = instance, .preempted_by = pending.preempted_by});
   ++held_back_;
 }
 

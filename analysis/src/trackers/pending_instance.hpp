@@ -1,0 +1,61 @@
+// What is known so far of an instance of a callback.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "chain_node.hpp"
+#include "model/facts.hpp"
+#include "model/optional_time.hpp"
+#include "thread_timeline.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// A started instance; kept until nothing later can change what is known of it.
+struct PendingInstance {
+  CallbackIndex callback{};
+  std::optional<ThreadIndex> thread;
+  CallbackFacts* callback_facts = nullptr;  // the model's
+  const ProcessFacts* process_facts = nullptr;
+  ThreadFacts* thread_facts = nullptr;  // null without a thread
+  HostIndex host{};
+  StreamIndex stream{};
+  std::uint64_t seq = 0;
+  EventRef start;
+  std::optional<EventRef> end;
+  std::optional<CallbackStatus> status{};
+  OptionalTime release;  // exact ones only
+  std::uint32_t missed = 0;
+  bool is_missed_known = true;
+  OptionalTime expiry;          // calculated
+  std::uint64_t proven_by = 0;  // as soon as the timer has had so many prompt starts
+  std::int64_t source_timestamp = 0;
+  std::uint64_t writer_gid = 0;
+  OptionalTime written;  // source_time(), as far as it was asked for and known
+  std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
+  OptionalTime wakeup;
+  ThreadTimeline::Wake wake;
+  // Since then no instance of its thread ran, nor was there anything to do: what woke the thread later
+  // is its own. Unknown: an instance may have run that nobody saw.
+  OptionalTime alone_since;
+  ThreadTimeline::Mark mark;
+  std::optional<ThreadTimeline::Parts> parts;
+  std::vector<Preemptor> preempted_by;
+  // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
+  bool is_confined = false;
+  bool is_writer_undecided = false;  // see CallbackStart
+  bool is_in_window = false;         // began inside the window
+  std::uint64_t read = 0;            // see ChainNode
+  ChainNodeRef node;                 // null: it has no part in a chain yet
+  CallbackOnThread* pair = nullptr;  // null: its thread is unknown
+  bool is_nested = false;            // began inside another instance of its thread
+  std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
+  std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
+};
+
+}  // namespace cie::analysis
