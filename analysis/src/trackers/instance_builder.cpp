@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <tuple>
 #include <utility>
 
 namespace cie::analysis {
@@ -16,38 +15,12 @@ constexpr std::size_t kMaxMoves = 1024;
 constexpr std::size_t kMaxRegisteredMoves = 64;
 constexpr std::size_t kMaxAnswering = 64;
 
-// Of an instance that another one of its callback began in, or that another one began inside of.
-CallbackFacts::Overlap overlap_of(const PendingInstance& pending) {
-  return {.first_seq = pending.seq,
-          .first_start = pending.start,
-          .first_end = pending.end,
-          .second_seq = pending.first_overlapping->first,
-          .second_start = pending.first_overlapping->second};
-}
-
-ThreadFacts::Nesting nesting_of(const PendingInstance& pending) {
-  return {.outer = pending.callback,
-          .outer_start = pending.start,
-          .outer_end = pending.end,
-          .inner = pending.first_inner->first,
-          .inner_start = pending.first_inner->second};
-}
-
 }  // namespace
 
 bool InstanceBuilder::asks_for_cpus(const SchedulingSpec* spec) {
   return spec != nullptr && std::ranges::any_of(spec->callbacks(), [](const SpecEntry& entry) {
            return entry.parameters.cpus.has_value();
          });
-}
-
-inline void InstanceBuilder::note_activity(CallbackOnThread& pair, const EventRef& where) const {
-  auto& last = pair.last_activity;
-  if (is_asked_for_cpus_ && where.cpu != last.cpu) [[unlikely]] {
-    if (last.cpu) note_cpu(pair.cpus, last);
-    if (where.cpu) note_cpu(pair.cpus, where);
-  }
-  last = where;
 }
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
@@ -63,37 +36,6 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
 
 void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
-}
-
-void InstanceBuilder::begin_outside(const EventHead& head, const Emitter& who,
-                                    CallbackIndex callback, std::uint64_t seq) {
-  ++of_thread(who.thread).unseen;
-  pass_start(head, who, callback, seq);
-}
-
-void InstanceBuilder::end_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
-                                  std::uint64_t seq) {
-  leave_unseen(who.thread);
-  pass_end(head, who, callback, seq);
-}
-
-void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
-  auto& unseen = of_thread(thread).unseen;
-  if (unseen > 0) --unseen;
-}
-
-void InstanceBuilder::pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
-                                 std::uint64_t seq) {
-  if (model_.callbacks[at(callback)].first_expiry) {
-    follow_grid(who.host, who.thread, callback, {.time = head.time, .seq = seq}, false);
-  }
-  note_start_on_thread(of_thread(who.thread), head.time);
-}
-
-void InstanceBuilder::pass_end(const EventHead& head, const Emitter& who, CallbackIndex callback,
-                               std::uint64_t seq) {
-  of_thread(who.thread).last_activity = head.time;
-  callbacks_[callback].recent.push(Ended{.seq = seq, .end = ref(head)});
 }
 
 bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
@@ -207,12 +149,6 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   return pending;
 }
 
-inline void InstanceBuilder::note_start_on_thread(OfThread& thread, Timestamp start) {
-  const bool is_pause = !thread.last_activity || start - *thread.last_activity > TimerGrid::kPrompt;
-  if (is_pause) thread.busy_since = start;
-  thread.last_activity = start;
-}
-
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
   if (!who.process) return;
   const auto index = registry_.callback(who, event.callback);
@@ -241,7 +177,7 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
 }
 
 // Another one begins.
-inline void InstanceBuilder::bound_open(OfThread& thread) {
+[[gnu::always_inline]] inline void InstanceBuilder::bound_open(OfThread& thread) {
   if (thread.open.size() < kMaxOpenPerThread) [[likely]]
     return;
   auto oldest = std::move(thread.open.front());
@@ -375,46 +311,6 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   thread.wakeup = {};
 }
 
-void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
-                                      std::uint64_t seq) {
-  const auto& facts = model_.callbacks[at(index)];
-  // Of what began before the recording, or the window, nothing is told.
-  const bool is_awaited = facts.registered && seq >= facts.first_next_seq;
-  if (!is_awaited) return;
-  const bool follows_one_inside = facts.starts.first && seq > *facts.starts.first;
-  if (facts.registered->time < window_begin_ && !follows_one_inside) return;
-  auto& pair = pair_of(index, thread, end, seq);
-  note_activity(pair, end);
-  callbacks_[index].last_on = &pair;
-}
-
-void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,
-                                             std::uint64_t seq) {
-  auto& facts = model_.callbacks[at(index)];
-  auto& callback = callbacks_[index];
-  const auto& starts = facts.starts;
-  if (!starts.first || seq < *starts.first) {
-    ++facts.ends_before_first;
-    return;
-  }
-  const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
-  const auto* first_end =
-      callback.recent.find_newest([seq](const Ended& ended) { return ended.seq == seq; });
-  const bool is_open =
-      std::any_of(callback.open.begin(), callback.open.end(),
-                  [seq](const PendingInstance* pending) { return pending->seq == seq; });
-  if (was_started && !is_open) {
-    ++facts.second_ends;
-    if (!facts.first_second_end && first_end != nullptr) {
-      facts.first_second_end =
-          CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
-    }
-    return;
-  }
-  ++facts.ends_without_start;
-  if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
-}
-
 [[gnu::always_inline]] inline void InstanceBuilder::close(
     std::unique_ptr<PendingInstance>&& pending, OfCallback& callback) {
   auto& facts = *pending->callback_facts;
@@ -437,21 +333,6 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
     answering.push_back(node_of(*pending));
   }
   ended_.add(std::move(pending));
-}
-
-void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
-  if (pending->thread && has_kernel(*pending))
-    timeline_.end_watch(pending->host, *pending->start.tid);
-  auto& callback = callbacks_[pending->callback];
-  std::erase(callback.open, pending.get());
-  auto& facts = *pending->callback_facts;
-  if (pending->first_overlapping && !facts.overlap_unproven) {
-    facts.overlap_unproven = overlap_of(*pending);
-  }
-  if (pending->thread && pending->first_inner && !pending->thread_facts->nesting_unproven) {
-    pending->thread_facts->nesting_unproven = nesting_of(*pending);
-  }
-  ended_.measure(std::move(pending));
 }
 
 const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
@@ -492,27 +373,6 @@ std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, Ho
     inside += parts->execution;
   }
   return inside;
-}
-
-void InstanceBuilder::finish() {
-  ended_.measure_all();
-  std::vector<std::unique_ptr<PendingInstance>> open;
-  const auto take = [&open](OfThread& state) {
-    for (auto& pending : state.open)
-      open.push_back(std::move(pending));
-    state.open.clear();
-  };
-  std::for_each(threads_.begin(), threads_.end(), take);
-  take(nobody_);
-  std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
-    return std::tie(a->start.time, a->start.tid, a->seq) <
-           std::tie(b->start.time, b->start.tid, b->seq);
-  });
-  for (auto& pending : open)
-    abandon(std::move(pending));
-  measurer_.finish();
-  for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
-    finish_grid(static_cast<CallbackIndex>(i));
 }
 
 }  // namespace cie::analysis

@@ -153,7 +153,14 @@ class InstanceBuilder {
   // Some entry of it is about CPUs.
   static bool asks_for_cpus(const SchedulingSpec* spec);
   // An instance starts or ends there.
-  inline void note_activity(CallbackOnThread& pair, const EventRef& where) const;
+  void note_activity(CallbackOnThread& pair, const EventRef& where) const {
+    auto& last = pair.last_activity;
+    if (is_asked_for_cpus_ && where.cpu != last.cpu) [[unlikely]] {
+      if (last.cpu) note_cpu(pair.cpus, last);
+      if (where.cpu) note_cpu(pair.cpus, where);
+    }
+    last = where;
+  }
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
                         const EventRef& first_on_to, std::uint64_t first_seq);
   // A callback on a thread; the first time, a new one, of that event.
@@ -166,7 +173,12 @@ class InstanceBuilder {
                                                 const std::optional<ThreadIndex>& thread,
                                                 CallbackIndex index, const TimerStart& start,
                                                 bool is_inside);
-  static void note_start_on_thread(OfThread& thread, Timestamp start);
+  static void note_start_on_thread(OfThread& thread, Timestamp start) {
+    const bool is_pause =
+        !thread.last_activity || start - *thread.last_activity > TimerGrid::kPrompt;
+    if (is_pause) thread.busy_since = start;
+    thread.last_activity = start;
+  }
   void leave_unseen(const std::optional<ThreadIndex>& thread);
   void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.

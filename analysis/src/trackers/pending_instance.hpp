@@ -58,4 +58,21 @@ struct PendingInstance {
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
 };
 
+// Of an instance that another one of its callback began in, or that another one began inside of.
+inline CallbackFacts::Overlap overlap_of(const PendingInstance& pending) {
+  return {.first_seq = pending.seq,
+          .first_start = pending.start,
+          .first_end = pending.end,
+          .second_seq = pending.first_overlapping->first,
+          .second_start = pending.first_overlapping->second};
+}
+
+inline ThreadFacts::Nesting nesting_of(const PendingInstance& pending) {
+  return {.outer = pending.callback,
+          .outer_start = pending.start,
+          .outer_end = pending.end,
+          .inner = pending.first_inner->first,
+          .inner_start = pending.first_inner->second};
+}
+
 }  // namespace cie::analysis

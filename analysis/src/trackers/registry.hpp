@@ -108,7 +108,7 @@ class Registry {
   // The callback, known or provisional (init not seen yet).
   CallbackIndex callback(ProcessIndex process, CallbackId id);
   // The same of an emitter with a process: most threads run one callback only.
-  CallbackIndex callback(const Emitter& who, CallbackId id) {
+  [[gnu::always_inline]] CallbackIndex callback(const Emitter& who, CallbackId id) {
     auto* known = who.known;
     if (known != nullptr && known->ran.is(id)) return known->ran.index;
     const auto index = callback(*who.process, id);

@@ -1,0 +1,120 @@
+// What does not pair: instances outside the window, ends without a start, starts without an end.
+#include "instance_builder.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+void InstanceBuilder::begin_outside(const EventHead& head, const Emitter& who,
+                                    CallbackIndex callback, std::uint64_t seq) {
+  ++of_thread(who.thread).unseen;
+  pass_start(head, who, callback, seq);
+}
+
+void InstanceBuilder::end_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                                  std::uint64_t seq) {
+  leave_unseen(who.thread);
+  pass_end(head, who, callback, seq);
+}
+
+void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
+  auto& unseen = of_thread(thread).unseen;
+  if (unseen > 0) --unseen;
+}
+
+void InstanceBuilder::pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                                 std::uint64_t seq) {
+  if (model_.callbacks[at(callback)].first_expiry) {
+    follow_grid(who.host, who.thread, callback, {.time = head.time, .seq = seq}, false);
+  }
+  note_start_on_thread(of_thread(who.thread), head.time);
+}
+
+void InstanceBuilder::pass_end(const EventHead& head, const Emitter& who, CallbackIndex callback,
+                               std::uint64_t seq) {
+  of_thread(who.thread).last_activity = head.time;
+  callbacks_[callback].recent.push(Ended{.seq = seq, .end = ref(head)});
+}
+
+void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
+                                      std::uint64_t seq) {
+  const auto& facts = model_.callbacks[at(index)];
+  // Of what began before the recording, or the window, nothing is told.
+  const bool is_awaited = facts.registered && seq >= facts.first_next_seq;
+  if (!is_awaited) return;
+  const bool follows_one_inside = facts.starts.first && seq > *facts.starts.first;
+  if (facts.registered->time < window_begin_ && !follows_one_inside) return;
+  auto& pair = pair_of(index, thread, end, seq);
+  note_activity(pair, end);
+  callbacks_[index].last_on = &pair;
+}
+
+void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,
+                                             std::uint64_t seq) {
+  auto& facts = model_.callbacks[at(index)];
+  auto& callback = callbacks_[index];
+  const auto& starts = facts.starts;
+  if (!starts.first || seq < *starts.first) {
+    ++facts.ends_before_first;
+    return;
+  }
+  const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
+  const auto* first_end =
+      callback.recent.find_newest([seq](const Ended& ended) { return ended.seq == seq; });
+  const bool is_open =
+      std::any_of(callback.open.begin(), callback.open.end(),
+                  [seq](const PendingInstance* pending) { return pending->seq == seq; });
+  if (was_started && !is_open) {
+    ++facts.second_ends;
+    if (!facts.first_second_end && first_end != nullptr) {
+      facts.first_second_end =
+          CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
+    }
+    return;
+  }
+  ++facts.ends_without_start;
+  if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
+}
+
+void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
+  if (pending->thread && has_kernel(*pending))
+    timeline_.end_watch(pending->host, *pending->start.tid);
+  auto& callback = callbacks_[pending->callback];
+  std::erase(callback.open, pending.get());
+  auto& facts = *pending->callback_facts;
+  if (pending->first_overlapping && !facts.overlap_unproven) {
+    facts.overlap_unproven = overlap_of(*pending);
+  }
+  if (pending->thread && pending->first_inner && !pending->thread_facts->nesting_unproven) {
+    pending->thread_facts->nesting_unproven = nesting_of(*pending);
+  }
+  ended_.measure(std::move(pending));
+}
+
+void InstanceBuilder::finish() {
+  ended_.measure_all();
+  std::vector<std::unique_ptr<PendingInstance>> open;
+  const auto take = [&open](OfThread& state) {
+    for (auto& pending : state.open)
+      open.push_back(std::move(pending));
+    state.open.clear();
+  };
+  std::for_each(threads_.begin(), threads_.end(), take);
+  take(nobody_);
+  std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
+    return std::tie(a->start.time, a->start.tid, a->seq) <
+           std::tie(b->start.time, b->start.tid, b->seq);
+  });
+  for (auto& pending : open)
+    abandon(std::move(pending));
+  measurer_.finish();
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
+    finish_grid(static_cast<CallbackIndex>(i));
+}
+
+}  // namespace cie::analysis
