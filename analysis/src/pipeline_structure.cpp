@@ -1,0 +1,50 @@
+// What events of streams and packets tell the trackers.
+#include "pipeline.hpp"
+
+namespace cie::analysis {
+
+void Analyzer::Pipeline::note_hole(const EventHead& head, Timestamp begin, Timestamp end) {
+  const auto& coverage = recording.coverage();
+  if (recording.is_kernel(head.stream) && coverage.is_evidence(head.stream) &&
+      coverage.costs(head, end)) {
+    timeline.add_hole(registry.host_of(head),
+                      {.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)});
+  }
+}
+
+void Analyzer::Pipeline::begin_stream(const EventHead& head, const StreamBegin& e) {
+  recording.apply(head, e);
+  // The kernel's trace measured the same clocks once more, or others.
+  if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
+  if (!e.is_snapshot) return;
+  if (!cut) cut.emplace(options.window.value_or(TimeWindow{}), model, registry, *instances);
+  cut->await_begin();
+  note_possible_begin(head);
+}
+
+void Analyzer::Pipeline::begin_packet(const EventHead& head, const PacketBegin& e) {
+  if (const auto cpu = recording.apply(head, e)) timeline.begin_anew(registry.host_of(head), *cpu);
+  note_possible_begin(head);
+}
+
+void Analyzer::Pipeline::consume_structure(const Event& event) {
+  const auto& head = event.head;
+  std::visit(
+      Overloaded{[&](const StreamBegin& e) { begin_stream(head, e); },
+                 [&](const StreamEnd& e) { recording.apply(head, e); },
+                 [&](const PacketBegin& e) { begin_packet(head, e); },
+                 [&](const PacketEnd& e) { recording.apply(head, e); },
+                 [&](const Discarded& e) {
+                   recording.apply(head, e);
+                   note_hole(head, e.begin, e.end);
+                 },
+                 [&](const DamagedPacket& e) {
+                   recording.apply(head, e);
+                   note_hole(head, e.begin.value_or(head.time), e.end.value_or(head.time));
+                 },
+                 [&](const SessionGap& e) { recording.apply(head, e); },
+                 [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
+      event.body);
+}
+
+}  // namespace cie::analysis
