@@ -13,7 +13,7 @@
 namespace cie_rclcpp {
 namespace {
 
-using Added = ServedNode::Added;
+using Added = RclcppNode::Added;
 
 [[noreturn]] void throw_no_some(const char* function) {
   throw std::logic_error{std::string{"CallbackIsolatedExecutor::"} + function +

@@ -77,7 +77,7 @@ void ExecutorState::add(const NodeBase::SharedPtr& node, Add add) {
   const std::lock_guard lock{mutex_};
   const auto known = find(*node);
   const NodePtr member = known ? known
-                               : std::make_shared<ServedNode>(
+                               : std::make_shared<RclcppNode>(
                                      node, server_, [changed = changed_] { changed->notify(); });
   add(*member);
   if (!known) {
@@ -93,12 +93,12 @@ void ExecutorState::add(const NodeBase::SharedPtr& node, Add add) {
 }
 
 void ExecutorState::add_node(const NodeBase::SharedPtr& node) {
-  add(node, [](ServedNode& member) { member.add_whole(); });
+  add(node, [](RclcppNode& member) { member.add_whole(); });
 }
 
 void ExecutorState::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
                               const NodeBase::SharedPtr& node) {
-  add(node, [&group](ServedNode& member) { member.add_group(group); });
+  add(node, [&group](RclcppNode& member) { member.add_group(group); });
 }
 
 void ExecutorState::remove_node(const NodeBase& node) {
@@ -120,7 +120,7 @@ void ExecutorState::remove_group(const rclcpp::CallbackGroup& group) {
     nodes = nodes_;
   }
   const auto holds = [&group](const NodePtr& node) {
-    return std::ranges::any_of(node->groups(ServedNode::Added::by_hand),
+    return std::ranges::any_of(node->groups(RclcppNode::Added::by_hand),
                                [&group](const auto& each) { return each.lock().get() == &group; });
   };
   const auto found = std::ranges::find_if(nodes, holds);
@@ -148,7 +148,7 @@ void ExecutorState::drop_if_empty(const NodePtr& node) {
   core_->drop_node(*node);
 }
 
-std::vector<rclcpp::CallbackGroup::WeakPtr> ExecutorState::groups(ServedNode::Added added) const {
+std::vector<rclcpp::CallbackGroup::WeakPtr> ExecutorState::groups(RclcppNode::Added added) const {
   const std::lock_guard lock{mutex_};
   std::vector<rclcpp::CallbackGroup::WeakPtr> all;
   for (const NodePtr& node : nodes_) {

@@ -5,7 +5,7 @@
 #include <cie/scheduling/wakeup.hpp>
 
 #include "internal_endpoint.hpp"
-#include "served_node.hpp"
+#include "rclcpp_node.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -28,7 +28,7 @@ class ExecutorState {
   void remove_node(const NodeBase& node);
   void add_group(const rclcpp::CallbackGroup::SharedPtr& group, const NodeBase::SharedPtr& node);
   void remove_group(const rclcpp::CallbackGroup& group);
-  std::vector<rclcpp::CallbackGroup::WeakPtr> groups(ServedNode::Added added) const;
+  std::vector<rclcpp::CallbackGroup::WeakPtr> groups(RclcppNode::Added added) const;
 
   void spin(std::int64_t deadline_ns);
   // A caller that is inside uses the executor until it has left.
@@ -55,7 +55,7 @@ class ExecutorState {
   }
 
  private:
-  using NodePtr = std::shared_ptr<ServedNode>;
+  using NodePtr = std::shared_ptr<RclcppNode>;
 
   // Adds a part of a node to its member, which is made and told to the core if there is none.
   template <typename Add>

@@ -5,8 +5,8 @@
 #include <cie/tracepoints/priority_mutex.hpp>
 
 #include "entity_callback.hpp"
+#include "expiry_grid.hpp"
 #include "inbox.hpp"
-#include "timer_grid.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -53,7 +53,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   rclcpp::JumpHandler::SharedPtr jumps_;
   cie::PriorityMutex mutex_;  // of what follows, and of taking an expiry
   bool is_begun_ = false;     // to be served
-  TimerGrid grid_;
+  ExpiryGrid grid_;
 };
 
 }  // namespace cie_rclcpp

@@ -88,7 +88,7 @@ FROM missing_{table};
 
 class ClickHouseSink final : public FleetSink {
  public:
-  ClickHouseSink(fs::path directory, const Recording& recording, const OpenFile& open)
+  ClickHouseSink(fs::path directory, const RecordingIdentity& recording, const OpenFile& open)
       : directory_(std::move(directory)), recording_(recording), open_(open) {}
 
   void begin(const FleetTable& table) override {
@@ -114,7 +114,7 @@ class ClickHouseSink final : public FleetSink {
 
  private:
   fs::path directory_;
-  const Recording& recording_;
+  const RecordingIdentity& recording_;
   const OpenFile& open_;
   std::optional<OutputFile> file_;
   std::optional<RowBinaryTable> table_;
@@ -131,7 +131,7 @@ void write_text(const OpenFile& open, const fs::path& path, std::string_view tex
 
 }  // namespace
 
-void write_clickhouse(const fs::path& directory, const Recording& recording,
+void write_clickhouse(const fs::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open) {
   const fs::path loader = directory / "load.sh";

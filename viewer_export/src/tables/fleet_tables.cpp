@@ -256,7 +256,7 @@ const std::vector<FleetTable>& fleet_tables() {
   return tables;
 }
 
-void write_fleet_tables(FleetSink& sink, const Recording& recording,
+void write_fleet_tables(FleetSink& sink, const RecordingIdentity& recording,
                         const analysis::AnalysisResult& result, InstanceWriter& instances) {
   Tables tables(sink, result.report);
   write_instances(tables, table_called("instances"), instances, result.report);

@@ -54,7 +54,7 @@ class FleetSink {
 
 // `instances` has seen the analysis, in the order by_process; it is empty afterwards. The result
 // has buckets (AnalysisOptions::keep_buckets). Throws what the sink throws.
-void write_fleet_tables(FleetSink& sink, const Recording& recording,
+void write_fleet_tables(FleetSink& sink, const RecordingIdentity& recording,
                         const analysis::AnalysisResult& result, InstanceWriter& instances);
 
 }  // namespace cie::viewer_export

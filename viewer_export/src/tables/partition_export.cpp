@@ -29,7 +29,7 @@ std::vector<Column> columns_of(const FleetTable& table) {
 
 class PartitionSink final : public FleetSink {
  public:
-  PartitionSink(fs::path directory, const Recording& recording, const OpenFile& open)
+  PartitionSink(fs::path directory, const RecordingIdentity& recording, const OpenFile& open)
       : directory_(std::move(directory)),
         recording_(recording),
         open_(open),
@@ -113,7 +113,7 @@ class PartitionSink final : public FleetSink {
   }
 
   fs::path directory_;
-  const Recording& recording_;
+  const RecordingIdentity& recording_;
   const OpenFile& open_;
   std::string day_;
   const FleetTable* table_ = nullptr;
@@ -184,7 +184,7 @@ std::string partition_value(std::string_view text) {
   return value + "~" + sha256_hex(text).substr(0, kDigest);
 }
 
-void write_partitions(const fs::path& directory, const Recording& recording,
+void write_partitions(const fs::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open) {
   try {

@@ -46,7 +46,7 @@ std::string clickhouse_type(const FleetTable& table, const Column& column) {
 }
 
 RowBinaryTable::RowBinaryTable(std::ostream& out, const FleetTable& table,
-                               const Recording& recording)
+                               const RecordingIdentity& recording)
     : out_(out), recording_(recording) {
   for (const Column& column : table.columns)
     parts_.push_back({.type = column.type, .is_nullable = !is_required(table, column)});

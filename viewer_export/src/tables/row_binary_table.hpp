@@ -18,7 +18,7 @@ std::string clickhouse_type(const FleetTable& table, const Column& column);
 class RowBinaryTable {
  public:
   // `out` is borrowed.
-  RowBinaryTable(std::ostream& out, const FleetTable& table, const Recording& recording);
+  RowBinaryTable(std::ostream& out, const FleetTable& table, const RecordingIdentity& recording);
 
   void row(const RowPlace& place, std::span<const Cell> cells);
   // Call it once, after the last row.
@@ -33,7 +33,7 @@ class RowBinaryTable {
 
   std::ostream& out_;
   std::vector<Part> parts_;
-  Recording recording_;
+  RecordingIdentity recording_;
   RowPlace last_place_;
   std::string head_;  // what rows of last_place_ begin with
   std::string bytes_;

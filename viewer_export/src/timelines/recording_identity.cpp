@@ -81,8 +81,8 @@ Label label_of(std::string_view text) {
   return label;
 }
 
-Recording identify(const analysis::Report& report, std::vector<Label> labels) {
-  Recording recording{
+RecordingIdentity identify(const analysis::Report& report, std::vector<Label> labels) {
+  RecordingIdentity recording{
       .id = id_of(report), .day = day_of(report.trace), .software = {}, .labels = {}};
   for (const Label& label : labels) {
     if (label.name == "software") recording.software = label.value;
@@ -92,7 +92,7 @@ Recording identify(const analysis::Report& report, std::vector<Label> labels) {
   return recording;
 }
 
-std::string day_text(const Recording& recording) {
+std::string day_text(const RecordingIdentity& recording) {
   return date_of(std::chrono::sys_days(std::chrono::days(recording.day.value_or(0))));
 }
 

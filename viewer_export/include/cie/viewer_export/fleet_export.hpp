@@ -25,7 +25,7 @@ struct Label {
 Label label_of(std::string_view text);
 
 // What tells one recording from all others.
-struct Recording {
+struct RecordingIdentity {
   // 32 hexadecimal digits that depend on the recording alone (hosts, boots, processes, window), not
   // on its labels or place: the same whoever exports it.
   std::string id;
@@ -34,9 +34,9 @@ struct Recording {
   std::string software;  // empty: not said
   std::vector<Label> labels;
 };
-Recording identify(const analysis::Report& report, std::vector<Label> labels);
+RecordingIdentity identify(const analysis::Report& report, std::vector<Label> labels);
 // "2026-11-20"; "1970-01-01" if it is not known.
-std::string day_text(const Recording& recording);
+std::string day_text(const RecordingIdentity& recording);
 
 // How files are made, one after the other.
 using OpenFile = std::function<OutputFile(const std::filesystem::path&)>;
@@ -45,12 +45,12 @@ using OpenFile = std::function<OutputFile(const std::filesystem::path&)>;
 // and is empty afterwards. Files that are there already are replaced. Throws WriteError.
 
 // A directory with schema, data and a loader, load.sh, which is written last.
-void write_clickhouse(const std::filesystem::path& directory, const Recording& recording,
+void write_clickhouse(const std::filesystem::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open);
 // TABLE/day=DAY/host=HOST/process=PROCESS/RECORDING[-PID].parquet below a directory that many
 // recordings share, and views.sql, which makes tables of them in DuckDB.
-void write_partitions(const std::filesystem::path& directory, const Recording& recording,
+void write_partitions(const std::filesystem::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open);
 

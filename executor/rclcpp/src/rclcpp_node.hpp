@@ -21,12 +21,12 @@ using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
 using Callbacks = std::vector<std::shared_ptr<cie::scheduling::Callback>>;
 
 // Users create callbacks with rclcpp and drop them; look() finds out. Thread-safe.
-class ServedNode final : public cie::scheduling::ServedNode {
+class RclcppNode final : public cie::scheduling::ServedNode {
  public:
   // `on_change` is told, from any thread, that it is worth to look.
-  ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
+  RclcppNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
              OnGone on_change);
-  ~ServedNode() override;
+  ~RclcppNode() override;
 
   const std::string& name() const noexcept override { return name_; }
   Callbacks callbacks() const override;

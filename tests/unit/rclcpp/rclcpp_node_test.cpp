@@ -1,5 +1,5 @@
 // What look() finds of a node, and as what.
-#include "served_node.hpp"
+#include "rclcpp_node.hpp"
 
 #include "support/rclcpp/tests/spinning.hpp"
 
@@ -13,7 +13,7 @@ using cie::GroupType;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-class ServedNodeTest : public WithContext {
+class RclcppNodeTest : public WithContext {
  protected:
   static std::vector<std::string> ids(const Callbacks& callbacks) {
     std::vector<std::string> all;
@@ -21,8 +21,8 @@ class ServedNodeTest : public WithContext {
       all.push_back(callback->logical_id());
     return all;
   }
-  std::shared_ptr<ServedNode> serve(const rclcpp::Node::SharedPtr& node) {
-    auto served = std::make_shared<ServedNode>(node->get_node_base_interface(), server_, [this] {
+  std::shared_ptr<RclcppNode> serve(const rclcpp::Node::SharedPtr& node) {
+    auto served = std::make_shared<RclcppNode>(node->get_node_base_interface(), server_, [this] {
       ++changes_;
       on_change_();
     });
@@ -42,17 +42,17 @@ class ServedNodeTest : public WithContext {
   std::vector<rclcpp::CallbackGroup::SharedPtr> groups_;
 };
 
-TEST_F(ServedNodeTest, ANodeByItselfHasNoCallbacks) {
+TEST_F(RclcppNodeTest, ANodeByItselfHasNoCallbacks) {
   const auto empty = node("empty");
   const auto served = serve(empty);
   EXPECT_EQ(served->name(), "/test/empty");
   const auto changes = served->look();
   EXPECT_THAT(changes.came, IsEmpty()) << "services of parameters are rclcpp's own";
   EXPECT_THAT(changes.gone, IsEmpty());
-  EXPECT_EQ(served->groups(ServedNode::Added::with_node).size(), 1U) << "the default group";
+  EXPECT_EQ(served->groups(RclcppNode::Added::with_node).size(), 1U) << "the default group";
 }
 
-TEST_F(ServedNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {
+TEST_F(RclcppNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {
   const auto shared = node("shared");
   const auto timer = shared->create_wall_timer(10ms, [] {});
   const auto one = shared->create_subscription<Message>("one", 7, [](const Message&) {});
@@ -63,7 +63,7 @@ TEST_F(ServedNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {
   EXPECT_EQ(all[0]->group().type(), GroupType::mutually_exclusive);
 }
 
-TEST_F(ServedNodeTest, OneOfEachKindInItsGroup) {
+TEST_F(RclcppNodeTest, OneOfEachKindInItsGroup) {
   const auto all_kinds = node("kinds");
   const auto timer = all_kinds->create_wall_timer(
       10ms, [] {}, group(all_kinds));
@@ -86,7 +86,7 @@ TEST_F(ServedNodeTest, OneOfEachKindInItsGroup) {
   }
 }
 
-TEST_F(ServedNodeTest, ATimerFirstWithinAGroupThenSubscriptionsServicesClients) {
+TEST_F(RclcppNodeTest, ATimerFirstWithinAGroupThenSubscriptionsServicesClients) {
   const auto mixed = node("mixed");
   const auto of_all = group(mixed);
   const auto client =
@@ -100,7 +100,7 @@ TEST_F(ServedNodeTest, ATimerFirstWithinAGroupThenSubscriptionsServicesClients) 
                           "/test/mixed@Client(/test/ask)"));
 }
 
-TEST_F(ServedNodeTest, EqualOnesAreToldApartInOrderOfCreation) {
+TEST_F(RclcppNodeTest, EqualOnesAreToldApartInOrderOfCreation) {
   const auto equal = node("equal");
   std::vector<rclcpp::TimerBase::SharedPtr> timers;
   for (int i = 0; i < 3; ++i)
@@ -115,7 +115,7 @@ TEST_F(ServedNodeTest, EqualOnesAreToldApartInOrderOfCreation) {
 }
 
 // Only rclcpp's own subscription to /parameter_events is rclcpp's, a further one is the user's.
-TEST_F(ServedNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
+TEST_F(RclcppNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
   const auto listening = node("listening");
   const auto events = listening->create_subscription<rcl_interfaces::msg::ParameterEvent>(
       "/parameter_events", 10, [](const rcl_interfaces::msg::ParameterEvent&) {});
@@ -127,7 +127,7 @@ TEST_F(ServedNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
                           "/test/listening@Service(/other/get_parameters)"));
 }
 
-TEST_F(ServedNodeTest, InAGroupOfItsOwnSoIsTheFirst) {
+TEST_F(RclcppNodeTest, InAGroupOfItsOwnSoIsTheFirst) {
   const auto listening = node("listening");
   const auto own = listening->create_callback_group(CallbackGroupType::MutuallyExclusive);
   const auto events = listening->create_subscription<Message>(
@@ -137,7 +137,7 @@ TEST_F(ServedNodeTest, InAGroupOfItsOwnSoIsTheFirst) {
   EXPECT_EQ(serve(listening)->look().came.size(), 2U);
 }
 
-TEST_F(ServedNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
+TEST_F(RclcppNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
   const auto handling = node("handling");
   rclcpp::SubscriptionOptions handled;
   handled.event_callbacks.incompatible_qos_callback = [](rclcpp::QOSRequestedIncompatibleQoSInfo&) {
@@ -153,7 +153,7 @@ TEST_F(ServedNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
 
 // A handler keeps the middleware's reader, which since Iron calls the subscription's notice: who kept the
 // one without the other would have it call what has gone.
-TEST_F(ServedNodeTest, AHandlerOfEventsIsNotTakenWithoutItsSubscription) {
+TEST_F(RclcppNodeTest, AHandlerOfEventsIsNotTakenWithoutItsSubscription) {
   const auto watching = node("watching");
   rclcpp::SubscriptionOptions options;
   options.event_callbacks.message_lost_callback = [](rclcpp::QOSMessageLostInfo&) {};
@@ -171,7 +171,7 @@ TEST_F(ServedNodeTest, AHandlerOfEventsIsNotTakenWithoutItsSubscription) {
                                 [](std::int64_t) { FAIL() << "it was taken"; }));
 }
 
-TEST_F(ServedNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
+TEST_F(RclcppNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
   const auto inside =
       std::make_shared<rclcpp::Node>("inside", "/test", options().use_intra_process_comms(true));
   const auto one = inside->create_subscription<Message>("x", 4, [](const Message&) {});
@@ -179,7 +179,7 @@ TEST_F(ServedNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
 }
 
 // While rclcpp destroys a subscription, that way is there for a moment longer.
-TEST_F(ServedNodeTest, TheWayThroughTheProcessIsNoCallbackWhenItsSubscriptionHasGone) {
+TEST_F(RclcppNodeTest, TheWayThroughTheProcessIsNoCallbackWhenItsSubscriptionHasGone) {
   const auto inside =
       std::make_shared<rclcpp::Node>("inside", "/test", options().use_intra_process_comms(true));
   auto one = inside->create_subscription<Message>("x", 4, [](const Message&) {});
@@ -192,7 +192,7 @@ TEST_F(ServedNodeTest, TheWayThroughTheProcessIsNoCallbackWhenItsSubscriptionHas
   EXPECT_EQ(changes.gone.size(), 1U);
 }
 
-TEST_F(ServedNodeTest, FindsWhatIsCreatedAndDroppedLater) {
+TEST_F(RclcppNodeTest, FindsWhatIsCreatedAndDroppedLater) {
   const auto changing = node("changing");
   const auto served = serve(changing);
   EXPECT_THAT(served->look().came, IsEmpty());
@@ -216,11 +216,11 @@ TEST_F(ServedNodeTest, FindsWhatIsCreatedAndDroppedLater) {
   groups_.clear();
   EXPECT_THAT(ids(served->look().gone), ElementsAre("/test/changing@Timer(10000000)"));
   EXPECT_THAT(served->look().gone, IsEmpty());
-  EXPECT_EQ(served->groups(ServedNode::Added::with_node).size(), 1U);
+  EXPECT_EQ(served->groups(RclcppNode::Added::with_node).size(), 1U);
 }
 
 // Nothing else of it tells: it has no event handler of rclcpp's.
-TEST_F(ServedNodeTest, IsToldOfTheEndOfASubscriptionAlone) {
+TEST_F(RclcppNodeTest, IsToldOfTheEndOfASubscriptionAlone) {
   const auto changing = node("changing");
   rclcpp::SubscriptionOptions bare;
   bare.use_default_callbacks = false;
@@ -234,7 +234,7 @@ TEST_F(ServedNodeTest, IsToldOfTheEndOfASubscriptionAlone) {
   EXPECT_EQ(served->look().gone.size(), 1U);
 }
 
-TEST_F(ServedNodeTest, IsToldOfTheEndOfItsNode) {
+TEST_F(RclcppNodeTest, IsToldOfTheEndOfItsNode) {
   auto going = node("going");
   const auto served = serve(going);
   bool has_gone = false;
@@ -244,7 +244,7 @@ TEST_F(ServedNodeTest, IsToldOfTheEndOfItsNode) {
   EXPECT_TRUE(has_gone) << "when it was told the last time";
 }
 
-TEST_F(ServedNodeTest, AGroupThatIsNotAddedWithItsNodeIsLeftAlone) {
+TEST_F(RclcppNodeTest, AGroupThatIsNotAddedWithItsNodeIsLeftAlone) {
   const auto partly = node("partly");
   const auto by_hand = partly->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
   const auto timer = partly->create_wall_timer(
@@ -253,7 +253,7 @@ TEST_F(ServedNodeTest, AGroupThatIsNotAddedWithItsNodeIsLeftAlone) {
   EXPECT_THAT(served->look().came, IsEmpty());
   served->add_group(by_hand);
   EXPECT_THAT(ids(served->look().came), ElementsAre("/test/partly@Timer(10000000)"));
-  EXPECT_EQ(served->groups(ServedNode::Added::by_hand).size(), 1U);
+  EXPECT_EQ(served->groups(RclcppNode::Added::by_hand).size(), 1U);
   EXPECT_THAT(ids(served->remove_whole()), IsEmpty());
   EXPECT_FALSE(served->is_empty());
   EXPECT_THAT(ids(served->remove_group(*by_hand)), ElementsAre("/test/partly@Timer(10000000)"));

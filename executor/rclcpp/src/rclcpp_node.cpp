@@ -1,4 +1,4 @@
-#include "served_node.hpp"
+#include "rclcpp_node.hpp"
 
 #include <cie/tracepoints/logical_id.hpp>
 
@@ -33,7 +33,7 @@ void listen(rclcpp::GuardCondition& condition, const OnGone& on_change) {
 
 }  // namespace
 
-ServedNode::ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
+RclcppNode::RclcppNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
                        OnGone on_change)
     : node_(node),
       name_(node->get_fully_qualified_name()),
@@ -41,9 +41,9 @@ ServedNode::ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<Internal
       on_change_(std::move(on_change)),
       trace_(name_) {}
 
-ServedNode::~ServedNode() { remove_all(); }
+RclcppNode::~RclcppNode() { remove_all(); }
 
-Callbacks ServedNode::callbacks() const {
+Callbacks RclcppNode::callbacks() const {
   const std::lock_guard lock{mutex_};
   Callbacks all;
   for (const Group& group : groups_) {
@@ -54,13 +54,13 @@ Callbacks ServedNode::callbacks() const {
   return all;
 }
 
-std::vector<cie::scheduling::AnnouncedThread> ServedNode::workers() const {
+std::vector<cie::scheduling::AnnouncedThread> RclcppNode::workers() const {
   return {{.name = "cie-rclcpp", .trace = server_->thread.thread()}};
 }
 
 // --- groups ---------------------------------------------------------------------------------------
 
-void ServedNode::claim(Group group) {
+void RclcppNode::claim(Group group) {
   const auto claimed = group.group.lock();
   if (claimed->get_associated_with_executor_atomic().exchange(true)) {
     throw std::runtime_error{"Callback group has already been added to an executor."};
@@ -68,7 +68,7 @@ void ServedNode::claim(Group group) {
   groups_.push_back(std::move(group));
 }
 
-void ServedNode::add_whole() {
+void RclcppNode::add_whole() {
   const auto node = node_.lock();
   if (node->get_associated_with_executor_atomic().exchange(true)) {
     throw std::runtime_error{"Node '" + name_ + "' has already been added to an executor."};
@@ -78,7 +78,7 @@ void ServedNode::add_whole() {
   listen(node->get_notify_guard_condition(), on_change_);
 }
 
-void ServedNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+void RclcppNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const std::lock_guard lock{mutex_};
   Group added{.group = group, .added = Added::by_hand};
   if (const auto node = node_.lock()) added.notice = notice_of(*group, node->get_context());
@@ -87,7 +87,7 @@ void ServedNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
 }
 
 template <typename Condition>
-Callbacks ServedNode::release_groups(Condition condition) {
+Callbacks RclcppNode::release_groups(Condition condition) {
   std::vector<Group> released;
   {
     const std::lock_guard lock{mutex_};
@@ -109,7 +109,7 @@ Callbacks ServedNode::release_groups(Condition condition) {
   return callbacks;
 }
 
-Callbacks ServedNode::remove_whole() {
+Callbacks RclcppNode::remove_whole() {
   {
     const std::lock_guard lock{mutex_};
     if (!is_whole_) return {};
@@ -122,28 +122,28 @@ Callbacks ServedNode::remove_whole() {
   return release_groups([](const Group& group) { return group.added == Added::with_node; });
 }
 
-Callbacks ServedNode::remove_group(const rclcpp::CallbackGroup& group) {
+Callbacks RclcppNode::remove_group(const rclcpp::CallbackGroup& group) {
   return release_groups([&group](const Group& each) { return each.group.lock().get() == &group; });
 }
 
-Callbacks ServedNode::remove_all() {
+Callbacks RclcppNode::remove_all() {
   auto callbacks = remove_whole();
   const auto others = release_groups([](const Group&) { return true; });
   callbacks.insert(callbacks.end(), others.begin(), others.end());
   return callbacks;
 }
 
-bool ServedNode::is_whole() const {
+bool RclcppNode::is_whole() const {
   const std::lock_guard lock{mutex_};
   return is_whole_;
 }
 
-bool ServedNode::is_empty() const {
+bool RclcppNode::is_empty() const {
   const std::lock_guard lock{mutex_};
   return !is_whole_ && groups_.empty();
 }
 
-std::vector<rclcpp::CallbackGroup::WeakPtr> ServedNode::groups(Added added) const {
+std::vector<rclcpp::CallbackGroup::WeakPtr> RclcppNode::groups(Added added) const {
   const std::lock_guard lock{mutex_};
   std::vector<rclcpp::CallbackGroup::WeakPtr> found;
   for (const Group& group : groups_) {
@@ -154,7 +154,7 @@ std::vector<rclcpp::CallbackGroup::WeakPtr> ServedNode::groups(Added added) cons
 
 // --- what came and went ---------------------------------------------------------------------------
 
-ServedNode::Changes ServedNode::look() {
+RclcppNode::Changes RclcppNode::look() {
   const std::lock_guard lock{mutex_};
   Changes changes;
   if (is_whole_) find_groups();
@@ -175,7 +175,7 @@ ServedNode::Changes ServedNode::look() {
   return changes;
 }
 
-Callbacks ServedNode::leaving() const {
+Callbacks RclcppNode::leaving() const {
   const std::lock_guard lock{mutex_};
   Callbacks leaving;
   for (const auto& callback : leaving_) {
@@ -184,7 +184,7 @@ Callbacks ServedNode::leaving() const {
   return leaving;
 }
 
-void ServedNode::find_groups() {
+void RclcppNode::find_groups() {
   const auto node = node_.lock();
   if (!node) return;
   node->for_each_callback_group([this](const rclcpp::CallbackGroup::SharedPtr& group) {
@@ -197,7 +197,7 @@ void ServedNode::find_groups() {
 }
 
 template <typename EntityPtr, typename Serve>
-void ServedNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
+void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
   const bool is_known = std::ranges::any_of(
       group.served, [&](const Served& served) { return is_same(served.entity, entity); });
   if (is_known) return;
@@ -216,7 +216,7 @@ void ServedNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
   group.served.push_back(std::move(served));
 }
 
-void ServedNode::find_entities(Group& group, Changes& changes) {
+void RclcppNode::find_entities(Group& group, Changes& changes) {
   const auto alive = group.group.lock();
   if (!alive) return;
   const std::size_t before = group.served.size();
@@ -272,7 +272,7 @@ void ServedNode::find_entities(Group& group, Changes& changes) {
 }
 
 // Those that rclcpp's nodes offer by themselves. Since Iron one tells of types.
-bool ServedNode::is_internal_service(const std::string& service) const {
+bool RclcppNode::is_internal_service(const std::string& service) const {
   static constexpr std::array<std::string_view, 7> kOwn{
       "describe_parameters",      "get_parameter_types", "get_parameters",
       "get_type_description",     "list_parameters",     "set_parameters",
@@ -284,7 +284,7 @@ bool ServedNode::is_internal_service(const std::string& service) const {
 
 // --- as callbacks ---------------------------------------------------------------------------------
 
-std::shared_ptr<GroupState> ServedNode::state_of(Group& group) {
+std::shared_ptr<GroupState> RclcppNode::state_of(Group& group) {
   if (!group.state) {
     const bool is_reentrant = group.group.lock()->type() == rclcpp::CallbackGroupType::Reentrant;
     group.state = std::make_shared<GroupState>(
@@ -293,7 +293,7 @@ std::shared_ptr<GroupState> ServedNode::state_of(Group& group) {
   return group.state;
 }
 
-ServedNode::Served ServedNode::as_callback(Group& group, std::unique_ptr<Entity> entity) {
+RclcppNode::Served RclcppNode::as_callback(Group& group, std::unique_ptr<Entity> entity) {
   const auto state = state_of(group);
   cie::trace::CallbackInfo info{.group = state->id(), .node = trace_.id(), .kind = entity->kind()};
   const std::string name = entity->name();
@@ -304,7 +304,7 @@ ServedNode::Served ServedNode::as_callback(Group& group, std::unique_ptr<Entity>
                                                        on_change_)};
 }
 
-ServedNode::Served ServedNode::as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer) {
+RclcppNode::Served RclcppNode::as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer) {
   const auto state = state_of(group);
   const std::int64_t period = period_of(*timer->get_timer_handle());
   cie::trace::CallbackInfo info{
@@ -315,7 +315,7 @@ ServedNode::Served ServedNode::as_timer(Group& group, const rclcpp::TimerBase::S
   return {.callback = std::make_shared<TimerCallback>(state, std::move(info), timer, on_change_)};
 }
 
-ServedNode::Served ServedNode::as_internal(std::unique_ptr<Entity> entity) {
+RclcppNode::Served RclcppNode::as_internal(std::unique_ptr<Entity> entity) {
   return {.internal = std::make_unique<InternalEndpoint>(server_, std::move(entity), on_change_)};
 }
 

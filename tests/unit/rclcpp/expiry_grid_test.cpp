@@ -1,5 +1,5 @@
 // E(k+1) = E(k) + (1 + missed(k+1)) * period, and E is within the error of measurement.
-#include "timer_grid.hpp"
+#include "expiry_grid.hpp"
 
 #include <cstdint>
 
@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::int64_t kPeriod = 1'000'000;
 
-TEST(TimerGrid, KeepsTheFirstMeasurementForEver) {
-  TimerGrid grid{kPeriod};
+TEST(ExpiryGrid, KeepsTheFirstMeasurementForEver) {
+  ExpiryGrid grid{kPeriod};
   const std::int64_t first = 5'000'123;
   grid.begin(first, 0);
   std::int64_t expected = first;
@@ -27,8 +27,8 @@ TEST(TimerGrid, KeepsTheFirstMeasurementForEver) {
   }
 }
 
-TEST(TimerGrid, BeginsAnewWhereAResetMovedIt) {
-  TimerGrid grid{kPeriod};
+TEST(ExpiryGrid, BeginsAnewWhereAResetMovedIt) {
+  ExpiryGrid grid{kPeriod};
   grid.begin(kPeriod, 0);
   EXPECT_EQ(grid.on_call(2 * kPeriod).expiry_ns, kPeriod);
   const std::int64_t moved = 2 * kPeriod + 300'000;
@@ -38,27 +38,27 @@ TEST(TimerGrid, BeginsAnewWhereAResetMovedIt) {
   EXPECT_EQ(grid.on_call(moved + 2 * kPeriod).expiry_ns, moved + kPeriod);
 }
 
-TEST(TimerGrid, BeginsAnewJustBeyondTheTolerance) {
+TEST(ExpiryGrid, BeginsAnewJustBeyondTheTolerance) {
   for (const std::int64_t off : {20'001, -20'001}) {
-    TimerGrid grid{kPeriod};
+    ExpiryGrid grid{kPeriod};
     grid.begin(10 * kPeriod, 0);
     EXPECT_EQ(grid.on_call(11 * kPeriod + off).expiry_ns, 10 * kPeriod + off);
   }
 }
 
-TEST(TimerGrid, ToleratesAQuarterOfAShortPeriod) {
+TEST(ExpiryGrid, ToleratesAQuarterOfAShortPeriod) {
   constexpr std::int64_t kShort = 40'000;
-  TimerGrid near{kShort};
+  ExpiryGrid near{kShort};
   near.begin(kShort, 0);
   EXPECT_EQ(near.on_call(2 * kShort + 10'000).expiry_ns, kShort);
-  TimerGrid far{kShort};
+  ExpiryGrid far{kShort};
   far.begin(kShort, 0);
   EXPECT_EQ(far.on_call(2 * kShort + 10'001).expiry_ns, kShort + 10'001);
 }
 
 // A reset to the instant that was called for already, or to an earlier one, is no expiry of that grid.
-TEST(TimerGrid, NeverGoesBack) {
-  TimerGrid grid{kPeriod};
+TEST(ExpiryGrid, NeverGoesBack) {
+  ExpiryGrid grid{kPeriod};
   grid.begin(5 * kPeriod, 0);
   EXPECT_EQ(grid.on_call(6 * kPeriod).expiry_ns, 5 * kPeriod);
   const auto expiry = grid.on_call(6 * kPeriod);
@@ -66,16 +66,16 @@ TEST(TimerGrid, NeverGoesBack) {
   EXPECT_EQ(expiry.missed, 0U);
 }
 
-TEST(TimerGrid, KnowsNothingBeforeTheFirstCall) {
-  TimerGrid grid{kPeriod};
+TEST(ExpiryGrid, KnowsNothingBeforeTheFirstCall) {
+  ExpiryGrid grid{kPeriod};
   const auto expiry = grid.on_call(7 * kPeriod + 5);
   EXPECT_EQ(expiry.expiry_ns, 6 * kPeriod + 5);
   EXPECT_EQ(expiry.missed, 0U);
 }
 
 // Served from 9.4 periods on, when the expiries 5 to 9 wait, which are one call: of these 9 is the release.
-TEST(TimerGrid, WhatExpiredBeforeItWasServedWasMissedByNobody) {
-  TimerGrid grid{kPeriod};
+TEST(ExpiryGrid, WhatExpiredBeforeItWasServedWasMissedByNobody) {
+  ExpiryGrid grid{kPeriod};
   grid.begin(5 * kPeriod, 9 * kPeriod + 400'000);
   const auto first = grid.on_call(10 * kPeriod);
   EXPECT_EQ(first.expiry_ns, 9 * kPeriod);
@@ -86,8 +86,8 @@ TEST(TimerGrid, WhatExpiredBeforeItWasServedWasMissedByNobody) {
   EXPECT_EQ(late.missed, 2U) << "10, and 9, which waited when the serving began";
 }
 
-TEST(TimerGrid, SaysNoMoreThanFitsOfWhatWasMissed) {
-  TimerGrid grid{1};
+TEST(ExpiryGrid, SaysNoMoreThanFitsOfWhatWasMissed) {
+  ExpiryGrid grid{1};
   grid.begin(1, 0);
   EXPECT_EQ(grid.on_call(10'000'000'000).missed, 4'294'967'295U);
 }

@@ -17,9 +17,9 @@ struct TimerExpiry {
 // rcl moves a timer by whole periods: its expiries lie on a grid until somebody resets it. A measured
 // expiry within 20 us of the grid (or a quarter of the period) is that instant of the grid, so that
 // the error is that of the first measurement for ever; another one begins a new grid.
-class TimerGrid {
+class ExpiryGrid {
  public:
-  explicit TimerGrid(std::int64_t period_ns) noexcept
+  explicit ExpiryGrid(std::int64_t period_ns) noexcept
       : period_ns_(std::max<std::int64_t>(period_ns, 1)) {}
 
   // From `now_ns` on somebody serves the timer; `next_ns`: its next expiry, or the first that is waiting.
