@@ -188,11 +188,8 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
   }
 }
 
-}  // namespace
-
-std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& lives) {
-  std::vector<TraceDefect> defects;
-  add_recording_defects(model, defects);
+// What tracers wrote and cannot be read, or did not write.
+void add_tracer_losses(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::damaged_packets, Severity::error,
              count_losses(model, LossKind::damaged_packet),
              "some packets could not be read and were skipped; what they held is missing");
@@ -207,6 +204,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              count_losses(model, LossKind::discarded_packets),
              "whole packets are missing: use discard mode, or " +
                  larger_buffers(model, LossKind::discarded_packets) + ", or look for a lost file");
+}
+
+// Streams that have no time in common with others.
+void add_stream_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_streams(
       defects, model, DefectKind::streams_left_out,
       [](const StreamFacts& s) { return s.is_left_out; },
@@ -216,6 +217,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
       defects, model, DefectKind::streams_apart, [](const StreamFacts& s) { return s.is_apart; },
       "no time is covered by all of these streams, so nothing of theirs is counted; cie report "
       "finds what most of them cover");
+}
+
+// What the kernel's record misses.
+void add_kernel_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::sched_switch_gaps, Severity::loss,
              count_losses(model, LossKind::switch_mismatch),
              "the kernel's record misses switches: execution times around them are not measured");
@@ -223,8 +228,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              total_of(model.hosts, [](const auto& host) { return host.cpus_not_recorded; }),
              "kernel streams are missing: execution times of what may have run on those CPUs are "
              "not measured");
-  add_defect(defects, DefectKind::losses_not_listed, Severity::info, model.losses_dropped,
-             "more losses than are kept one by one; they are still losses");
+}
+
+// Times that cannot be trusted, or compared.
+void add_clock_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::time_runs_backwards, Severity::error,
              model.time_regressions.count,
              "a stream's clock went back: its times cannot be trusted");
@@ -234,8 +241,11 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
       defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
       "the difference of two hosts' clocks changed meanwhile, as one was set, or messages arrive "
       "before they were sent, whatever it is; synchronise them");
-  for (const auto& gap : host_gaps(model))
-    add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
+}
+
+// Holes in what is numbered.
+void add_number_gaps(const Model& model, const ThreadLives& lives,
+                     std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::seq_gaps, Severity::loss,
              total_of(model.callbacks,
                       [&lives](const auto& c) { return c.starts.missing + lost_ends(c, lives); }),
@@ -247,6 +257,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_defect(defects, DefectKind::read_back_gaps, Severity::loss,
              total_of(model.threads, [](const auto& t) { return t.read_backs.missing; }),
              "scheduling read-backs are missing from the record");
+}
+
+// Starts and ends that do not pair, or not within the window.
+void add_unpaired_instances(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::ends_without_start, Severity::loss,
              total_of(model.callbacks, [](const auto& c) { return c.ends_without_start; }),
              "an instance's start is missing; it is not counted");
@@ -259,6 +273,9 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_defect(defects, DefectKind::instances_cut_by_window, Severity::info,
              total_of(model.callbacks, [](const auto& c) { return c.cut_instances; }),
              "they overlap an edge of what all streams cover; listed, not counted");
+}
+
+void add_unregistered_callbacks(const Model& model, std::vector<TraceDefect>& defects) {
   const auto unregistered = [&model](bool of_ros2) {
     return total_of(model.callbacks, [&model, of_ros2](const auto& c) {
       const auto is_of_ros2 = [&] { return is_told_by_ros2_alone(model.processes[at(c.process)]); };
@@ -271,9 +288,9 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
       defects, DefectKind::unregistered_callbacks, Severity::loss, unregistered(true),
       "ROS 2's events describe a callback once, when it is made: record from the start of its "
       "application, or what is made in a session of its own (ros2 trace --dual-session)");
-  add_defect(defects, DefectKind::identity_failures, Severity::error,
-             total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
-             "execution, preempted, blocked and wake delay do not add up to the duration");
+}
+
+void add_chain_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::incomplete_chains, Severity::loss,
              total_of(model.chains, [](const auto& c) { return c.incomplete; }),
              "a message's publication was not seen; those chain instances are not measured");
@@ -286,6 +303,10 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
              "instances end a path of more than 32 callbacks (callbacks that feed each other?) or "
              "one of too many paths: they are in no chain; a chain that a spec names is measured "
              "all the same");
+}
+
+// Processes without their beginning or end, or that cannot be told apart.
+void add_process_defects(const Model& model, std::vector<TraceDefect>& defects) {
   const auto missing_marker = [&model](auto has) {
     return total_of(model.processes, [has](const ProcessFacts& p) {
       return std::uint64_t{p.has_cie_events && !has(p)};
@@ -312,6 +333,29 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
                         return std::uint64_t{p.contract_version > kContractVersion};
                       }),
              "the trace follows a newer contract than this program knows: update cie");
+}
+
+}  // namespace
+
+std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& lives) {
+  std::vector<TraceDefect> defects;
+  add_recording_defects(model, defects);
+  add_tracer_losses(model, defects);
+  add_stream_defects(model, defects);
+  add_kernel_defects(model, defects);
+  add_defect(defects, DefectKind::losses_not_listed, Severity::info, model.losses_dropped,
+             "more losses than are kept one by one; they are still losses");
+  add_clock_defects(model, defects);
+  for (const auto& gap : host_gaps(model))
+    add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
+  add_number_gaps(model, lives, defects);
+  add_unpaired_instances(model, defects);
+  add_unregistered_callbacks(model, defects);
+  add_defect(defects, DefectKind::identity_failures, Severity::error,
+             total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
+             "execution, preempted, blocked and wake delay do not add up to the duration");
+  add_chain_defects(model, defects);
+  add_process_defects(model, defects);
   return defects;
 }
 
