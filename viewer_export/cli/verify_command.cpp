@@ -12,9 +12,11 @@
 #include "worst_runs.hpp"
 
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -80,6 +82,53 @@ class SuppressionOption {
   std::optional<analysis::Suppressions> suppressions_;
 };
 
+// What the command line says of the command itself.
+struct VerifyArguments {
+  std::vector<std::filesystem::path> traces;
+  std::string spec_file;
+  std::string target = "-";
+  std::string format = "text";
+  std::string inconclusive_choice;
+  std::string only;
+  std::string skip;
+  std::string explained;
+  bool is_listing = false;
+  bool is_all = false;
+  bool has_ids = false;
+  analysis::AnalysisOptions options;
+
+  bool is_screen() const { return format == "text" && !is_all; }
+};
+
+void add_options(CommandLine& line, VerifyArguments& given) {
+  line.traces(given.traces);
+  line.option("--spec", "FILE", given.spec_file, "Scheduling spec (YAML) to judge by");
+  line.option("-f,--format", "FORMAT", given.format, "text (default), json, junit, sarif or tap");
+  line.flag("--all", given.is_all,
+            "Text: every subject that is violated or undecided, with its evidence");
+  line.flag("--ids", given.has_ids, "Text: logical ids in place of short names");
+  line.option("-o,--output", "FILE", given.target, "Write to FILE instead of standard output");
+  line.option("--inconclusive", "HOW", given.inconclusive_choice,
+              "warn: exit 0 when inconclusive, T1 excepted; fail: exit 1");
+  line.option("--only", "IDS", given.only, "Judge by these rules alone, for instance M2,M3");
+  line.option("--skip", "IDS", given.skip, "Leave these rules out");
+  line.flag("--require-lossless", given.options.require_lossless,
+            "Any lost event is a violation (T2)");
+  line.flag("--check", given.options.is_content_checked,
+            "Hold every file of the recording against its SHA-256 in the manifest (T1)");
+  line.flag("--allow-crash", given.options.allow_crash,
+            "A process that did not end cleanly is no objection (T4)");
+  line.option("--explain", "ID", given.explained, "Print the page of a rule, for instance M2");
+  line.flag("--list-rules", given.is_listing, "Print all rules");
+}
+
+void print_rules(const VerifyArguments& given) {
+  auto output = open_output(given.target);
+  output.stream() << (given.is_listing ? rule_list()
+                                       : rule_page(given.explained, screen_style(output).columns));
+  output.commit();
+}
+
 void write_as(const std::string& format, std::ostream& out,
               const analysis::AnalysisResult& result) {
   if (format == "junit") {
@@ -94,105 +143,80 @@ void write_as(const std::string& format, std::ostream& out,
 }
 
 // What else a command line needs to judge likewise; begins with a blank, if there is any.
-std::string judging_arguments(const std::string& only, const std::string& skip,
-                              const analysis::AnalysisOptions& options,
-                              const SuppressionOption& suppressions) {
+std::string judging_arguments(const VerifyArguments& given, const SuppressionOption& suppressions) {
   Arguments arguments;
-  if (!only.empty()) arguments.insert(arguments.end(), {"--only", only});
-  if (!skip.empty()) arguments.insert(arguments.end(), {"--skip", skip});
-  if (options.require_lossless) arguments.emplace_back("--require-lossless");
-  if (options.is_content_checked) arguments.emplace_back("--check");
-  if (options.allow_crash) arguments.emplace_back("--allow-crash");
+  if (!given.only.empty()) arguments.insert(arguments.end(), {"--only", given.only});
+  if (!given.skip.empty()) arguments.insert(arguments.end(), {"--skip", given.skip});
+  if (given.options.require_lossless) arguments.emplace_back("--require-lossless");
+  if (given.options.is_content_checked) arguments.emplace_back("--check");
+  if (given.options.allow_crash) arguments.emplace_back("--allow-crash");
   suppressions.add_to(arguments);
   return arguments.empty() ? std::string() : " " + shell_words(arguments);
+}
+
+void write_text(viewer_export::OutputFile& output, const analysis::AnalysisResult& result,
+                const viewer_export::VerifyContext& context, const VerifyArguments& given,
+                bool is_quiet) {
+  auto write = &viewer_export::write_verify_text;
+  if (given.is_screen()) {
+    write = is_quiet ? &viewer_export::write_verify_line : &viewer_export::write_verify_screen;
+  }
+  auto style = screen_style(output);
+  style.ids = given.has_ids;
+  write(output.stream(), result.verdicts, result.report, context, style);
+  output.commit();
 }
 
 }  // namespace
 
 int verify_command(const Arguments& arguments) {
-  std::vector<std::filesystem::path> traces;
-  std::string spec_file;
-  std::string target = "-";
-  std::string format = "text";
-  std::string inconclusive_choice;
-  std::string only;
-  std::string skip;
-  std::string explained;
-  bool is_listing = false;
-  bool is_all = false;
-  bool has_ids = false;
-  analysis::AnalysisOptions options;
+  VerifyArguments given;
   CommandLine line({"cie verify TRACE... [OPTIONS]", kVerifyDescription, kVerifyFooter});
-  line.traces(traces);
-  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge by");
-  line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");
-  line.flag("--all", is_all,
-            "Text: every subject that is violated or undecided, with its evidence");
-  line.flag("--ids", has_ids, "Text: logical ids in place of short names");
-  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
-  line.option("--inconclusive", "HOW", inconclusive_choice,
-              "warn: exit 0 when inconclusive, T1 excepted; fail: exit 1");
-  line.option("--only", "IDS", only, "Judge by these rules alone, for instance M2,M3");
-  line.option("--skip", "IDS", skip, "Leave these rules out");
-  line.flag("--require-lossless", options.require_lossless, "Any lost event is a violation (T2)");
-  line.flag("--check", options.is_content_checked,
-            "Hold every file of the recording against its SHA-256 in the manifest (T1)");
-  line.flag("--allow-crash", options.allow_crash,
-            "A process that did not end cleanly is no objection (T4)");
-  line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
-  line.flag("--list-rules", is_listing, "Print all rules");
+  add_options(line, given);
   SuppressionOption suppressions(line);
   const WindowOption window(line);
   const ReaderOption reader(line, "One line, and no progress on the terminal");
   if (!line.parse(arguments)) {
     return ok;
   }
-  check_choice("--format", format, {"text", "json", "junit", "sarif", "tap"});
-  const auto policy = on_inconclusive(inconclusive_choice);
-  const RuleChoice choice(only, skip);
-  if (is_listing || !explained.empty()) {
-    auto output = open_output(target);
-    output.stream() << (is_listing ? rule_list()
-                                   : rule_page(explained, screen_style(output).columns));
-    output.commit();
+  check_choice("--format", given.format, {"text", "json", "junit", "sarif", "tap"});
+  const auto policy = on_inconclusive(given.inconclusive_choice);
+  const RuleChoice choice(given.only, given.skip);
+  if (given.is_listing || !given.explained.empty()) {
+    print_rules(given);
     return ok;
   }
-  require_traces(traces);
+  require_traces(given.traces);
 
   suppressions.read();
-  const auto spec = load_spec(spec_file);
+  const auto spec = load_spec(given.spec_file);
+  auto& options = given.options;
   options.spec = spec ? &*spec : nullptr;
-  auto output = open_output(target);
+  auto output = open_output(given.target);
   options.metadata_from = reader.metadata();
-  window.resolve(traces, options);
+  window.resolve(given.traces, options);
   ProgressBar bar(reader.is_progress_wanted());
-  const bool is_screen = format == "text" && !is_all;
   WorstRuns worst_runs;
-  auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : nullptr);
-  window.check(result.report, traces, options);
+  auto& result =
+      analyze_until_exit(given.traces, options, bar, given.is_screen() ? &worst_runs : nullptr);
+  window.check(result.report, given.traces, options);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
-  if (format == "text") {
+  if (given.format == "text") {
     viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
                                          .spec_sha256 = spec ? spec->sha256() : std::string{}};
     context.reader_arguments = printable(shell_words(reader.arguments()));
-    auto write = &viewer_export::write_verify_text;
-    if (is_screen) {
+    if (given.is_screen()) {
       context.spec = options.spec;
       context.worst_runs = std::move(worst_runs).take();
-      context.view_arguments = printable(input_arguments(traces, reader, spec_file));
+      context.view_arguments = printable(input_arguments(given.traces, reader, given.spec_file));
       context.verify_arguments =
-          printable(input_arguments(traces, reader, spec_file, window.text()) +
-                    judging_arguments(only, skip, options, suppressions));
-      write = reader.is_quiet() ? &viewer_export::write_verify_line
-                                : &viewer_export::write_verify_screen;
+          printable(input_arguments(given.traces, reader, given.spec_file, window.text()) +
+                    judging_arguments(given, suppressions));
     }
-    auto style = screen_style(output);
-    style.ids = has_ids;
-    write(output.stream(), result.verdicts, result.report, context, style);
-    output.commit();
+    write_text(output, result, context, given, reader.is_quiet());
   } else {
-    write_data(output, [&](std::ostream& out) { write_as(format, out, result); });
+    write_data(output, [&](std::ostream& out) { write_as(given.format, out, result); });
   }
   return exit_code(result.verdicts, policy);
 }
