@@ -93,11 +93,10 @@ const EventRef* lived_on(const RuleContext& context, ThreadIndex index, Timestam
   const auto& last = thread.switched_in;
   if (!last || last->time < until) return nullptr;
   const auto& proof = context.proof;
-  const auto host = context.model.processes[at(thread.process)].host;
   const auto since = context.lives.of(index).end;
   const bool is_in_doubt = (thread.announced && proof.loss(index)) ||
                            proof.user_loss(thread.process, since, last->time) ||
-                           proof.kernel_gap(host, since, last->time);
+                           context.lives.may_be_another(index, last->time);
   return is_in_doubt ? nullptr : &*last;
 }
 

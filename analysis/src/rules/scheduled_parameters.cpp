@@ -65,19 +65,23 @@ Evidence ran_outside(const RuleContext& context, const SpecEntry& entry, const c
 
 // `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
 // given its CPUs. Null: it used no other ones.
-const UsedCpu* judge_cpus(const RuleContext& context, const ThreadFacts& thread,
+const UsedCpu* judge_cpus(const RuleContext& context, ThreadIndex index,
                           const ScheduledAs& scheduled, const SpecEntry& entry,
                           Judgement& judgement) {
-  const auto since = first_start_on(thread).time;
-  const auto outside = std::ranges::find_if(scheduled.cpus, [&](const UsedCpu& used) {
-    return used.last.time >= since && !is_allowed(entry, used.last);
-  });
-  if (outside == scheduled.cpus.end()) return nullptr;
-  // Switched in before its first instance, and again, or still there.
-  const bool is_later = outside->first.time < since && outside->last.time > since;
-  judgement.fail(
-      ran_outside(context, entry, "sched_switch", is_later ? outside->last : outside->first));
-  return &*outside;
+  const auto since = first_start_on(context.model.threads[at(index)]).time;
+  for (const auto& used : scheduled.cpus) {
+    if (used.last.time < since || is_allowed(entry, used.last)) continue;
+    // Switched in before its first instance, and again, or still there.
+    const bool is_later = used.first.time < since && used.last.time > since;
+    const auto& where = is_later ? used.last : used.first;
+    if (const auto other = context.lives.may_be_another(index, where.time)) {
+      judgement.doubt(other);
+      continue;
+    }
+    judgement.fail(ran_outside(context, entry, "sched_switch", where));
+    return &used;
+  }
+  return nullptr;
 }
 
 // Where a start or an end of its callbacks shows the thread on a CPU that `entry` does not ask for,
@@ -164,7 +168,7 @@ void judge_last_cpus(const RuleContext& context, ThreadIndex index, const SpecEn
                      Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const auto& last = thread.scheduled.back();
-  if (const auto* switched = judge_cpus(context, thread, last, entry, judgement)) {
+  if (const auto* switched = judge_cpus(context, index, last, entry, judgement)) {
     overrule_former(context, index, switched->last.time, judgement);
   } else if (const auto outside = own_event_outside(thread, entry, last.first.at.time)) {
     overrule_former(context, index, outside->time, judgement);
@@ -181,6 +185,10 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   if (is_unseen(thread, begin, judgement)) return;
   judgement.check();
   const auto& last = thread.scheduled.back();
+  if (const auto other = context.lives.may_be_another(index, last.first.at.time)) {
+    judgement.doubt(other);
+    return;
+  }
   if (!is_as_asked(last, entry.parameters)) {
     overrule_former(context, index, last.last.time, judgement);
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
@@ -268,6 +276,8 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   const auto kept = reference_of(thread, entry);
   judgement.check();
   const auto later = std::next(kept);
+  const auto& judged = later == thread.scheduled.end() ? *kept : *later;
+  judgement.overrule(context.lives.may_be_another(index, judged.first.at.time));
   if (later == thread.scheduled.end()) {
     judgement.remark(evidence("sampled", begin,
                               "by the priority of its switches: it had " +
@@ -329,7 +339,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
   const auto since = is_given ? as->first.at.time : Timestamp{};
   bool is_outside = false;
   for (; as != all.end(); ++as)
-    is_outside = judge_cpus(context, thread, *as, *entry, judgement) != nullptr || is_outside;
+    is_outside = judge_cpus(context, index, *as, *entry, judgement) != nullptr || is_outside;
   if (!is_outside) judge_own_cpus(context, thread, *entry, since, judgement);
 }
 
@@ -356,6 +366,10 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
     if (!model.hosts[at(model.processes[at(callback.process)].host)].has_switches) return;
     judgement.doubt(proof.kernel_loss(first->thread));
     judgement.doubt(unrecorded(context, first->thread));
+    return;
+  }
+  if (const auto other = context.lives.may_be_another(first->thread, match->first.at.time)) {
+    judgement.doubt(other);
     return;
   }
   const auto start = first->first_start.time;

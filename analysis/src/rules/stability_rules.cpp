@@ -70,13 +70,14 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   for (const auto* mismatch : {&thread.lowered_priority, &thread.raised_priority}) {
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;
-    if (mismatch == &thread.raised_priority) {
-      auto gap = proof.kernel_gap(host, applied.at.time, priority.at.time);
+    auto gap = context.lives.may_be_another(index, priority.at.time);
+    if (mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
+      if (!gap) gap = proof.kernel_gap(host, applied.at.time, priority.at.time);
       if (!gap) gap = proof.untold_inheritance(index);
-      if (gap) {
-        hole = gap;  // perhaps inherited, and that was lost
-        continue;
-      }
+    }
+    if (gap) {
+      hole = gap;
+      continue;
     }
     if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
       judgement.overrule(proof.loss(index));
@@ -135,7 +136,11 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
       return;
     }
     judgement.check(thread.cpus_checked);
+    std::optional<Evidence> other;
     if (thread.cpu_violation) {
+      other = context.lives.may_be_another(index, thread.cpu_violation->second.time);
+    }
+    if (thread.cpu_violation && !other) {
       const auto& [mask, where] = *thread.cpu_violation;
       if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
         judgement.overrule(proof.loss(index));
@@ -156,7 +161,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
-    } else if (proof.kernel_loss(index) || proof.kernel_outside(index, begin.time)) {
+    } else if (other || proof.kernel_loss(index) || proof.kernel_outside(index, begin.time)) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }

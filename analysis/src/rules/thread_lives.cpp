@@ -45,7 +45,8 @@ ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles&
 
 }  // namespace
 
-ThreadLives::ThreadLives(const Model& model, const KernelHoles& holes) : model_(model) {
+ThreadLives::ThreadLives(const Model& model, const KernelHoles& holes)
+    : model_(model), holes_(holes) {
   lives_.reserve(model.threads.size());
   births_.reserve(model.threads.size());
   for (const auto& thread : model.threads) {
@@ -68,6 +69,12 @@ ThreadLives::Birth ThreadLives::birth(ThreadIndex index, Timestamp time) const {
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
   return {process.host, process.pid_ns, thread.tid, time};
+}
+
+std::optional<Evidence> ThreadLives::may_be_another(ThreadIndex index, Timestamp time) const {
+  const auto last = of(index).end;
+  if (time <= last) return std::nullopt;
+  return holes_.since(model_.processes[at(model_.threads[at(index)].process)].host, last, time);
 }
 
 bool ThreadLives::is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const {

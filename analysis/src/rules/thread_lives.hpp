@@ -24,6 +24,9 @@ class ThreadLives {
  public:
   ThreadLives(const Model& model, const KernelHoles& holes);
   const ThreadLife& of(ThreadIndex thread) const { return lives_[at(thread)]; }
+  // What the kernel tells of its tid then may be of another thread: since its last sign of life its
+  // exit may have been lost.
+  std::optional<Evidence> may_be_another(ThreadIndex thread, Timestamp time) const;
   // Another thread with the tid of this one began after `begin` and no later than `end`.
   bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;
   // Nothing shows that it lived on: its last event, or when a thread of it was switched in last.
@@ -41,6 +44,7 @@ class ThreadLives {
   Birth birth(ThreadIndex thread, Timestamp time) const;
 
   const Model& model_;
+  const KernelHoles& holes_;
   std::vector<ThreadLife> lives_;
   std::vector<Birth> births_;  // ascending
   std::vector<Timestamp> last_signs_;

@@ -211,5 +211,38 @@ TEST(ALowerPriority, IsAWitnessWhereInheritanceIsNotRecorded) {
   EXPECT_EQ(sound.verdict("S3"), Verdict::pass);
 }
 
+// Of what has the tid of its thread behind a hole that may have taken the exit.
+std::string stranger(const std::string& prio) {
+  return "\n40 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=" +
+         prio +
+         " cpu=3\n42 sched:sched_switch prev_tid=7 prev_state=1 next_tid=0 next_prio=120 prev_prio=" +
+         prio + " cpu=3";
+}
+
+TEST(SwitchesBehindAHole, MayBeOfAnotherThreadWithTheSameTid) {
+  const std::string hole = "\n25 kernel_lost 30";
+  const auto good = kOnCpu3 + instance(10, 79) + instance(20, 79);
+  const auto whole = judged_partly(good + stranger("120"));
+  const auto lossy = judged_partly(good + hole + stranger("120"));
+  for (const auto* rule : {"S1", "S3", "S4"}) {
+    EXPECT_EQ(whole.verdict(rule), Verdict::fail) << rule;
+    EXPECT_EQ(lossy.verdict(rule), Verdict::inconclusive) << rule << lossy.evidence(rule);
+  }
+  const auto alive = judged_partly(good + hole + stranger("120") + instance(50, 120));
+  for (const auto* rule : {"S3", "S4"})
+    EXPECT_EQ(alive.verdict(rule), Verdict::fail) << rule;
+  EXPECT_EQ(judged_partly(good + hole + stranger("120"), kCpusAlone).verdict("S4"),
+            Verdict::inconclusive);
+}
+
+TEST(SwitchesBehindAHole, ShowNoSpecifiedPriorityOfTheThread) {
+  const auto bad = kOnCpu3 + instance(10, 120) + instance(20, 120);
+  EXPECT_EQ(judged_partly(bad).verdict("S1"), Verdict::fail);
+  EXPECT_EQ(judged_partly(bad).verdict("S2"), Verdict::not_applicable);
+  const auto lossy = judged_partly(bad + "\n25 kernel_lost 30" + stranger("79"));
+  for (const auto* rule : {"S1", "S2", "S3", "S4"})
+    EXPECT_EQ(lossy.verdict(rule), Verdict::inconclusive) << rule << lossy.evidence(rule);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -17,7 +17,9 @@ namespace cie::test {
 namespace {
 
 using namespace analysis;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 // As if the record of that CPU began or ended then.
 TextTrace with_record_of(TextTrace trace, std::int32_t cpu, std::int64_t begin, std::int64_t end) {
@@ -313,6 +315,51 @@ TEST(KernelRecord, TellsWhoHasATidNow) {
   EXPECT_NE(judged("14 exit one\n15 switch 0 one idle state=16"), Verdict::fail);
   EXPECT_NE(judged("15 switch 0 one idle state=16"), Verdict::fail);
   EXPECT_NE(judged("14 switch 0 one idle state=1\n20 fork shell next"), Verdict::fail);
+}
+
+// FIFO 80 on CPU 0; what has its tid later runs with nice 0 on CPU 1.
+TEST(KernelRecord, ThatMayLackAnExitTellsNotWhoHasATidNow) {
+  const std::string run = R"(
+    process p crash
+    callback fusion
+    thread stranger worker silent tid=101
+    thread other worker silent tid=9
+    -100 initial fusion policy=other
+    -90 applied fusion policy=fifo priority=80 cpus=0
+    7 switch 1 idle other
+    8 switch 0 idle fusion next_prio=19
+    10 start fusion cpu=0
+    12 end fusion cpu=0
+    13 switch 0 fusion idle state=1 prio=19
+    14 switch 1 other idle
+    40 switch 1 idle stranger next_prio=120
+    42 switch 1 stranger idle state=1 prio=120
+    44 switch 1 idle other)";
+  const std::string exit =
+      "\n20 switch 0 idle fusion next_prio=19\n21 exit fusion\n22 switch 0 fusion idle state=16 prio=19";
+  const std::string hole = "\n19 discard kernel until=30 count=9";
+  const std::string alive = "\n41 wakeup fusion cpu=0";
+  const auto expect = [](const TextTrace& trace, Verdict s3, Verdict s4, const char* what) {
+    const Verified verified(trace);
+    EXPECT_EQ(verified["S3"], s3) << what;
+    EXPECT_EQ(verified["S4"], s4) << what;
+    return verified.evidence("S3", "thread 101") + verified.evidence("S4", "thread 101");
+  };
+  constexpr auto kMayBeAnother = "it may be another one";
+  const auto sampled = HasSubstr("sampled");
+  const auto whole = trace_of(run);
+  expect(whole, Verdict::fail, Verdict::fail, "it is the same, since it did not exit");
+  EXPECT_THAT(expect(trace_of(run + exit), Verdict::pass, Verdict::pass, "it is another one"),
+              Not(sampled));
+  EXPECT_THAT(expect(trace_of(run + hole), Verdict::inconclusive, Verdict::pass, kMayBeAnother),
+              sampled);
+  EXPECT_THAT(
+      expect(with_record(whole, 35, kAlways), Verdict::inconclusive, Verdict::pass, kMayBeAnother),
+      sampled);
+  expect(trace_of(run + hole + alive), Verdict::fail, Verdict::fail, "it speaks later");
+  const auto audited = "\n15 audit fusion policy=fifo priority=80 cpus=0";
+  EXPECT_THAT(expect(trace_of(run + hole + audited), Verdict::pass, Verdict::pass, kMayBeAnother),
+              AllOf(sampled, HasSubstr("by read-back")));
 }
 
 }  // namespace
