@@ -99,11 +99,20 @@ bool is_record(const StreamFacts& stream) {
          !stream.is_left_out;
 }
 
+// An idle CPU's packet has the begin of the last flush.
+bool tells_begin(const StreamFacts& stream) { return stream.events > 0; }
+// A flush alone may stand at the begin of a chunk (see RecordingTracker::covered).
+bool tells_end(const StreamFacts& stream) {
+  return stream.events > 0 || stream.begin != stream.end;
+}
+
 // Which of its streams the time is the begin of, or the end. Null: of none.
 const StreamFacts* stream_of(const Model& model, HostIndex host,
                              std::optional<Timestamp> StreamFacts::*edge, Timestamp time) {
+  const bool is_begin = edge == &StreamFacts::begin;
   const auto found = std::ranges::find_if(model.streams, [&](const StreamFacts& stream) {
-    return is_record(stream) && stream.events > 0 && stream.host == host && stream.*edge == time;
+    return is_record(stream) && (is_begin ? tells_begin(stream) : tells_end(stream)) &&
+           stream.host == host && stream.*edge == time;
   });
   return found != model.streams.end() ? &*found : nullptr;
 }
@@ -119,12 +128,12 @@ struct Record {
 
   void add(const StreamFacts& stream) {
     if (stream.cpu) cpus.insert(*stream.cpu);
-    if (stream.events == 0) return;
+    const auto end = stream.has_ended ? stream.end.value_or(kEndless) : kEndless;
+    if (tells_end(stream)) first_end = std::min(first_end, end);
+    if (!tells_begin(stream)) return;
     has_switches = stream.has_inheritance.has_value();
     last_begin = std::max(last_begin, *stream.begin);
     first_begin = std::min(first_begin.value_or(*stream.begin), *stream.begin);
-    const auto end = stream.has_ended ? stream.end.value_or(kEndless) : kEndless;
-    first_end = std::min(first_end, end);
     last_end = std::max(last_end, end);
   }
   KernelPart part() const {

@@ -257,6 +257,31 @@ TEST(KernelRecord, OfACpuThatBeginsLateMayLackABoostOrAFirstRun) {
 }
 
 // Somebody may wait for a thread when the kernel's record begins: it tells of no waiter.
+// Who waits for it from 9 on may have begun to on CPU 1, where nothing else happened.
+TEST(KernelRecord, OfAnIdleCpuThatEndsEarlyMayLackABoost) {
+  const std::string run = R"(
+  callback fusion
+  thread rcu worker silent tid=7
+  -100 initial fusion
+  -90 applied fusion policy=fifo priority=80
+  2 switch 0 idle fusion next_prio=19
+  3 switch 0 fusion idle state=1 prio=19
+  10 switch 0 idle fusion next_prio=9
+  12 start fusion
+  18 end fusion
+  19 switch 0 fusion idle state=1 prio=9
+  50 switch 1 idle rcu
+  51 switch 1 rcu idle)";
+  EXPECT_EQ(Verified(run)["S3"], Verdict::fail);
+  for (const std::string busy : {"", "\n5 switch 1 idle rcu\n6 switch 1 rcu idle"}) {
+    const Verified cut(with_record_of(trace_of(run + busy), 1, -kAlways, 8));
+    EXPECT_EQ(cut["S3"], Verdict::inconclusive) << busy;
+    EXPECT_EQ(cut["S4"], Verdict::pass) << busy;
+    EXPECT_THAT(cut.evidence("S4", "thread 101"), HasSubstr("sampled")) << busy;
+    EXPECT_THAT(cut.evidence("S5", "thread 101"), HasSubstr("announced only")) << busy;
+  }
+}
+
 TEST(KernelRecord, TellsNotWhoWaitedBeforeIt) {
   const auto judged = [](const std::string& lines) {
     auto trace = trace_of(
