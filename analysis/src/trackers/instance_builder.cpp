@@ -315,12 +315,14 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     std::unique_ptr<PendingInstance>&& pending, OfCallback& callback) {
   auto& facts = *pending->callback_facts;
   // One that starts in the very nanosecond that this one ends in, on another CPU, follows it.
-  const bool is_overlapped =
-      pending->first_overlapping && pending->first_overlapping->second.time < pending->end->time;
-  if (is_overlapped && !facts.overlap) facts.overlap = overlap_of(*pending);
+  const auto is_before_end = [&pending](const auto& start) {
+    return start && start->second.time < pending->end->time;
+  };
+  if (is_before_end(pending->first_overlapping) && !facts.overlap)
+    facts.overlap = overlap_of(*pending);
   if (pending->thread) {
     auto& thread = *pending->thread_facts;
-    if (pending->first_inner && !thread.nesting) {
+    if (is_before_end(pending->first_inner) && !thread.nesting) {
       thread.nesting = nesting_of(*pending);
     }
     callback.last_on = pending->pair;

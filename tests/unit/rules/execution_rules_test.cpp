@@ -147,6 +147,18 @@ constexpr const char* kNested = R"(
   14 end plan on=fusion
   16 end fusion)";
 
+TEST(NoNesting, InstancesThatTouchAreNotNested) {
+  constexpr auto kTouching = R"(
+    thread t1 pool
+    callback fusion pooled
+    callback plan pooled
+    10 start fusion on=t1
+    14 start plan on=t1 cpu=1
+    14 end fusion on=t1
+    16 end plan on=t1 cpu=1)";
+  EXPECT_EQ(Verified(kTouching)["E3"], Verdict::pass);
+}
+
 TEST(NoNesting, FailsWhenACallbackStartsInsideAnother) {
   EXPECT_EQ(Verified(kSound)["E3"], Verdict::pass);
   const Verified verified(kNested);
