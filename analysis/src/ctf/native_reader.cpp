@@ -346,9 +346,9 @@ class TraceReader::Streams {
       times.push_back(times_of(stream, TimeWindow{}.to));
     auto [without, common] = left_out(times);
     for (const auto* stream : idle) {
-      const auto end = times_of(stream, TimeWindow{}.to).to;
-      without.push_back(end < common.from);
-      if (!without.back()) common.to = std::min(common.to, end);
+      const auto [begin, end] = times_of(stream, TimeWindow{}.to);
+      // A flush alone, at whichever end of a chunk LTTng put it, covers as much as the others.
+      without.push_back(end < common.from && begin != end);
     }
     for (std::size_t i = 0; i < without.size(); ++i) {
       if (!without[i]) continue;

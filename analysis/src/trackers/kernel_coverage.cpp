@@ -24,6 +24,7 @@ void KernelCoverage::begin(const EventHead& head, const StreamBegin& event, Host
   stream.channel = event.channel;
   stream.trace = event.trace;
   stream.may_repeat = event.has_inheritance.has_value();
+  stream.is_left_out = event.is_left_out;
   auto& of_host = hosts_[host];
   if (stream.is_kernel) {
     relate();
@@ -100,7 +101,9 @@ void KernelCoverage::note_cpu(Stream& stream, std::int32_t number) {
   const bool was_open = stream.is_open;
   set_open(stream, false);
   stream.cpu = number;
-  if (stream.is_evidence) {
+  if (stream.is_evidence && stream.is_left_out) {
+    see(stream.host, number);
+  } else if (stream.is_evidence) {
     auto& host = hosts_[stream.host];
     if (host.channels[stream.channel].cpus.insert(number).second) change(host);
   }

@@ -92,7 +92,8 @@ class KernelCoverage {
     bool is_evidence = false;
     bool is_open = false;  // between its first packet's begin and its end
     bool has_switches = false;
-    bool may_repeat = false;  // its trace declares sched_switch
+    bool may_repeat = false;   // its trace declares sched_switch
+    bool is_left_out = false;  // it covers nothing of the time that the others do
     HostIndex host{};
     std::uint32_t channel = 0;
     std::uint32_t trace = 0;

@@ -141,11 +141,13 @@ TEST(Streams, ThatHaveNoTimeInCommonWithMostOthersAreLeftOut) {
   folder.write("1", stream(20, 90, 1));
   folder.write("2", stream(200, 300, 2));                                    // after the others
   folder.write("3", bytes_of(PacketText{.begin = 5, .end = 10, .cpu = 3}));  // idle, and cut
+  folder.write("4", bytes_of(PacketText{.begin = 5, .end = 5, .cpu = 4}));   // idle, and flushed
   const auto lines = read_all(folder);
   EXPECT_THAT(
-      std::vector(lines.begin(), lines.begin() + 4),
+      std::vector(lines.begin(), lines.begin() + 5),
       ElementsAre("0: stream of channel 0", "1: stream of channel 0",
-                  "2: stream of channel 0, left out", "3: stream of channel 0, idle, left out"));
+                  "2: stream of channel 0, left out", "3: stream of channel 0, idle, left out",
+                  "4: stream of channel 0, idle"));
   // Nothing of them is lost to the reader.
   EXPECT_THAT(lines, testing::Contains("2: 300 tick on 2"));
   EXPECT_THAT(lines, testing::Not(testing::Contains(testing::HasSubstr("lost"))));

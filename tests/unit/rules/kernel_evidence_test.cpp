@@ -280,6 +280,38 @@ TEST(ACpuWithoutARecord, IsProvenByAnEventThere) {
     EXPECT_EQ(row.execution.has_value(), row.id == "stays" || row.id == "bound") << row.id;
 }
 
+// A stream that has no time in common with the others of its channel has none of its CPU in theirs.
+TEST(ACpuWithoutARecord, IsOneWhoseStreamIsLeftOut) {
+  for (const bool is_idle : {false, true}) {
+    const std::uint32_t online_cpus = is_idle ? 2 : 0;  // 0: not told, as of ROS 2
+    auto trace = trace_of(std::string(kTwoCpus) + "\n-50 switch 1 idle far\n-49 switch 1 far idle");
+    std::optional<StreamIndex> ended;
+    for (auto& event : trace.events) {
+      if (auto* begin = std::get_if<RunBegin>(&event.body)) begin->online_cpus = online_cpus;
+      auto* stream = std::get_if<StreamBegin>(&event.body);
+      if (stream == nullptr || event.head.cpu != 1) continue;
+      ended = event.head.stream;
+      stream->is_left_out = true;
+      stream->has_events = !is_idle;
+    }
+    for (auto& event : trace.events) {
+      const bool is_edge = std::holds_alternative<PacketEnd>(event.body) ||
+                           std::holds_alternative<StreamEnd>(event.body);
+      if (event.head.stream == *ended && is_edge) event.head.time = Timestamp{-40};
+    }
+    std::erase_if(trace.events, [&](const Event& event) {
+      return event.head.stream == *ended && !is_structural(event) &&
+             (is_idle || event.head.time.ns > -40);
+    });
+    std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+    for (const auto& row : rows_of(trace))
+      EXPECT_EQ(row.execution.has_value(), row.id == "stays" || row.id == "bound") << row.id;
+    EXPECT_FALSE(thread_of(analyze(trace), 103).busy_ns) << "far";
+    EXPECT_EQ(Verified(trace, "callback_groups:\n  - {id: roams, wcet: 9}\n")["R4"],
+              Verdict::inconclusive);
+  }
+}
+
 // What lies outside the packets of its CPU is as much without a record.
 TEST(ACpuWithoutARecord, IsOneWhoseStreamEndedBefore) {
   auto trace = trace_of(kTwoCpus);
