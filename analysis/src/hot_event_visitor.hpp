@@ -82,7 +82,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     pipeline.timeline.on_migrate(who.host, e.tid, e.dest_cpu, head.time);
   }
   void operator()(const SchedPiSetprio& e) const {
-    pipeline.enforcement.on_pi_setprio(who.host, e);
+    pipeline.enforcement.on_pi_setprio(head, who.host, e);
   }
   void operator()(const ProcessName& e) const { pipeline.registry.apply(head, e); }
   template <typename Other>

@@ -205,8 +205,11 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   const auto index = registry_.thread_by_tid(host, tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
-  if (thread.fini || threads_[*index].is_boosted || threads_[*index].is_changing) return;
+  auto& state = threads_[*index];
+  if (thread.fini || state.is_changing) return;
   const auto* expected = reference(thread);
+  const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
+  if (is_inherited(head.time, prio, own, state)) return;
   auto where = ref(head);
   where.tid = tid;
   where.pid = model_.processes[at(thread.process)].pid;
@@ -214,8 +217,6 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
     if (thread.read_backs.count == 0) note_priority(where, thread, prio);
     return;
   }
-  const auto own = kernel_priority(*expected);
-  auto& state = threads_[*index];
   if (prio >= own) {
     state.may_be_boosted_before = false;
   } else if (may_be_boosted_before(thread, host, state)) {
@@ -225,6 +226,16 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   if (prio == own || (prio < own && state.may_be_boosted)) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
   if (!mismatch) mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+}
+
+// LTTng's sched_pi_setprio gives the priority of the first waiter, and when none is left the one that the
+// thread has still: as if the boost went on. What the thread runs with since then tells that it ended.
+bool EnforcementTracker::is_inherited(Timestamp time, std::int32_t prio, std::int32_t own,
+                                      OfThread& state) {
+  const bool is_of_that_time = state.inheritance_told == time;  // in which order is not known
+  if (prio < own) return state.is_boosted || is_of_that_time;
+  if (!is_of_that_time) state.is_boosted = false;
+  return state.is_boosted && prio == own;
 }
 
 bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIndex host,
@@ -393,7 +404,8 @@ void EnforcementTracker::forget_fork(OfTid& child) {
   child.fork.reset();
 }
 
-void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& event) {
+void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
+                                       const SchedPiSetprio& event) {
   tids_[host][event.tid].has_inheritance = true;
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
@@ -402,6 +414,7 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   auto& state = threads_[*index];
   state.may_be_boosted = false;
   state.may_be_boosted_before = false;
+  state.inheritance_told = head.time;
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   state.is_boosted = event.new_prio < own;  // nobody inherits a lower one

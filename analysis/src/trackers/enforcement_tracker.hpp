@@ -55,7 +55,7 @@ class EnforcementTracker {
   // After the timeline has seen the switch.
   void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
   void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
-  void on_pi_setprio(HostIndex host, const SchedPiSetprio& event);
+  void on_pi_setprio(const EventHead& head, HostIndex host, const SchedPiSetprio& event);
   // A thread_init that begins a new incarnation: what the tid ran before is not its own.
   void on_thread_began(HostIndex host, ThreadIndex thread);
   void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
@@ -79,8 +79,9 @@ class EnforcementTracker {
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
     // sent it there before it was read back.
     std::vector<EventRef> outside_initial;
-    Rare<ReadBack> initial;   // of that mask
-    bool is_boosted = false;  // runs at a priority inherited through a mutex
+    Rare<ReadBack> initial;                     // of that mask
+    bool is_boosted = false;                    // runs at a priority inherited through a mutex
+    std::optional<Timestamp> inheritance_told;  // by its last sched_pi_setprio
     // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
     // are no more urgent than it was then: to the new parameters they may be.
     bool may_be_boosted = false;
@@ -142,6 +143,8 @@ class EnforcementTracker {
   // What the thread's first parameters say of where it ran before.
   void judge_outside_initial(ThreadFacts& thread, OfThread& state, bool is_applied);
   void end_beginnings();
+  // A switch at this priority tells nothing of the thread's own: it was inherited then.
+  static bool is_inherited(Timestamp time, std::int32_t prio, std::int32_t own, OfThread& state);
   // The thread may have inherited its priority before anything of the kernel was recorded.
   bool may_be_boosted_before(const ThreadFacts& thread, HostIndex host, OfThread& state) const;
   // From its first wait on its work outside callbacks counts.

@@ -221,6 +221,21 @@ TEST(SwitchedParameters, AreUnchangedThroughInheritance) {
   EXPECT_EQ(result.verdict("S3"), Verdict::pass);
 }
 
+// LTTng tells a priority that goes on when the last waiter is gone.
+TEST(SwitchedParameters, ThatChangeAfterInheritanceAreNotInherited) {
+  const auto judged = [](const std::string& lines) {
+    return judged_by(instance(10, 79) + "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" +
+                     instance(21, 9) + "\n30 sched:sched_pi_setprio tid=7 oldprio=9 newprio=9" +
+                     lines);
+  };
+  EXPECT_EQ(judged(instance(31, 79)).verdict("S3"), Verdict::pass);
+  for (const int prio : {9, 120}) {
+    const auto result = judged(instance(31, 79) + instance(40, prio));
+    for (const auto* rule : {"S1", "S3"})
+      EXPECT_EQ(result.verdict(rule), Verdict::fail) << rule << ' ' << prio;
+  }
+}
+
 constexpr const char* kUnscheduled =
     "\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7";
 

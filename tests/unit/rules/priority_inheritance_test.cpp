@@ -1,0 +1,41 @@
+// S3 where threads wait for a mutex of the one that is judged, whose own priority is 19 (FIFO 80).
+#include "support/verdicts.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+
+Verdict judged(const std::string& lines) {
+  return Verified(
+      "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" + lines +
+      "\n100 start fusion\n102 end fusion")["S3"];
+}
+
+// LTTng tells the priority of the first waiter; when none is left, the one that the thread has still.
+TEST(PriorityInheritance, EndsWhereTheThreadRunsWithItsOwn) {
+  const std::string inherited =
+      "3 boost fusion prio=9 old=19\n4 switch 0 idle fusion next_prio=9\n"
+      "5 boost fusion prio=9 old=9\n";
+  const auto own = inherited + "6 switch 0 fusion idle prio=19\n";
+  EXPECT_EQ(judged(own), Verdict::pass);
+  EXPECT_EQ(judged(own + "7 switch 0 idle fusion next_prio=9"), Verdict::fail);
+  EXPECT_EQ(judged(own + "7 switch 0 idle fusion next_prio=29"), Verdict::fail);
+  EXPECT_EQ(judged(inherited + "6 switch 0 fusion idle prio=29"), Verdict::fail)
+      << "nobody inherits a lower priority";
+}
+
+// Events of two CPUs have no order within a nanosecond.
+TEST(PriorityInheritance, ExcusesTheNanosecondThatTellsOfIt) {
+  EXPECT_EQ(judged("3 switch 0 idle fusion next_prio=19\n4 boost fusion prio=9 old=19\n"
+                   "4 switch 0 fusion idle prio=19\n5 switch 0 idle fusion next_prio=9\n"
+                   "6 boost fusion prio=19 old=9\n6 switch 0 fusion idle prio=9"),
+            Verdict::pass);
+}
+
+}  // namespace
+}  // namespace cie::test
