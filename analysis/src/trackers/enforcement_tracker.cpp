@@ -219,13 +219,16 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   }
   if (prio >= own) {
     state.may_be_boosted_before = false;
+    state.is_still_raised = false;
   } else if (may_be_boosted_before(thread, host, state)) {
     return;  // it tells nothing
   }
   ++thread.switches_checked;
   if (prio == own || (prio < own && state.may_be_boosted)) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
-  if (!mismatch) mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+  if (mismatch) return;
+  mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+  state.is_still_raised = prio < own;
 }
 
 // LTTng's sched_pi_setprio gives the priority of the first waiter, and when none is left the one that the
@@ -418,13 +421,22 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   state.is_boosted = event.new_prio < own;  // nobody inherits a lower one
-  // Nobody waits for it any more, and the kernel gives it its own priority, which nobody changed then:
-  // the higher one was inherited, though no event told since when.
+  if (expected != nullptr) explain_raised(head, event, *expected, thread, state);
+}
+
+// Where nobody waits for it any more the kernel gives it its own priority. Nobody changed that since it
+// was seen raised, so the higher one was inherited, though no event told since when.
+void EnforcementTracker::explain_raised(const EventHead& head, const SchedPiSetprio& event,
+                                        const ReadBack& expected, ThreadFacts& thread,
+                                        OfThread& state) {
+  const auto own = kernel_priority(expected);
+  if (event.old_prio >= own) state.is_still_raised = false;
   auto& raised = thread.raised_priority;
-  const bool was_inherited = event.new_prio == own && raised && expected != nullptr &&
-                             raised->first.n == expected->n &&
-                             raised->second.prio == event.old_prio;
-  if (was_inherited) raised.reset();
+  if (!raised || raised->first.n != expected.n) return;
+  const auto& [at, prio] = raised->second;
+  const bool is_taken_back =
+      event.new_prio == own && prio == event.old_prio && state.is_still_raised;
+  if (is_taken_back || (at.time == head.time && prio == event.new_prio)) raised.reset();
 }
 
 void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {

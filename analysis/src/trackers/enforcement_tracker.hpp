@@ -88,6 +88,8 @@ class EnforcementTracker {
     // It lived before the kernel's record began, and since then neither ran at its own priority nor had
     // a sched_pi_setprio.
     std::optional<bool> may_be_boosted_before;
+    // Nothing has shown it at its own priority since the switch that its facts tell of.
+    bool is_still_raised = false;
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
@@ -145,6 +147,9 @@ class EnforcementTracker {
   void end_beginnings();
   // A switch at this priority tells nothing of the thread's own: it was inherited then.
   static bool is_inherited(Timestamp time, std::int32_t prio, std::int32_t own, OfThread& state);
+  // What the event tells of the raised priority that was seen before.
+  static void explain_raised(const EventHead& head, const SchedPiSetprio& event,
+                             const ReadBack& expected, ThreadFacts& thread, OfThread& state);
   // The thread may have inherited its priority before anything of the kernel was recorded.
   bool may_be_boosted_before(const ThreadFacts& thread, HostIndex host, OfThread& state) const;
   // From its first wait on its work outside callbacks counts.

@@ -37,5 +37,23 @@ TEST(PriorityInheritance, ExcusesTheNanosecondThatTellsOfIt) {
             Verdict::pass);
 }
 
+// Once it is back at its own priority, what is inherited later tells nothing of before.
+TEST(PriorityInheritance, ToldFromItsBeginExplainsNothingBefore) {
+  const std::string raised = "3 switch 0 idle fusion next_prio=9\n";
+  const std::string own = "4 switch 0 fusion idle prio=19\n";
+  const std::string told = "5 boost fusion prio=9 old=19\n6 boost fusion prio=19 old=9\n";
+  const std::string taken_back = "6 boost fusion prio=19 old=9\n";
+  EXPECT_EQ(judged(raised + told), Verdict::fail);
+  EXPECT_EQ(judged(raised + own + told), Verdict::fail);
+  EXPECT_EQ(judged(raised + own + taken_back), Verdict::fail);
+  EXPECT_EQ(judged(raised + taken_back), Verdict::pass);
+}
+
+TEST(PriorityInheritance, MayBeToldBehindTheSwitchOfItsNanosecond) {
+  EXPECT_EQ(judged("3 switch 0 idle fusion next_prio=9\n3 boost fusion prio=9 old=19\n"
+                   "4 boost fusion prio=19 old=9\n5 switch 0 fusion idle prio=19"),
+            Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test
