@@ -265,6 +265,8 @@ struct ThreadFacts {
   std::vector<std::pair<ReadBack, ReadBack>> slice_or_clamp_mismatches{};
   Rare<std::pair<ReadBack, SwitchPriority>> raised_priority{};
   Rare<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
+  // A raised priority that tells nothing, because it may be inherited, and no switch since then that does.
+  Rare<SwitchPriority> perhaps_inherited{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared
   std::uint64_t audits_checked = 0;
 

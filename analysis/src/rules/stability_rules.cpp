@@ -51,6 +51,15 @@ const ReadBack& first_reference(const ThreadFacts& thread) {
   return thread.applied.empty() ? *thread.first_audit : thread.applied.front();
 }
 
+// What the thread ran with last shows nothing of what was applied.
+void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
+  if (!thread.perhaps_inherited) return;
+  const auto& [at, prio] = *thread.perhaps_inherited;
+  const auto note = priority_text(prio) + " from here on, which may be inherited";
+  if (thread.audits_checked == 0) judgement.doubt(evidence("sched_switch", at, note));
+  judgement.remark(evidence("by read-back", at, note));
+}
+
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& model = context.model;
   const auto& proof = context.proof;
@@ -88,6 +97,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }
   judgement.doubt(proof.loss(index));
+  judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
     judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
                              "no later audit and no sched_switch to compare with"));

@@ -218,13 +218,16 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
     return;
   }
   if (prio >= own) {
+    state.may_be_boosted = false;
     state.may_be_boosted_before = false;
     state.is_still_raised = false;
-  } else if (may_be_boosted_before(thread, host, state)) {
-    return;  // it tells nothing
+    thread.perhaps_inherited.reset();
+  } else if (state.may_be_boosted || may_be_boosted_before(thread, host, state)) {
+    if (!thread.perhaps_inherited) thread.perhaps_inherited = {.at = where, .prio = prio};
+    return;
   }
   ++thread.switches_checked;
-  if (prio == own || (prio < own && state.may_be_boosted)) return;
+  if (prio == own) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
   if (mismatch) return;
   mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
@@ -415,12 +418,14 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
   auto& thread = model_.threads[at(*index)];
   const auto* expected = reference(thread);
   auto& state = threads_[*index];
-  state.may_be_boosted = false;
   state.may_be_boosted_before = false;
   state.inheritance_told = head.time;
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
-  state.is_boosted = event.new_prio < own;  // nobody inherits a lower one
+  const bool is_raised = event.new_prio < own;  // nobody inherits a lower one
+  state.may_be_boosted = is_raised && expected != nullptr && event.new_prio == event.old_prio;
+  state.is_boosted = is_raised && !state.may_be_boosted;
+  if (std::max(event.old_prio, event.new_prio) >= own) thread.perhaps_inherited.reset();
   if (expected != nullptr) explain_raised(head, event, *expected, thread, state);
 }
 

@@ -83,7 +83,8 @@ class EnforcementTracker {
     bool is_boosted = false;                    // runs at a priority inherited through a mutex
     std::optional<Timestamp> inheritance_told;  // by its last sched_pi_setprio
     // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
-    // are no more urgent than it was then: to the new parameters they may be.
+    // are no more urgent than it was then: to the new parameters they may be. Or that told of no change,
+    // which LTTng's says where the last waiter has gone.
     bool may_be_boosted = false;
     // It lived before the kernel's record began, and since then neither ran at its own priority nor had
     // a sched_pi_setprio.

@@ -179,10 +179,19 @@ def _boosted(j: "Judge", t: Thread, time: int) -> bool:
     return boosted
 
 
-def _may_be_boosted(j: "Judge", t: Thread, applied_at: int, time: int) -> bool:
-    """Who waited for it before may be more urgent than what was applied then; no event tells."""
+def _may_be_boosted(j: "Judge", t: Thread, reference: Event, time: int) -> bool:
+    """Who waited for it before may be more urgent than what was applied then; no event tells. Until it runs as that."""
     told = [e.time for e in _inheritance(j, t) if e.time <= time]
-    return bool(told) and told[-1] <= applied_at
+    if not told or told[-1] > reference.time:
+        return False
+    own = kernel_priority(reference)
+    return not any(e.name == "sched_switch" and reference.time <= e.time < time and
+                   _switch_priority(j, t, e) >= own for e in t.kernel)
+
+
+def _switch_priority(j: "Judge", t: Thread, e: Event) -> int:
+    prio: int = e.prev_prio if e.prev_tid == t.tid else e.next_prio
+    return prio + j.model.prio_offset
 
 
 def _is_taken_back(j: "Judge", t: Thread, time: int, own: int) -> bool:
@@ -201,6 +210,7 @@ def _unchanged(j: "Judge", t: Thread) -> str:
     if not found:
         return NOT_APPLICABLE
     audits, switches, verdict = 0, 0, PASS
+    is_untold = False  # what it runs with since is perhaps inherited
     for e in t.scheds:
         before = [a for a in found if a.time < e.time or a.n < e.n]
         if e.moment == "audit" and before and not is_changing(t, e.time):
@@ -213,18 +223,20 @@ def _unchanged(j: "Judge", t: Thread) -> str:
         before = [a for a in found if a.time <= e.time]
         if not before:
             continue
-        switches += 1
-        prio = (e.prev_prio if e.prev_tid == t.tid else e.next_prio) + j.model.prio_offset
+        prio = _switch_priority(j, t, e)
         own = kernel_priority(before[-1])
+        is_taken_back = prio < own and _is_taken_back(j, t, e.time, own)
+        may_be_boosted = prio < own and _may_be_boosted(j, t, before[-1], e.time)
+        is_untold = not is_taken_back and may_be_boosted or is_untold and prio < own
+        switches += not may_be_boosted
         # A higher one may be inherited, by an event that is lost.
-        is_excused = prio < own and (_lossy(j, t.process.host, before[-1].time, e.time) or
-                                     _may_be_boosted(j, t, before[-1].time, e.time) or
-                                     _is_taken_back(j, t, e.time, own))
+        is_excused = may_be_boosted or is_taken_back or (
+            prio < own and _lossy(j, t.process.host, before[-1].time, e.time))
         if prio != own and not is_excused and (
                 not _boosted(j, t, e.time) and j.proof.certain_between(t, e.time)):
             verdict = FAIL
     if verdict == PASS and not audits and (
-            not switches or _lossy(j, t.process.host, t.first_seen, t.last_seen)):
+            not switches or is_untold or _lossy(j, t.process.host, t.first_seen, t.last_seen)):
         return INCONCLUSIVE
     return j.soften(verdict, j.proof.thread_tainted(t), "R")
 

@@ -55,5 +55,34 @@ TEST(PriorityInheritance, MayBeToldBehindTheSwitchOfItsNanosecond) {
             Verdict::pass);
 }
 
+// 18 (FIFO 81) is applied after an event that tells not who waits, so that 9 may be inherited ever since.
+TEST(PriorityInheritance, ThatMayGoOnShowsNothingOfWhatWasApplied) {
+  const std::string told = "3 boost fusion prio=9 old=19\n4 boost fusion prio=19 old=9\n";
+  const std::string own = "5 switch 0 idle fusion next_prio=19\n6 switch 0 fusion idle prio=19\n";
+  const std::string changed =
+      "7 audit fusion policy=fifo priority=80 change=1\n"
+      "8 applied fusion policy=fifo priority=81 change=1\n";
+  const std::string raised = "9 switch 0 idle fusion next_prio=9\n";
+  const std::string audit = "20 audit fusion policy=fifo priority=81 change=1\n";
+  const auto without_audit = "8 applied fusion policy=fifo priority=81\n" + raised;
+  EXPECT_EQ(judged(told + without_audit), Verdict::inconclusive);
+  EXPECT_EQ(judged(told + own + without_audit), Verdict::inconclusive);
+  EXPECT_EQ(judged(told + own + without_audit + "10 switch 0 fusion idle prio=18"), Verdict::pass);
+  EXPECT_EQ(judged(told + own + without_audit + "10 boost fusion prio=18 old=9"), Verdict::pass);
+  EXPECT_EQ(judged(told + own + changed + raised + audit), Verdict::pass) << "by read-back";
+  EXPECT_EQ(judged(told + own + without_audit + "10 switch 0 fusion idle prio=18\n" +
+                   "11 switch 0 idle fusion next_prio=9"),
+            Verdict::fail)
+      << "it ran at its own: nobody waited";
+}
+
+// No more urgent waiter, or the last one is gone: LTTng's event is the same.
+TEST(PriorityInheritance, MayHaveEndedWhereTheEventTellsOfNoChange) {
+  const std::string lines = "2 switch 0 idle fusion next_prio=19\n3 boost fusion prio=9 old=19\n";
+  const std::string raised = "5 switch 0 fusion idle prio=9\n";
+  EXPECT_EQ(judged(lines + raised), Verdict::pass);
+  EXPECT_EQ(judged(lines + "4 boost fusion prio=9 old=9\n" + raised), Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test
