@@ -117,10 +117,21 @@ std::optional<Evidence> unrecorded(const RuleContext& context, ThreadIndex index
   return context.proof.kernel_outside(index, first_start_on(thread).time);
 }
 
+// A priority that the thread had from the first switch on may be inherited since before the kernel's record.
+std::optional<Evidence> untold_before(const RuleContext& context, const ThreadFacts& thread,
+                                      const ScheduledAs& raised) {
+  if (&raised != &thread.scheduled.front()) return std::nullopt;
+  const auto& process = context.model.processes[at(thread.process)];
+  const auto born = thread.start_ns ? Timestamp{*thread.start_ns} : latest_begin(process);
+  return context.proof.kernel_gap(process.host, born, born);
+}
+
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
-void overrule_inherited(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+void overrule_inherited(const RuleContext& context, ThreadIndex index, const ScheduledAs& raised,
+                        Judgement& judgement) {
   judgement.overrule(context.proof.kernel_loss(index));
   judgement.overrule(context.proof.untold_inheritance(index));
+  judgement.overrule(untold_before(context, context.model.threads[at(index)], raised));
 }
 
 using Stretches = std::vector<ScheduledAs>;
@@ -192,7 +203,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   if (!is_as_asked(last, entry.parameters)) {
     overrule_former(context, index, last.last.time, judgement);
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
-    if (is_raised) overrule_inherited(context, index, judgement);
+    if (is_raised) overrule_inherited(context, index, last, judgement);
     judgement.fail(evidence("sched_switch", last.last,
                             asks(context, entry) + "; the kernel schedules thread " +
                                 std::to_string(thread.tid) + " with " +
@@ -297,7 +308,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
                            "from here on with " + priority_text(later->first.prio));
   if (is_asked) {
     const bool is_raised = later->first.prio < kept->first.prio;
-    if (is_raised) overrule_inherited(context, index, judgement);
+    if (is_raised) overrule_inherited(context, index, *later, judgement);
     judgement.fail(was);
     judgement.fail(is);
   } else {
@@ -393,7 +404,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   }
   judgement.check();
   const bool is_raised = before->first.prio < match->first.prio;
-  if (is_raised) overrule_inherited(context, first->thread, judgement);
+  if (is_raised) overrule_inherited(context, first->thread, *before, judgement);
   judgement.fail(
       evidence("callback_start", first->first_start,
                callback.logical_id + " started unconfigured; " +

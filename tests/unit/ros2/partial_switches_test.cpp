@@ -244,5 +244,20 @@ TEST(SwitchesBehindAHole, ShowNoSpecifiedPriorityOfTheThread) {
     EXPECT_EQ(lossy.verdict(rule), Verdict::inconclusive) << rule << lossy.evidence(rule);
 }
 
+// Somebody waited for the thread already, perhaps: no event tells since when.
+TEST(AHigherPriority, IsNoWitnessWhereTheKernelsRecordBeganWithIt) {
+  const std::string late = "\n8 kernel_begins";
+  const auto always = instance(10, 9) + instance(20, 9);
+  EXPECT_EQ(judged_partly(always).verdict("S1"), Verdict::fail);
+  EXPECT_EQ(judged_partly(late + always).verdict("S1"), Verdict::inconclusive);
+  EXPECT_EQ(judged_partly(late + instance(10, 79) + instance(20, 9)).verdict("S1"), Verdict::fail);
+  EXPECT_EQ(judged_partly(late + instance(10, 120) + instance(20, 120)).verdict("S1"),
+            Verdict::fail)
+      << "a lower one";
+  const auto at_first = instance(10, 9) + instance(20, 79);
+  EXPECT_EQ(judged_partly(at_first).verdict("S2"), Verdict::fail);
+  EXPECT_EQ(judged_partly(late + at_first).verdict("S2"), Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test
