@@ -214,7 +214,9 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   where.tid = tid;
   where.pid = model_.processes[at(thread.process)].pid;
   if (expected == nullptr) {
-    if (thread.read_backs.count == 0) note_priority(where, thread, prio);
+    if (thread.read_backs.count != 0) return;
+    if (state.taken_back) take_back(thread, state, prio);
+    note_priority(where, thread, prio);
     return;
   }
   if (prio >= own) {
@@ -252,6 +254,14 @@ bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIn
     state.may_be_boosted_before = !begin || !born || *born < *begin;
   }
   return *state.may_be_boosted_before;
+}
+
+void EnforcementTracker::take_back(ThreadFacts& thread, OfThread& state, std::int32_t prio) {
+  auto& all = thread.scheduled;
+  if (all.empty() || all.back().first.prio == prio) return;
+  if (std::exchange(state.taken_back, std::nullopt) != prio) return;
+  all.back().first.prio = prio;
+  if (all.size() > 1 && std::prev(all.end(), 2)->first.prio == prio) join_last_two(all);
 }
 
 void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& thread,
@@ -420,7 +430,13 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
   auto& state = threads_[*index];
   state.may_be_boosted_before = false;
   state.inheritance_told = head.time;
-  if (!state.is_boosted) state.unboosted = event.old_prio;
+  state.taken_back.reset();
+  if (!state.is_boosted) {
+    state.unboosted = event.old_prio;
+    const bool is_seen =
+        !thread.scheduled.empty() && thread.scheduled.back().first.prio == event.old_prio;
+    if (is_seen && event.new_prio > event.old_prio) state.taken_back = event.new_prio;
+  }
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   const bool is_raised = event.new_prio < own;  // nobody inherits a lower one
   state.may_be_boosted = is_raised && expected != nullptr && event.new_prio == event.old_prio;

@@ -91,6 +91,9 @@ class EnforcementTracker {
     std::optional<bool> may_be_boosted_before;
     // Nothing has shown it at its own priority since the switch that its facts tell of.
     bool is_still_raised = false;
+    // Of one that nobody read back: the last event took the priority with which it was seen back to this,
+    // which so is its own if it runs with that next.
+    std::optional<std::int32_t> taken_back;
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
@@ -157,6 +160,8 @@ class EnforcementTracker {
   bool has_begun_work(const ThreadFacts& thread) const;
   // A thread that nobody read back is scheduled with this priority.
   void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
+  // What it was scheduled with until now was inherited, if it runs at the priority that was taken back.
+  static void take_back(ThreadFacts& thread, OfThread& state, std::int32_t prio);
   // The same if it is a thread that nobody read back.
   void adopt_unread(const EventHead& head, ThreadIndex thread);
   // A thread speaks for the first time: what it was scheduled as until now is its own.

@@ -259,5 +259,23 @@ TEST(AHigherPriority, IsNoWitnessWhereTheKernelsRecordBeganWithIt) {
   EXPECT_EQ(judged_partly(late + at_first).verdict("S2"), Verdict::inconclusive);
 }
 
+// What the kernel returns to is the thread's own priority.
+TEST(AHigherPriority, WasInheritedWhereTheKernelTakesItBack) {
+  const auto judged = [](int taken_back, int own) {
+    return judged_partly("\n8 kernel_begins" + instance(10, 9) +
+                         "\n15 sched:sched_pi_setprio tid=7 oldprio=9 newprio=" +
+                         std::to_string(taken_back) + instance(20, own));
+  };
+  for (const auto* rule : {"S1", "S2", "S3"})
+    EXPECT_NE(judged(79, 79).verdict(rule), Verdict::fail) << rule;
+  EXPECT_EQ(judged(79, 79).verdict("S2"), Verdict::pass);
+  EXPECT_EQ(judged(100, 79).verdict("S2"), Verdict::inconclusive)
+      << "LTTng's event tells the priority of who waits still";
+  const auto rose =
+      judged_partly(instance(10, 79) + instance(20, 9) +
+                    "\n25 sched:sched_pi_setprio tid=7 oldprio=9 newprio=79" + instance(30, 79));
+  EXPECT_EQ(rose.verdict("S3"), Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test
