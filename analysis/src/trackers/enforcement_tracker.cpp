@@ -61,17 +61,32 @@ void join_last_two(std::vector<ScheduledAs>& stretches) {
 }
 
 // What it was given before another spin on it may have been taken back meanwhile.
+bool is_in_force(const ThreadFacts& thread, const ReadBack& applied) {
+  return !thread.announced_again || applied.at.time >= *thread.announced_again;
+}
+
 bool is_given_parameters(const ThreadFacts& thread) {
-  return !thread.applied.empty() &&
-         (!thread.announced_again || thread.applied.back().at.time >= *thread.announced_again);
+  return !thread.applied.empty() && is_in_force(thread, thread.applied.back());
+}
+
+// The last one then.
+Rare<ReadBack> applied_before(const ThreadFacts& thread, Timestamp time) {
+  const auto found =
+      std::find_if(thread.applied.rbegin(), thread.applied.rend(),
+                   [time](const ReadBack& applied) { return applied.at.time < time; });
+  if (found == thread.applied.rend() || !is_in_force(thread, *found)) return {};
+  return *found;
 }
 
 }  // namespace
 
-const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
-  if (is_given_parameters(thread)) return &thread.applied.back();
+const ReadBack* EnforcementTracker::first_audit_of_attached(const ThreadFacts& thread) const {
   const bool is_attached = model_.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
+  return is_given_parameters(thread) ? &thread.applied.back() : first_audit_of_attached(thread);
 }
 
 void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
@@ -92,31 +107,53 @@ void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
     const auto* tid = tids_[model_.processes[at(thread.process)].host].find(thread.tid);
     state.may_be_boosted = thread.is_known_to_kernel && tid != nullptr && tid->has_inheritance;
   }
-  const auto& last = thread.last_read_back;
-  if (event.moment == SchedMoment::applied) {
-    state.is_changing = false;
-    if (thread.applied.size() == 1) {  // what it did until it was configured is none of its work
-      state.first_wait.reset();
-      thread.first_wait.reset();
+  const bool is_configured = event.moment == SchedMoment::applied && thread.applied.size() == 1;
+  if (is_configured) {  // what it did until then is none of its work
+    state.first_wait.reset();
+    thread.first_wait.reset();
+  }
+  compare_in_order(thread, state, read_back_of(head, event));
+}
+
+// Those of one nanosecond come in any order: each that follows has all of them compared anew.
+void EnforcementTracker::compare_in_order(ThreadFacts& thread, OfThread& state,
+                                          const ReadBack& read_back) {
+  auto& now = state.compared;
+  if (now && now->read_backs.front().at.time == read_back.at.time) {
+    undo(thread, state);
+  } else if (thread.last_read_back->n != read_back.n) {
+    return;  // it was recorded after a newer one
+  } else {
+    now = Comparison{.read_backs = {},
+                     .applied_before = applied_before(thread, read_back.at.time),
+                     .was_changing = state.is_changing,
+                     .audits_checked = thread.audits_checked,
+                     .had_mismatch = static_cast<bool>(thread.audit_mismatch),
+                     .slice_or_clamp_mismatches = thread.slice_or_clamp_mismatches.size()};
+  }
+  auto& all = now->read_backs;
+  all.insert(std::ranges::upper_bound(all, read_back.n, {}, &ReadBack::n), read_back);
+  const ReadBack* expected = now->applied_before ? &*now->applied_before : nullptr;
+  for (const auto& read : all) {
+    if (read.moment == SchedMoment::applied) {
+      expected = &read;
+      state.is_changing = false;
+    } else if (read.moment == SchedMoment::audit && !state.is_changing) {
+      const auto* reference = expected != nullptr ? expected : first_audit_of_attached(thread);
+      if (reference != nullptr) compare(thread, state, *reference, read);
     }
-    // An audit that is newer, of the same nanosecond, came first.
-    if (last && last->moment == SchedMoment::audit && last->n > event.n) {
-      retract(thread, state, last->n);
-      if (expected != nullptr) compare(thread, state, *expected, *last);
-    }
   }
-  if (event.moment != SchedMoment::audit || !last) return;
-  if (last->n == event.n) {
-    if (expected != nullptr && !state.is_changing) compare(thread, state, *expected, *last);
-    return;
-  }
-  const auto before = std::find_if(thread.applied.rbegin(), thread.applied.rend(),
-                                   [&event](const ReadBack& read) { return read.n < event.n; });
-  const bool is_changing = std::exchange(state.is_changing, false);
-  if (before != thread.applied.rend() && last->at.time == head.time) {
-    compare(thread, state, *before, read_back_of(head, event));
-  }
-  state.is_changing = is_changing;
+}
+
+void EnforcementTracker::undo(ThreadFacts& thread, OfThread& state) {
+  const auto& before = *state.compared;
+  state.is_changing = before.was_changing;
+  thread.audits_checked = before.audits_checked;
+  if (!before.had_mismatch) thread.audit_mismatch.reset();
+  auto& mismatches = thread.slice_or_clamp_mismatches;
+  mismatches.erase(
+      mismatches.begin() + static_cast<std::ptrdiff_t>(before.slice_or_clamp_mismatches),
+      mismatches.end());
 }
 
 void EnforcementTracker::compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
@@ -127,20 +164,9 @@ void EnforcementTracker::compare(ThreadFacts& thread, OfThread& state, const Rea
   const bool is_reference = thread.applied.empty() && audit.n == expected.n;
   if (!is_judging_ || is_reference) return;
   ++thread.audits_checked;
-  state.last_compared = audit.n;
   const bool is_same = is_same_parameters(expected, audit) && is_kept(thread, expected, audit);
   if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {expected, audit};
   note_slice_and_clamps(thread, expected, audit);
-}
-
-void EnforcementTracker::retract(ThreadFacts& thread, const OfThread& state, std::uint32_t audit) {
-  if (state.last_compared != audit) return;
-  --thread.audits_checked;
-  if (thread.audit_mismatch && thread.audit_mismatch->second.n == audit) {
-    thread.audit_mismatch.reset();
-  }
-  std::erase_if(thread.slice_or_clamp_mismatches,
-                [audit](const auto& mismatch) { return mismatch.second.n == audit; });
 }
 
 void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {

@@ -70,12 +70,21 @@ class EnforcementTracker {
   void finish();
 
  private:
+  // Read-backs of one nanosecond, in order, and what was known before the first of them.
+  struct Comparison {
+    std::vector<ReadBack> read_backs;
+    Rare<ReadBack> applied_before;
+    bool was_changing = false;
+    std::uint64_t audits_checked = 0;
+    bool had_mismatch = false;
+    std::size_t slice_or_clamp_mismatches = 0;
+  };
   struct OfThread {
     bool has_cpus = false;            // was read back, with the CPUs it may use
     std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
     std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
-    std::optional<std::uint32_t> last_compared;  // number of an audit
+    Rare<Comparison> compared;
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
     // sent it there before it was read back.
     std::vector<EventRef> outside_initial;
@@ -138,12 +147,15 @@ class EnforcementTracker {
 
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;
+  // Null: the process was not attached, or has none yet.
+  const ReadBack* first_audit_of_attached(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   // An audit with what was applied before.
   void compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
                const ReadBack& audit);
-  // The comparison of the audit of this number, which was with another one than that.
-  static void retract(ThreadFacts& thread, const OfThread& state, std::uint32_t audit);
+  void compare_in_order(ThreadFacts& thread, OfThread& state, const ReadBack& read_back);
+  // The comparisons of the last nanosecond.
+  static void undo(ThreadFacts& thread, OfThread& state);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
   void note_outside_initial(OfThread& state, const EventRef& where);
   // What the thread's first parameters say of where it ran before.
