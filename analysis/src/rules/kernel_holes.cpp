@@ -120,6 +120,7 @@ const StreamFacts* stream_of(const Model& model, HostIndex host,
 // Of one trace.
 struct Record {
   bool has_switches = false;
+  bool has_inheritance = false;
   std::set<std::int32_t> cpus;
   std::optional<Timestamp> first_begin;
   Timestamp last_begin = kNever;
@@ -132,6 +133,7 @@ struct Record {
     if (tells_end(stream)) first_end = std::min(first_end, end);
     if (!tells_begin(stream)) return;
     has_switches = stream.has_inheritance.has_value();
+    has_inheritance = stream.has_inheritance.value_or(false);
     last_begin = std::max(last_begin, *stream.begin);
     first_begin = std::min(first_begin.value_or(*stream.begin), *stream.begin);
     last_end = std::max(last_end, end);
@@ -151,22 +153,29 @@ void KernelHoles::find_edges(Holes& holes) {
   for (const auto& stream : model_.streams) {
     if (!is_record(stream)) continue;
     if (stream.events > 0 && stream.has_inheritance == false)
-      without_inheritance_.emplace(stream.host, &stream);
+      without_inheritance_[stream.host].push_back(&stream);
     hosts[stream.host][stream.trace].add(stream);
   }
   for (const auto& [host, records] : hosts) {
     std::vector<KernelPart> parts;
+    std::vector<KernelPart> parts_with_inheritance;
     Stretch all{.begin = kEndless, .end = kNever};
     auto last_begin = kNever;
     for (const auto& [trace, record] : records) {
       if (!record.first_begin) continue;
       parts.push_back(record.part());
+      if (record.has_switches) {
+        auto& part = parts_with_inheritance.emplace_back(record.part());
+        if (!record.has_inheritance) part.covers.reset();
+      }
       all = {.begin = std::min(all.begin, *record.first_begin),
              .end = std::max(all.end, record.last_end)};
       last_begin = std::max(last_begin, record.last_begin);
     }
     if (parts.empty()) continue;
     const auto stretches = recorded(parts);
+    if (without_inheritance_.contains(host))
+      with_inheritance_[host] = recorded(parts_with_inheritance);
     begins_[host] = stretches.empty() ? last_begin : stretches.front().begin;
     if (all.end != kEndless) ends_[host] = all.end;
     add_holes(host, all, stretches, holes[host]);
@@ -258,10 +267,21 @@ std::optional<Evidence> KernelHoles::outside(HostIndex host, Timestamp begin, Ti
                       " judges the time before it");
 }
 
-std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host) const {
+std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host, Timestamp begin,
+                                                        Timestamp end) const {
   const auto found = without_inheritance_.find(host);
   if (found == without_inheritance_.end()) return std::nullopt;
-  return without_event(moment(*found->second->begin),
+  const auto told = with_inheritance_.find(host);
+  const bool is_told =
+      told != with_inheritance_.end() && std::ranges::any_of(told->second, [&](const auto& by) {
+        return by.begin <= begin && end <= by.end;
+      });
+  const auto stream = std::ranges::find_if(found->second, [&](const StreamFacts* without) {
+    const bool is_over = without->has_ended && without->end && *without->end < begin;
+    return *without->begin <= end && !is_over;
+  });
+  if (is_told || stream == found->second.end()) return std::nullopt;
+  return without_event(moment(*(*stream)->begin),
                        "sched_pi_setprio was not recorded: a raised priority may be inherited");
 }
 

@@ -31,8 +31,8 @@ class KernelHoles {
   std::optional<Evidence> since(HostIndex host, Timestamp begin, Timestamp end) const;
   // The record began later than the first of the two, or ended before the second.
   std::optional<Evidence> outside(HostIndex host, Timestamp begin, Timestamp end) const;
-  // Priorities were recorded without what tells whether they are inherited.
-  std::optional<Evidence> untold_inheritance(HostIndex host) const;
+  // Priorities were recorded between the two without what tells whether they are inherited.
+  std::optional<Evidence> untold_inheritance(HostIndex host, Timestamp begin, Timestamp end) const;
 
  private:
   struct Interval {
@@ -59,7 +59,8 @@ class KernelHoles {
   Holes holes_;                            // disjoint, ascending
   std::map<HostIndex, Timestamp> begins_;  // when its record of all CPUs began
   std::map<HostIndex, Timestamp> ends_;    // when the last of them has ended, if all have
-  std::map<HostIndex, const StreamFacts*> without_inheritance_;
+  std::map<HostIndex, std::vector<const StreamFacts*>> without_inheritance_;
+  std::map<HostIndex, std::vector<Stretch>> with_inheritance_;  // if some are without
 };
 
 }  // namespace cie::analysis

@@ -228,8 +228,9 @@ std::optional<Evidence> Proof::kernel_outside(ThreadIndex thread, Timestamp begi
                         std::min(lives_.of(thread).end, judged_.to));
 }
 
-std::optional<Evidence> Proof::untold_inheritance(ThreadIndex thread) const {
-  return holes_.untold_inheritance(host_of(thread));
+std::optional<Evidence> Proof::untold_inheritance(ThreadIndex thread, Timestamp begin,
+                                                  Timestamp end) const {
+  return holes_.untold_inheritance(host_of(thread), begin, end);
 }
 
 HostIndex Proof::host_of(ThreadIndex thread) const {

@@ -67,8 +67,9 @@ class Proof {
   // The kernel's record leaves out something of the time from then on to the end of the thread, as
   // far as that is judged.
   std::optional<Evidence> kernel_outside(ThreadIndex thread, Timestamp begin) const;
-  // On the thread's machine nothing tells of priority inheritance.
-  std::optional<Evidence> untold_inheritance(ThreadIndex thread) const;
+  // On the thread's machine nothing tells of priority inheritance at some time between the two.
+  std::optional<Evidence> untold_inheritance(ThreadIndex thread, Timestamp begin,
+                                             Timestamp end) const;
   // Callbacks that `run_end` counts and no event names: they may have run anywhere. Where nothing
   // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;

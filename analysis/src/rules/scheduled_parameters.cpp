@@ -117,21 +117,28 @@ std::optional<Evidence> unrecorded(const RuleContext& context, ThreadIndex index
   return context.proof.kernel_outside(index, first_start_on(thread).time);
 }
 
+// It did not live before.
+Timestamp earliest_birth(const RuleContext& context, const ThreadFacts& thread) {
+  return thread.start_ns ? Timestamp{*thread.start_ns}
+                         : latest_begin(context.model.processes[at(thread.process)]);
+}
+
 // A priority that the thread had from the first switch on may be inherited since before the kernel's record.
 std::optional<Evidence> untold_before(const RuleContext& context, const ThreadFacts& thread,
                                       const ScheduledAs& raised) {
   if (&raised != &thread.scheduled.front()) return std::nullopt;
-  const auto& process = context.model.processes[at(thread.process)];
-  const auto born = thread.start_ns ? Timestamp{*thread.start_ns} : latest_begin(process);
-  return context.proof.kernel_gap(process.host, born, born);
+  const auto born = earliest_birth(context, thread);
+  return context.proof.kernel_gap(context.model.processes[at(thread.process)].host, born, born);
 }
 
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
 void overrule_inherited(const RuleContext& context, ThreadIndex index, const ScheduledAs& raised,
                         Judgement& judgement) {
   judgement.overrule(context.proof.kernel_loss(index));
-  judgement.overrule(context.proof.untold_inheritance(index));
-  judgement.overrule(untold_before(context, context.model.threads[at(index)], raised));
+  const auto& thread = context.model.threads[at(index)];
+  judgement.overrule(
+      context.proof.untold_inheritance(index, earliest_birth(context, thread), raised.last.time));
+  judgement.overrule(untold_before(context, thread, raised));
 }
 
 using Stretches = std::vector<ScheduledAs>;

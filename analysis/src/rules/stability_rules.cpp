@@ -82,7 +82,8 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     auto gap = context.lives.may_be_another(index, priority.at.time);
     if (mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
       if (!gap) gap = proof.kernel_gap(host, applied.at.time, priority.at.time);
-      if (!gap) gap = proof.untold_inheritance(index);
+      if (!gap)
+        gap = proof.untold_inheritance(index, context.lives.of(index).begin, priority.at.time);
     }
     if (gap) {
       hole = gap;

@@ -27,6 +27,7 @@ struct Recorded {
   std::int64_t begin = -kEver;
   std::int64_t end = kEver;
   std::optional<std::int32_t> cpu{};
+  bool has_inheritance = true;
 };
 
 std::set<StreamIndex> kernel_streams(const TextTrace& trace) {
@@ -55,7 +56,7 @@ void record(std::vector<Event>& events, const TextTrace& trace, const Recorded& 
     if (auto* begin = std::get_if<StreamBegin>(&event.body)) {
       begin->channel += number + 1;
       begin->trace = number + 1;
-      begin->has_inheritance = true;
+      begin->has_inheritance = recording.has_inheritance;
     }
     events.push_back(event);
   }
@@ -239,6 +240,33 @@ TEST(KernelRecordings, WithoutACpuMeasureNothingThatMayHaveRunThere) {
   EXPECT_EQ(rows[2].execution, Duration{6});  // 1 + 2 + 3
   const auto whole = rows_of(recorded_as(trace, {{.end = 29}, {.begin = 30}}));
   EXPECT_EQ(whole[1].execution, Duration{4});
+}
+
+// The thread is at priority 9 in place of 19 from 5 to 19, and lives from -100 on.
+TEST(KernelRecordings, WithoutInheritanceMatterWhereNoOtherOneTellsOfIt) {
+  const auto trace = trace_of(R"(
+    callback fusion
+    thread rcu worker silent tid=7
+    -500 switch 0 idle rcu
+    -499 switch 0 rcu idle state=1
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    5 switch 0 idle fusion next_prio=9
+    12 start fusion
+    18 end fusion
+    19 switch 0 fusion idle state=1 prio=9
+    500 switch 0 idle rcu
+    501 switch 0 rcu idle state=1)");
+  const auto judged = [&trace](const Recorded& told, Recorded untold) {
+    untold.has_inheritance = false;
+    return Verified(recorded_as(trace, {told, untold}))["S3"];
+  };
+  EXPECT_EQ(judged({}, {.end = -400}), Verdict::fail);
+  EXPECT_EQ(judged({}, {.begin = 400}), Verdict::fail);
+  EXPECT_EQ(judged({}, {}), Verdict::fail);
+  EXPECT_EQ(judged({.begin = -85}, {.end = -50}), Verdict::inconclusive)
+      << "somebody waited for it before, perhaps";
+  EXPECT_EQ(judged({.begin = 10}, {}), Verdict::inconclusive);
 }
 
 }  // namespace
