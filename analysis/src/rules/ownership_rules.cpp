@@ -103,11 +103,13 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   if (!is_above) return;
   judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
                           "first wait: foreign work is counted from here"));
-  judgement.fail(evidence("sched_switch", end,
-                          nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
-                              nanoseconds(*thread.foreign_span_ns) + "; " +
-                              place(context, entry.line) + " allows " + nanoseconds(budget) +
-                              " per second"));
+  // To where the work was counted no event need stand.
+  const auto counted_to = *thread.first_wait + Duration{*thread.foreign_span_ns};
+  judgement.fail(
+      without_event(moment(counted_to, thread.tid),
+                    nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
+                        nanoseconds(*thread.foreign_span_ns) + "; " + place(context, entry.line) +
+                        " allows " + nanoseconds(budget) + " per second"));
 }
 
 bool asks_for_budgets(const SchedulingSpec* spec) {

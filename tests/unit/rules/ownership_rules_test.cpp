@@ -76,6 +76,13 @@ TEST(NoForeignWork, ComparesTimeOutsideCallbacksWithTheBudgetExactly) {
   EXPECT_EQ(Verified(kForeignTime).of("M6", "thread 101"), Verdict::pass) << "no budget";
 }
 
+// Its exit comes later.
+TEST(NoForeignWork, SaysUntilWhenItCounted) {
+  const Verified exited(std::string(kForeignTime) + "\n90 exit fusion", budget(229'999'999));
+  EXPECT_THAT(exited.evidence("M6", "thread 101"),
+              HasSubstr("\n80  23 ns on a CPU outside callbacks within 100 ns"));
+}
+
 TEST(NoForeignWork, CountsNothingOfInstancesBeforeTheFirstWait) {
   const auto trace = std::string(kForeignTime) + "\n-50 start fusion\n-40 end fusion";
   EXPECT_EQ(Verified(trace, budget(229'999'999)).of("M6", "thread 101"), Verdict::fail);
