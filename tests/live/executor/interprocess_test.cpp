@@ -18,9 +18,9 @@ using cie_msgs::Sample;
 using Request = test_services::Add_Request;
 using Response = test_services::Add_Response;
 
-constexpr std::uint64_t kMessagesEachWay = 300;
+constexpr std::uint64_t kMessages = 300;
 
-constexpr std::int64_t kCallsEachWay = 100;
+constexpr std::int64_t kCalls = 100;
 
 QoS deep() { return QoS{KeepAll{}}; }
 
@@ -39,7 +39,7 @@ TEST(Child, DISABLED_Publishes) {
   executor.add_node(node);
   Spinning spinning{executor};
   ASSERT_TRUE(eventually([&] { return publisher->subscription_count() == 1; }));
-  for (std::uint64_t i = 0; i < kMessagesEachWay; ++i) {
+  for (std::uint64_t i = 0; i < kMessages; ++i) {
     auto message = make_message<Sample>();
     set_text(message->frame_id, std::to_string(publisher->writer_gid()));
     resize(message->payload, payload_size(i));
@@ -72,8 +72,7 @@ TEST(ChildService, DISABLED_Adds) {
   Spinning spinning{executor};
   // The last client's departure is the sign to go.
   ASSERT_TRUE(eventually([&] { return service->client_count() > 0; }));
-  EXPECT_TRUE(
-      eventually([&] { return answered >= 2 * kCallsEachWay && service->client_count() == 0; }));
+  EXPECT_TRUE(eventually([&] { return answered >= 2 * kCalls && service->client_count() == 0; }));
   spinning.cancel_and_wait();
 }
 
@@ -104,7 +103,7 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
         if (info.arrival_ns < sample.stamp || info.arrival_ns > now) ++wrong_arrival;
         if (info.source_timestamp_realtime_ns <= last_source) ++wrong_source;
         last_source = info.source_timestamp_realtime_ns;
-        if (seen.size() == kMessagesEachWay) publisher->publish(*make_message<Sample>());
+        if (seen.size() == kMessages) publisher->publish(*make_message<Sample>());
       });
   CallbackIsolatedExecutor executor;
   executor.add_node(node);
@@ -115,8 +114,8 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
   spinning.cancel_and_wait();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 
-  std::vector<std::uint64_t> expected(kMessagesEachWay);
-  for (std::uint64_t i = 0; i < kMessagesEachWay; ++i)
+  std::vector<std::uint64_t> expected(kMessages);
+  for (std::uint64_t i = 0; i < kMessages; ++i)
     expected[i] = i;
   EXPECT_EQ(seen, expected);
   EXPECT_EQ(wrong_writer, 0U);
@@ -139,7 +138,7 @@ TEST(Interprocess, AServiceAnswersEachClientFromItsFirstRequestOn) {
     ASSERT_TRUE(first->wait_for_service(20s));
     ASSERT_TRUE(second->wait_for_service(20s));
     Request request{};
-    for (std::int64_t i = 0; i < kCallsEachWay; ++i) {
+    for (std::int64_t i = 0; i < kCalls; ++i) {
       request.a = i;
       request.b = 1;
       auto of_first = first->async_send_request(request);
