@@ -53,7 +53,7 @@ struct Analyzer::Pipeline {
     count_only(event);
     now = event.head.time;
   }
-  void count_only(const Event& event) {
+  [[gnu::always_inline]] void count_only(const Event& event) {
     ++by_class[event.body.index()];
     if (event.head.is_derived && !event.head.stands_for_cause) return;
     const auto* other = std::get_if<OtherEvent>(&event.body);

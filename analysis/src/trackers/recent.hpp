@@ -18,7 +18,7 @@ class Recent {
 
  public:
   template <typename Value = T>
-  void push(Value&& value) {
+  [[gnu::always_inline]] void push(Value&& value) {
     if (size_ < kCapacity) {
       if (size_ == values_.capacity()) grow();
       values_.push_back(std::forward<Value>(value));
