@@ -58,6 +58,7 @@ void forget_kernel_record(ThreadFacts& thread) {
   thread.switched_in.reset();
   thread.raised_priority.reset();
   thread.lowered_priority.reset();
+  thread.perhaps_inherited.reset();
   thread.scheduled.clear();
   thread.switches_checked = 0;
   thread.cpus_checked -= std::exchange(thread.switch_cpus_checked, 0);
