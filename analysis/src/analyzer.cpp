@@ -15,6 +15,7 @@ namespace {
 
 constexpr auto kCallbackStart = EventBody(CallbackStart{}).index();
 constexpr auto kCallbackEnd = EventBody(CallbackEnd{}).index();
+constexpr auto kThreadWakeup = EventBody(ThreadWakeup{}).index();
 
 // The event that a start tells of.
 Event end_of(const EventHead& head, const CallbackStart& start) {
@@ -119,7 +120,8 @@ inline bool Analyzer::Pipeline::consume_at_once(const EventHead& head, const Cal
 
 bool Analyzer::is_worth_prefetching() const noexcept {
   constexpr std::size_t kInCache = 512;  // some 5 KB each: measured, a second-level cache's worth
-  return pipeline_->model.pairs.size() > kInCache;
+  const bool is_foretold = pipeline_->by_class[kThreadWakeup] > 0;  // not by ROS 2
+  return is_foretold && pipeline_->model.pairs.size() > kInCache;
 }
 
 void Analyzer::prefetch_emitter(const EventHead& head) const noexcept {

@@ -319,9 +319,8 @@ std::map<ProcessIndex, bool> tell_messages(const Model& model) {
   return told;
 }
 
-ChainReport report_of(const Model& model, ChainIndex index) {
+void fill(ChainReport& report, const Model& model, ChainIndex index) {
   const auto& facts = model.chains[at(index)];
-  ChainReport report;
   report.index = index;
   report.name = facts.name;
   report.process = facts.process;
@@ -344,14 +343,13 @@ ChainReport report_of(const Model& model, ChainIndex index) {
     const auto& known = facts.last_callbacks;
     return i < known.size() ? std::optional(known[i]) : std::nullopt;
   };
+  report.hop_table.reserve(facts.hops.size());
   for (std::size_t i = 0; i < facts.hops.size(); ++i) {
-    HopReport hop{.from = facts.hops[i],
-                  .to = std::nullopt,
-                  .from_callback = callback_at(i),
-                  .to_callback = std::nullopt,
-                  .processing = summary_at(facts.processing, i),
-                  .communication = std::nullopt,
-                  .start_to_publish = summary_at(facts.running, i)};
+    auto& hop = report.hop_table.emplace_back();
+    hop.from = facts.hops[i];
+    hop.from_callback = callback_at(i);
+    hop.processing = summary_at(facts.processing, i);
+    hop.start_to_publish = summary_at(facts.running, i);
     if (i + 1 < facts.hops.size()) {
       hop.to = facts.hops[i + 1];
       hop.to_callback = callback_at(i + 1);
@@ -359,10 +357,8 @@ ChainReport report_of(const Model& model, ChainIndex index) {
       hop.clock_error = clock_error(model, facts, i);
       hop.publish_to_start = summary_at(facts.handover, i);
     }
-    report.hop_table.push_back(std::move(hop));
   }
   report.undivided = facts.undivided.summary();
-  return report;
 }
 
 }  // namespace
@@ -458,7 +454,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
     report.threads.push_back(report_of(context, index));
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
-    report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
+    fill(report.chains.emplace_back(), model, ChainIndex{static_cast<std::uint32_t>(i)});
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
   const auto edges = edges_in_order(model);

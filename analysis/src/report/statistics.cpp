@@ -47,10 +47,41 @@ std::int64_t clamped(Int128 value) noexcept {
   return static_cast<std::int64_t>(value);
 }
 
+Summary summary_of(std::uint64_t count, std::int64_t min, std::int64_t max, Int128 sum,
+                   const std::array<std::int64_t, 4>& quantiles) {
+  const auto within = [min, max](std::int64_t quantile) { return std::clamp(quantile, min, max); };
+  return {.count = count,
+          .min = min,
+          .max = max,
+          .sum = clamped(sum),
+          .mean = static_cast<double>(sum) / static_cast<double>(count),
+          .p50 = within(quantiles[0]),
+          .p90 = within(quantiles[1]),
+          .p99 = within(quantiles[2]),
+          .p99_9 = within(quantiles[3])};
+}
+
 std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
   std::int64_t value = 0;
   histogram.at_ranks({&rank, 1}, {&value, 1});
   return value;
+}
+
+// ceil(count * numerator / denominator), at least 1.
+std::uint64_t rank_of(std::uint64_t count, std::uint64_t numerator, std::uint64_t denominator) {
+  assert(count > 0 && numerator <= denominator);
+  if ((count | denominator) >> 32U == 0) [[likely]] {  // a division of 128 bits takes long
+    return std::max<std::uint64_t>(1, (count * numerator + denominator - 1) / denominator);
+  }
+  const auto product = static_cast<Int128>(count) * numerator;
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+}
+
+// Those of a summary's quantiles.
+std::array<std::uint64_t, 4> quantile_ranks(std::uint64_t count) {
+  return {rank_of(count, 50, 100), rank_of(count, 90, 100), rank_of(count, 99, 100),
+          rank_of(count, 999, 1000)};
 }
 
 // Lives as long as the program: statistics may.
@@ -196,13 +227,7 @@ void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,
 }
 
 std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t denominator) const {
-  assert(count_ > 0 && numerator <= denominator);
-  if ((count_ | denominator) >> 32U == 0) [[likely]] {  // a division of 128 bits takes long
-    return std::max<std::uint64_t>(1, (count_ * numerator + denominator - 1) / denominator);
-  }
-  const auto product = static_cast<Int128>(count_) * numerator;
-  return std::max<std::uint64_t>(
-      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+  return rank_of(count_, numerator, denominator);
 }
 
 std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
@@ -306,27 +331,32 @@ ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
+  if (!values_->settled && !with_buckets) return summary_of_few();
   Settled scratch;
   const auto& all = this->all(scratch);
   const auto& histogram = all.histogram;
   std::array<std::int64_t, 4> quantiles{};
-  if (all.min < all.max) {
-    const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100),
-                           histogram.rank(99, 100), histogram.rank(999, 1000)};
-    histogram.at_ranks(ranks, quantiles);
-  }
-  for (auto& quantile : quantiles)
-    quantile = std::clamp(quantile, all.min, all.max);
-  return Summary{.count = histogram.count(),
-                 .min = all.min,
-                 .max = all.max,
-                 .sum = clamped(all.sum),
-                 .mean = static_cast<double>(all.sum) / static_cast<double>(histogram.count()),
-                 .p50 = quantiles[0],
-                 .p90 = quantiles[1],
-                 .p99 = quantiles[2],
-                 .p99_9 = quantiles[3],
-                 .buckets = with_buckets ? histogram.buckets() : std::vector<HistogramBucket>()};
+  if (all.min < all.max) histogram.at_ranks(quantile_ranks(histogram.count()), quantiles);
+  auto summary = summary_of(histogram.count(), all.min, all.max, all.sum, quantiles);
+  if (with_buckets) summary.buckets = histogram.buckets();
+  return summary;
+}
+
+// The same numbers as the histogram would give.
+Summary Statistics::summary_of_few() const {
+  std::array<std::uint32_t, kWaiting> values;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+  const auto waiting = waiting_values();
+  const std::span few(values.data(), waiting.size());
+  std::ranges::copy(waiting, few.begin());
+  std::ranges::sort(few);
+  std::uint64_t sum = 0;
+  for (const auto value : few)
+    sum += value;
+  std::array<std::int64_t, 4> quantiles{};
+  std::ranges::transform(quantile_ranks(few.size()), quantiles.begin(), [few](std::uint64_t rank) {
+    return static_cast<std::int64_t>(value_of(bucket_of(few[rank - 1])));
+  });
+  return summary_of(few.size(), few.front(), few.back(), sum, quantiles);
 }
 
 }  // namespace cie::analysis

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <memory_resource>
 #include <new>
 #include <utility>
 #include <vector>
@@ -75,7 +75,8 @@ struct alignas(64) ChainNode {
 };
 static_assert(sizeof(ChainNode) == 128, "as many are kept as publishers have messages");
 
-// Owns nodes and gives those out again that nobody refers to. Outlives all references.
+// Owns nodes and gives those out again that nobody refers to. Outlives all references but those of
+// nodes to each other, which it leaves as they are.
 class ChainNodePool {
  public:
   ChainNodePool() = default;
@@ -88,17 +89,14 @@ class ChainNodePool {
   // forget what lies further back: others that descend from the same instances do not.
   ChainNodeRef copy_of_last(const ChainNode& node, std::uint32_t count);
   // How many somebody refers to.
-  std::size_t in_use() const noexcept {
-    if (blocks_.empty()) return 0;
-    return capacity_ - blocks_.back().capacity() + blocks_.back().size() - free_.size();
-  }
+  std::size_t in_use() const noexcept { return made_ - free_.size(); }
 
  private:
   friend class ChainNodeRef;
   // In blocks that grow, so that the report fits where they were.
   static constexpr std::size_t kFirstBlock = 2048;
-  std::vector<std::vector<ChainNode>> blocks_;
-  std::size_t capacity_ = 0;  // of all blocks
+  std::pmr::monotonic_buffer_resource memory_{kFirstBlock * sizeof(ChainNode)};
+  std::size_t made_ = 0;
   std::vector<ChainNode*> free_;
 };
 
@@ -116,20 +114,18 @@ inline void ChainNodeRef::reset() noexcept {
 }
 
 inline ChainNodeRef ChainNodePool::take() {
+  void* place = nullptr;
   if (free_.empty()) {
-    if (blocks_.empty() || blocks_.back().size() == blocks_.back().capacity()) {
-      blocks_.emplace_back().reserve(std::max(kFirstBlock, capacity_));
-      capacity_ += blocks_.back().capacity();
-      free_.reserve(capacity_);  // so that giving back cannot fail
+    if (made_ == free_.capacity()) {  // so that giving back cannot fail
+      free_.reserve(std::max(kFirstBlock, 2 * made_));
     }
-    auto& node = blocks_.back().emplace_back();
-    node.pool_ = this;
-    return ChainNodeRef(node);
+    place = memory_.allocate(sizeof(ChainNode), alignof(ChainNode));
+    ++made_;
+  } else {
+    place = free_.back();
+    free_.pop_back();
   }
-  auto* node = free_.back();
-  free_.pop_back();
-  std::destroy_at(node);
-  ::new (static_cast<void*>(node)) ChainNode;
+  auto* node = ::new (place) ChainNode;
   node->pool_ = this;
   return ChainNodeRef(*node);
 }

@@ -226,6 +226,7 @@ class Statistics {
 
   void take(std::int64_t value);
   void make_room();
+  Summary summary_of_few() const;  // while all values wait
   std::span<const std::uint32_t> waiting_values() const {
     return std::span(values_->waiting).first(kWaiting - room_);
   }
