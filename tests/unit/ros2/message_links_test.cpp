@@ -119,13 +119,53 @@ TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
 
 TEST(MessageLinks, WhatSomebodyUnannouncedPublishedIsUndecided) {
   MessageLinks links;
-  links.add_unannounced(100'000);
+  links.add_unannounced(stamped(0, 100'000));
   EXPECT_TRUE(links.find(kTopic, 100'000).is_undecided);
   EXPECT_FALSE(links.find(kTopic, 100'001).is_undecided);
   links.add_publisher(kTopic, 7);
   links.add(kTopic, stamped(7, 50'000));
   EXPECT_TRUE(links.find(kTopic, 100'000).is_undecided);
   EXPECT_FALSE(links.find(kTopic, 100'001).is_undecided);
+}
+
+// Its topic is not known, so it may be any.
+TEST(MessageLinks, ACallOfSomebodyUnannouncedMayHaveWrittenIt) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 7);
+  links.add(kTopic, call_of_publish(7, 100'000, 8'000'000));
+  links.add_unannounced(call_of_publish(0, 5'000'000, 5'010'000));
+  EXPECT_TRUE(links.find(kTopic, 5'005'000).is_undecided);
+  EXPECT_EQ(links.find(kTopic, 103'000).gid, 7U);
+}
+
+TEST(MessageLinks, NothingIsOfACallThatIsDoubtful) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 7);
+  links.add_publisher(kTopic, 8);
+  links.add(kTopic, call_of_publish(7, 100'000, 8'000'000));
+  links.add(kTopic, call_of_publish(8, 5'000'000, 9'000'000))->is_doubtful = true;
+  EXPECT_TRUE(links.find(kTopic, 5'005'000).is_undecided) << "either may have written it";
+  EXPECT_TRUE(links.find(kTopic, 8'500'000).is_undecided);
+  EXPECT_EQ(links.find(kTopic, 103'000).gid, 7U);
+}
+
+// By another host's clock, which is ahead: whoever wrote it tells that later.
+TEST(MessageLinks, WhatWasTakenBeforeItWasWrittenIsOfWhoeverTellsItLater) {
+  constexpr std::int64_t kNow = 150'000;
+  MessageLinks links;
+  EXPECT_TRUE(links.find(kTopic, 200'000, kNow).is_undecided) << "nobody is known yet";
+  links.add_publisher(kTopic, 7);
+  links.add(kTopic, stamped(7, 100'000));
+  EXPECT_EQ(links.find(kTopic, 200'000, kNow).gid, 7U);
+  EXPECT_EQ(links.find(kTopic, 200'000, kNow).stamp, 200'000) << "by which it will be known";
+  EXPECT_EQ(links.find(kTopic, 140'000, kNow).gid, 0U) << "that was told: another one wrote it";
+  links.add_publisher(kTopic, 8);
+  EXPECT_TRUE(links.find(kTopic, 200'000, kNow).is_undecided) << "of which of the two?";
+  const std::string calls = "/calls";
+  links.add_publisher(calls, 9);
+  links.add(calls, call_of_publish(9, 100'000, 300'000));
+  EXPECT_TRUE(links.find(calls, 200'000, kNow).is_undecided) << "another call may follow";
+  EXPECT_TRUE(links.find(calls, 400'000, kNow).is_undecided);
 }
 
 // With one publisher it would be that one's.

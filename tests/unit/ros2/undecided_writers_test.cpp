@@ -1,6 +1,7 @@
 // Messages of which it is not told which publication they are, and what that leaves of chains.
 #include "ros2_text.hpp"
 
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@ namespace cie::test {
 namespace {
 
 using testing::ElementsAre;
+using testing::IsEmpty;
 
 // Humble: no publish tells its source timestamp. A timer on thread 1 of process 1 publishes /t every
 // 10 ms; so may process 3, at other times. A subscription in process 2 takes both.
@@ -103,6 +105,79 @@ TEST(Ros2UndecidedWriters, MessagesThatFitNoPublishAnyMoreLeaveAChainUndecided) 
     EXPECT_NE(result.verdict("Q2"), analysis::Verdict::pass) << set;
     EXPECT_NE(result.verdict("Q2"), analysis::Verdict::fail) << set << result.evidence("Q2");
   }
+}
+
+// Humble: a timer publishes /t, and its callback runs on for 8 ms. Meanwhile somebody else publishes,
+// whose message alone is taken.
+std::string taken_of_another(const std::string& others_stream) {
+  std::string text;
+  const auto add = [&text](std::int64_t time, const std::string& event) {
+    text += std::to_string(time) + ' ' + event + '\n';
+  };
+  for (std::int64_t k = 1; k <= 4; ++k) {
+    const auto start = k * 10'000'000;
+    add(start, "callback_start pid=1 callback=0x30");
+    add(start + 1'000, "rclcpp_publish pid=1 message=0x99");
+    add(start + 2'000, "rcl_publish pid=1 publisher_handle=0x60 message=0x99");
+    add(start + 3'000, "rmw_publish pid=1 message=0x99");
+    const auto other = start + 4'000'000;
+    add(other, "rclcpp_publish pid=3 tid=3 message=0x98" + others_stream);
+    add(other + 1'000,
+        "rcl_publish pid=3 tid=3 publisher_handle=0x60 message=0x98" + others_stream);
+    add(other + 2'000, "rmw_publish pid=3 tid=3 message=0x98" + others_stream);
+    add(other + 9'000, "rclcpp_executor_wait_for_work pid=3 tid=3 timeout=1" + others_stream);
+    add(start + 8'000'000, "callback_end pid=1 callback=0x30");
+    add(start + 8'100'000, "rmw_take pid=2 tid=2 message=0x88 taken=1 source_timestamp=" +
+                               std::to_string(kRealtimeOffset + other + 5'000));
+    add(start + 8'110'000, "callback_start pid=2 tid=2 callback=0x50");
+    add(start + 8'120'000, "callback_end pid=2 tid=2 callback=0x50");
+  }
+  return text;
+}
+const std::string kOther = R"(
+  2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+  2 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+)";
+
+TEST(Ros2UndecidedWriters, WhatAnotherCpuLosesProvesNoCall) {
+  const auto described = pair_of_period(10'000'000) + kOther;
+  const std::string loss = "1000000 lost until=90000000\n";
+  EXPECT_THAT(analyze_ros2(described + taken_of_another(" stream=2")).chains(), IsEmpty());
+  const auto result = analyze_ros2(described + loss + taken_of_another(" stream=2"));
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_THAT(result.analysis.report.edges, IsEmpty());
+}
+
+// It was made before the recording, so that its topic is not known.
+TEST(Ros2UndecidedWriters, NorIsACallProvenBesideOneOfAPublisherThatWasNotAnnounced) {
+  const auto result = analyze_ros2(pair_of_period(10'000'000) + taken_of_another(""));
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_THAT(result.analysis.report.edges, IsEmpty());
+}
+
+// The two processes of pair_of_period() on two hosts: the second one's clock is 2 ms behind, so that it
+// takes messages before they were written.
+TEST(Ros2UndecidedWriters, AMessageMayBeTakenBeforeItIsPublishedByAClockThatIsAhead) {
+  std::string text;
+  std::istringstream pair(pair_of_period(10'000'000));
+  for (std::string line; std::getline(pair, line);)
+    text += line + (line.find("pid=2") != std::string::npos ? " boot=other\n" : "\n");
+  constexpr int kRounds = 5;
+  for (std::int64_t k = 1; k <= kRounds; ++k) {
+    const auto time = [k](std::int64_t later) { return std::to_string(k * 10'000'000 + later); };
+    const auto stamp = std::to_string(kRealtimeOffset + k * 10'000'000 + 2'013'000);
+    text += time(18'000) +
+            " rmw_take pid=2 tid=2 boot=other message=0x88 taken=1 source_timestamp=" + stamp +
+            '\n' + time(20'000) + " callback_start pid=2 tid=2 boot=other callback=0x50\n" +
+            time(30'000) + " callback_end pid=2 tid=2 boot=other callback=0x50\n" +
+            time(2'000'000) + " callback_start pid=1 callback=0x30\n" + time(2'011'000) +
+            " rclcpp_publish pid=1 message=0x99\n" + time(2'012'000) +
+            " rcl_publish pid=1 publisher_handle=0x60 message=0x99\n" + time(2'013'000) +
+            " rmw_publish pid=1 message=0x99 timestamp=" + stamp + '\n' + time(2'015'000) +
+            " callback_end pid=1 callback=0x30\n";
+  }
+  EXPECT_THAT(analyze_ros2(text).chains(),
+              ElementsAre("/a@Timer(10000000) -> /b@Subscription(/t): " + std::to_string(kRounds)));
 }
 
 }  // namespace

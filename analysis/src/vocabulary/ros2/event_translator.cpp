@@ -134,6 +134,7 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                      .trace = event.trace,
                      .is_kernel = event.domain == Domain::kernel};
   if (event.domain != Domain::user) return;
+  if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) of_host.has_several_traces = true;
   of_host.trace = event.trace;
 }
@@ -165,7 +166,10 @@ void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
   const auto& process = stream_of(head).host->processes[*head.pid];
   const auto topic = process.own_subscriptions.find(event.callback);
   if (topic == process.own_subscriptions.end()) return;
-  const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns);
+  const auto& stream = stream_of(head);
+  const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
+  const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns,
+                                  told_until(stream.host->realtime_ahead, realtime));
   event.writer_gid = origin.gid;
   event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;

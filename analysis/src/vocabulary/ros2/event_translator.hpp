@@ -129,6 +129,12 @@ class EventTranslator final : public Translator {
                     ros2::Context& context);
   static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
+  // Publications that were written before are told by then, at that time of a host whose clock of
+  // CLOCK_REALTIME is so much ahead of what its tracer read.
+  std::int64_t told_until(std::int64_t realtime_ahead, std::int64_t realtime) const noexcept {
+    if (speaking_hosts_ < 2) return ros2::MessageLinks::kAll;
+    return detail::wrapping_add(detail::wrapping_add(realtime, realtime_ahead), ros2::kOffsetError);
+  }
   struct Taken {
     ros2::MessageLinks::Origin origin{};
     std::optional<Timestamp> release{};
@@ -155,6 +161,7 @@ class EventTranslator final : public Translator {
   static void find(EmittingThread& emitting, Host& host, std::int64_t pid, std::int64_t tid);
 
   std::vector<Stream> streams_;
+  std::size_t speaking_hosts_ = 0;                    // of which user space tells
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock

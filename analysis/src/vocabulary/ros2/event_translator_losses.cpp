@@ -10,10 +10,13 @@ namespace {
 
 constexpr Timestamp kAlways{std::numeric_limits<std::int64_t>::min()};
 
-// What it was writing was written some time before it is seen again: no message is taken for that.
+// What it was writing was written some time before it is seen again.
 void forget(ros2::Thread& thread) {
-  if (thread.writing) thread.writing->until = thread.writing->from;
-  thread = {.is_named = thread.is_named};
+  if (thread.publishing) thread.publishing->is_doubtful = true;
+  if (thread.writing) thread.writing->is_doubtful = true;
+  thread = {.publishing = thread.publishing,
+            .writing = std::move(thread.writing),
+            .is_named = thread.is_named};
 }
 
 // What one thread leaves for another one.

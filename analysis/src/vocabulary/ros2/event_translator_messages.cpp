@@ -104,7 +104,8 @@ EventTranslator::Taken EventTranslator::taken_by(ros2::Callback& callback, Addre
   if (!stamp) return none(callback.is_taking_told);
   callback.is_taking_told = true;
   return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *stamp}
-                                            : links_.find(callback.source, *stamp)};
+                                            : links_.find(callback.source, *stamp,
+                                                          told_until(realtime_ahead, realtime))};
 }
 
 }  // namespace cie::analysis

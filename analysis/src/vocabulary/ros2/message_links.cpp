@@ -12,11 +12,13 @@ constexpr std::size_t kMaxPublications = 1024;  // per topic, waiting to be take
 
 std::shared_ptr<WrittenMessage> MessageLinks::add(const std::string& topic,
                                                   const WrittenMessage& publication) {
-  auto& entry = topics_[topic];
-  auto& publications = entry.publications;
+  return topics_[topic].add(publication);
+}
+
+std::shared_ptr<WrittenMessage> MessageLinks::Topic::add(const WrittenMessage& publication) {
   if (publications.size() >= kMaxPublications) {
     publications.pop_front();
-    if (entry.settled > 0) --entry.settled;
+    if (settled > 0) --settled;
   }
   publications.push_back({.message = std::make_shared<WrittenMessage>(publication)});
   return publications.back().message;
@@ -58,51 +60,60 @@ void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   entry.sole_publisher = entry.publishers == 1 ? gid : 0;
 }
 
-void MessageLinks::add_unannounced(std::int64_t source_timestamp) {
-  if (unannounced_.size() >= kMaxPublications) unannounced_.pop_front();
-  unannounced_.push_back(source_timestamp);
-}
-
-bool MessageLinks::is_unannounced(std::int64_t source_timestamp) const {
-  return std::find(unannounced_.rbegin(), unannounced_.rend(), source_timestamp) !=
-         unannounced_.rend();
-}
-
-MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t source_timestamp) {
-  const auto found = topics_.find(topic);
-  if (found == topics_.end()) {
-    return {.gid = 0, .stamp = source_timestamp, .is_undecided = is_unannounced(source_timestamp)};
-  }
-  auto& entry = found->second;
-  entry.settle();
-  const auto& publications = entry.publications;
-  const WrittenMessage* exact = nullptr;
-  WrittenMessage* within = nullptr;
-  std::size_t candidates = 0;
+MessageLinks::Fitting MessageLinks::Topic::fitting(std::int64_t source_timestamp) {
+  settle();
+  Fitting fitting;
   for (auto i = publications.size(); i-- > 0;) {
-    if (i < entry.settled && publications[i].none_after < source_timestamp) break;
+    if (i < settled && publications[i].none_after < source_timestamp) break;
     auto& publication = *publications[i].message;
     if (publication.is_exact) {
       if (publication.stamp != source_timestamp) continue;
-      if (exact != nullptr) return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
-      exact = &publication;
+      fitting.exact = &publication;
+      ++fitting.exact_count;
       continue;
     }
     if (source_timestamp < publication.from - kOffsetError) continue;
     if (source_timestamp > publication.until) continue;
     if (publication.taken_as.value_or(source_timestamp) != source_timestamp) continue;
-    within = &publication;
-    ++candidates;
+    fitting.within = &publication;
+    ++fitting.within_count;
   }
-  if (exact != nullptr) return {.gid = exact->gid, .stamp = exact->name.value_or(exact->stamp)};
-  if (candidates == 1) {
-    within->taken_as = source_timestamp;
+  return fitting;
+}
+
+bool MessageLinks::may_be_unannounced(std::int64_t source_timestamp) {
+  const auto fitting = unannounced_.fitting(source_timestamp);
+  return fitting.exact_count > 0 || fitting.within_count > 0;
+}
+
+MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t source_timestamp,
+                                        std::int64_t told_until) {
+  const Origin undecided{.gid = 0, .stamp = source_timestamp, .is_undecided = true};
+  const bool may_follow = source_timestamp > told_until;
+  const auto found = topics_.find(topic);
+  if (found == topics_.end()) {
+    const bool may_be_told = may_follow || may_be_unannounced(source_timestamp);
+    return may_be_told ? undecided : Origin{.gid = 0, .stamp = source_timestamp};
+  }
+  auto& entry = found->second;
+  const auto fitting = entry.fitting(source_timestamp);
+  if (fitting.exact_count > 1) return undecided;
+  if (fitting.exact != nullptr) {
+    return {.gid = fitting.exact->gid, .stamp = fitting.exact->name.value_or(fitting.exact->stamp)};
+  }
+  if (fitting.within_count > 1 || may_be_unannounced(source_timestamp)) return undecided;
+  if (fitting.within_count == 1) {
+    if (may_follow || fitting.within->is_doubtful) return undecided;
+    fitting.within->taken_as = source_timestamp;
     entry.note_fit();
-    return {.gid = within->gid, .stamp = within->stamp};
+    return {.gid = fitting.within->gid, .stamp = fitting.within->stamp};
   }
-  const bool is_undecided =
-      candidates > 1 || is_unannounced(source_timestamp) || entry.has_come_apart(source_timestamp);
-  if (is_undecided) return {.gid = 0, .stamp = source_timestamp, .is_undecided = true};
+  if (may_follow) {
+    // The only publisher's, whose publication by that name will follow if it tells timestamps.
+    const bool is_named = entry.sole_publisher != 0 && entry.tells_timestamps();
+    return is_named ? Origin{.gid = entry.sole_publisher, .stamp = source_timestamp} : undecided;
+  }
+  if (entry.has_come_apart(source_timestamp)) return undecided;
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();

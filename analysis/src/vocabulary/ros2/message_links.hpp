@@ -37,6 +37,8 @@ struct WrittenMessage {
   // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one
   // message: any other timestamp between its two is of another writer.
   std::optional<std::int64_t> taken_as{};
+  // What its thread did meanwhile may have been lost: that a message falls into the call is no proof.
+  bool is_doubtful = false;
 };
 
 class MessageLinks {
@@ -54,11 +56,17 @@ class MessageLinks {
     std::int64_t stamp = 0;
     bool is_undecided = false;  // no publisher, and some of the recorded publications may be it
   };
-  Origin find(const std::string& topic, std::int64_t source_timestamp);
+  static constexpr auto kAll = std::numeric_limits<std::int64_t>::max();
+  // `told_until`: what was written later may not have been told yet, as another host's clock may be
+  // ahead.
+  Origin find(const std::string& topic, std::int64_t source_timestamp,
+              std::int64_t told_until = kAll);
   Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
 
-  // A message of that source timestamp was published by somebody who was never announced.
-  void add_unannounced(std::int64_t source_timestamp);
+  // A message was published by somebody who was never announced, on whichever topic.
+  std::shared_ptr<WrittenMessage> add_unannounced(const WrittenMessage& publication) {
+    return unannounced_.add(publication);
+  }
 
   // Publications may have been lost: whoever alone publishes on a topic may have written what no
   // publication fits.
@@ -69,17 +77,30 @@ class MessageLinks {
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
 
-  bool is_unannounced(std::int64_t source_timestamp) const;
-
   struct Written {
     std::shared_ptr<WrittenMessage> message;
     // Neither this message nor one before it was written later. Only of settled ones.
     std::int64_t none_after = 0;
   };
+  // Publications that a message may be.
+  struct Fitting {
+    const WrittenMessage* exact = nullptr;
+    std::size_t exact_count = 0;
+    WrittenMessage* within = nullptr;  // a call that it falls into
+    std::size_t within_count = 0;
+  };
   struct Topic {
+    std::shared_ptr<WrittenMessage> add(const WrittenMessage& publication);
+    Fitting fitting(std::int64_t source_timestamp);
     // Settled are the first messages, up to one of which it is not known yet when it was written at the
     // latest.
     void settle();
+    // As far as was seen.
+    bool tells_timestamps() const {
+      if (publications.empty()) return true;
+      const auto& latest = *publications.back().message;
+      return latest.is_exact || latest.is_doubtful;
+    }
     // No publication is remembered that was written before.
     std::int64_t known_from() const;
     // Messages used to fit publications. This one fits none, as those before it, and the latest
@@ -98,8 +119,10 @@ class MessageLinks {
     std::size_t misfits = 0;  // messages since one that fitted
     std::int64_t last_misfit = 0;
   };
+  bool may_be_unannounced(std::int64_t source_timestamp);
+
   std::unordered_map<std::string, Topic> topics_;
-  std::deque<std::int64_t> unannounced_;  // source timestamps
+  Topic unannounced_;
   std::uint64_t publishers_ = 0;
   bool has_lost_ = false;
 };

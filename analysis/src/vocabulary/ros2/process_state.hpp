@@ -65,6 +65,7 @@ struct Publishing {
   Address message = 0;
   std::optional<Address> publisher{};
   HandedOver handed_over{};  // the same message, if subscriptions of the process were given it
+  bool is_doubtful = false;  // what its thread did meanwhile may have been lost
 };
 
 // A message between callbacks of one process.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
 #include <utility>
 
 namespace cie::analysis::ros2 {
@@ -43,11 +44,15 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       if (stamp && *stamp != 0) {
         publication.stamp = *stamp;
         publication.is_exact = true;
-        note_clock(*stamp, *thread.publishing, context);
+        if (!thread.publishing->is_doubtful) note_clock(*stamp, *thread.publishing, context);
       }
       const auto publishing = *thread.publishing;
       thread.publishing.reset();
-      tell(publishing, publication, context);
+      if (publishing.is_doubtful) {
+        add_doubtful(publishing, context);
+      } else {
+        tell(publishing, publication, context);
+      }
       return true;
     }
     case Ros2Event::intra_publish: {
@@ -81,9 +86,23 @@ void Publications::complete(Context& context) {
   if (!thread.publishing) return;
   const auto publishing = *thread.publishing;
   thread.publishing.reset();
-  if (!publishing.publisher) return;
-  tell(publishing, WrittenMessage{.from = publishing.realtime, .until = context.realtime}, context);
+  if (publishing.is_doubtful) {
+    add_doubtful(publishing, context);
+    if (thread.writing) thread.writing->until = context.realtime;
+  } else if (publishing.publisher) {
+    tell(publishing, WrittenMessage{.from = publishing.realtime, .until = context.realtime},
+         context);
+  }
   thread.writing.reset();
+}
+
+void Publications::add_doubtful(const Publishing& publishing, Context& context) {
+  auto& process = context.process;
+  const auto topic = publishing.publisher ? process.directory.publisher(*publishing.publisher).topic
+                                          : std::string();
+  if (process.own_topics.contains(topic)) return;
+  const WrittenMessage call{.from = publishing.realtime, .is_doubtful = true};
+  context.thread.writing = topic.empty() ? links_.add_unannounced(call) : links_.add(topic, call);
 }
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {
@@ -139,7 +158,7 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
          context.sink);
   }
   if (publisher.topic.empty()) {
-    if (publication.is_exact) links_.add_unannounced(publication.stamp);
+    context.thread.writing = links_.add_unannounced(publication);
     return {};
   }
   publication.gid = publisher.gid;
