@@ -43,6 +43,9 @@ struct Model {
   std::deque<PublisherFacts> publishers{};
   std::vector<ForkFacts> forks{};
   std::vector<ChainFacts> chains{};
+  // Topics that somebody writes whose publications are not recorded, where that leaves open which
+  // publications of others were taken; since which message that shows.
+  std::map<std::string, EventRef, std::less<>> unseen_writers{};
   std::uint64_t unlisted_chain_instances = 0;  // of paths that are too long, or too many
   std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};

@@ -189,6 +189,7 @@ class ChainLosses {
       const auto& callback = model.callbacks[at(index)];
       if (auto unseen = proof.unseen_publishers(callback.process)) return unseen;
       if (callback.logical_id == asked.callbacks.front()) continue;
+      if (const auto unseen = unseen_writer(callback)) return unseen;
       const auto found = of_topics_.find(callback.source);  // of the messages that link the chain
       if (found != of_topics_.end())
         publisher = std::min(publisher.value_or(found->second), found->second);
@@ -206,6 +207,14 @@ class ChainLosses {
   }
 
  private:
+  std::optional<Evidence> unseen_writer(const CallbackFacts& reader) const {
+    const auto& writers = context_.model.unseen_writers;
+    const auto found = writers.find(reader.source);
+    if (found == writers.end()) return std::nullopt;
+    return without_event(found->second, "somebody whose publications are not recorded writes on " +
+                                            reader.source +
+                                            ", where nothing tells which publication a message is");
+  }
   // A callback of which no id was seen may be a hop that its process is not known to have.
   std::optional<Evidence> perhaps_unknown(const std::set<std::string_view>& hops) const {
     for (const auto& [process, unknown] : unknown_) {

@@ -171,6 +171,7 @@ class Registry {
   void apply(const EventHead& head, const Ros2Begin& event);
   void apply(const EventHead& head, const Ros2Tracer& event);
   void apply(const EventHead& head, const HiddenInit& event);
+  void apply(const EventHead& head, const UnseenWriter& event);
   void apply(const Emitter& who, const HiddenRun& event);
 
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any

@@ -31,6 +31,10 @@ void Registry::apply(const EventHead& head, const HiddenInit& event) {
   if (event.group != kNoGroup) facts.group = event.group;
 }
 
+void Registry::apply(const EventHead& head, const UnseenWriter& event) {
+  model_.unseen_writers.try_emplace(std::string(event.topic), ref(head));
+}
+
 void Registry::apply(const Emitter& who, const HiddenRun& event) {
   if (!who.process) return;
   auto& process = model_.processes[at(*who.process)];

@@ -28,6 +28,7 @@ class Keeper {
   void keep(ThreadSched& event) { keep(event.cpus); }
   void keep(Ros2Tracer& event) { keep(event.version); }
   void keep(HiddenInit& event) { keep(event.what, event.node); }
+  void keep(UnseenWriter& event) { keep(event.topic); }
   void keep(ProcessName& event) { keep(event.name); }
   void keep(OtherEvent& event) {
     keep(event.name);

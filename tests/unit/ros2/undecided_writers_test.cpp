@@ -13,16 +13,16 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
+// Process 3, which publishes /t.
+const std::string kOther = R"(
+  2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+  2 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+)";
+
 // Humble: no publish tells its source timestamp. A timer on thread 1 of process 1 publishes /t every
 // 10 ms; so may process 3, at other times. A subscription in process 2 takes both.
 class Scans {
  public:
-  Scans() {
-    text_ = pair_of_period(10'000'000) + R"(
-      2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
-      2 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
-)";
-  }
   // `set`: by how much CLOCK_REALTIME was set since the recording began.
   Scans& round(std::int64_t k, bool is_other_at_once = false, std::int64_t set = 0) {
     const auto start = k * 10'000'000 + 60'000;
@@ -46,9 +46,13 @@ class Scans {
     add(start + 120'000, "callback_end pid=2 tid=2 callback=0x50");
     return *this;
   }
-  Ros2Result analyze_without_spec() const { return analyze_ros2(text_); }
+  // Without who makes them.
+  const std::string& events() const noexcept { return text_; }
+  Ros2Result analyze_without_spec() const {
+    return analyze_ros2(pair_of_period(10'000'000) + kOther + text_);
+  }
   Ros2Result analyze() const {
-    return analyze_ros2(text_, -1, R"yaml(
+    return analyze_ros2(pair_of_period(10'000'000) + kOther + text_, -1, R"yaml(
 callback_groups: []
 chains:
   - name: scan
@@ -134,11 +138,6 @@ std::string taken_of_another(const std::string& others_stream) {
   }
   return text;
 }
-const std::string kOther = R"(
-  2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
-  2 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
-)";
-
 TEST(Ros2UndecidedWriters, WhatAnotherCpuLosesProvesNoCall) {
   const auto described = pair_of_period(10'000'000) + kOther;
   const std::string loss = "1000000 lost until=90000000\n";
@@ -148,11 +147,46 @@ TEST(Ros2UndecidedWriters, WhatAnotherCpuLosesProvesNoCall) {
   EXPECT_THAT(result.analysis.report.edges, IsEmpty());
 }
 
+// Whoever wrote message 3 was not recorded, and may have written the others as well.
+TEST(Ros2UndecidedWriters, NothingIsProvenOfATopicThatSomebodyWritesWhoIsNotRecorded) {
+  const auto of = [](std::int64_t set) {
+    Scans scans;
+    for (std::int64_t k = 1; k <= 6; ++k)
+      scans.round(k, false, k == 3 ? set : 0);
+    return scans.analyze();
+  };
+  EXPECT_EQ(of(0).verdict("Q2"), analysis::Verdict::pass);
+  const auto result = of(3'000'000);
+  EXPECT_EQ(result.verdict("Q2"), analysis::Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("Q2"),
+              testing::HasSubstr("somebody whose publications are not recorded writes on /t"));
+  EXPECT_THAT(result.chains(), ElementsAre("scan: 2")) << "those before";
+}
+
 // It was made before the recording, so that its topic is not known.
 TEST(Ros2UndecidedWriters, NorIsACallProvenBesideOneOfAPublisherThatWasNotAnnounced) {
   const auto result = analyze_ros2(pair_of_period(10'000'000) + taken_of_another(""));
   EXPECT_THAT(result.chains(), IsEmpty());
   EXPECT_THAT(result.analysis.report.edges, IsEmpty());
+}
+
+// rcl announces the publisher of /rosout by one address and publishes by another. Where the whole process
+// was seen, a publisher that was not announced is that one.
+TEST(Ros2UndecidedWriters, LogMessagesAreOfNoOtherTopic) {
+  std::string text = pair_of_period(10'000'000) + R"(
+    2 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+    2 rcl_publisher_init pid=3 publisher_handle=0x66 node_handle=0x10 topic_name=/rosout
+)";
+  Scans scans;
+  for (std::int64_t k = 1; k <= 3; ++k)
+    scans.round(k, k == 2);
+  const auto chains_of = [&](const std::string& begin) {
+    return analyze_ros2(begin + text + scans.events()).chains();
+  };
+  const std::string kChain = "/a@Timer(10000000) -> /b@Subscription(/t): ";
+  EXPECT_THAT(chains_of("0 rcl_init pid=3 context_handle=0x1\n"), ElementsAre(kChain + "3"));
+  EXPECT_THAT(chains_of(""), ElementsAre(kChain + "2"))
+      << "made before the recording, for all we know";
 }
 
 // The two processes of pair_of_period() on two hosts: the second one's clock is 2 ms behind, so that it

@@ -322,6 +322,13 @@ struct HiddenInit {
   std::string_view what;   // "the client of /car/enable"
   std::string_view node;
 };
+// Somebody whose publications are not recorded writes on the topic, and publications there tell no
+// source timestamps: which one a message was taken of is not proven.
+struct UnseenWriter {
+  static constexpr EventCategory kCategory = EventCategory::state;
+  static constexpr std::string_view kName{};
+  std::string_view topic;
+};
 // The thread took a response of a hidden client.
 struct HiddenRun {
   static constexpr EventCategory kCategory = EventCategory::callback;
@@ -460,9 +467,9 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, Ros2Tracer, HiddenInit, HiddenRun, ResponseTaken,
-                 SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
+                 ClockSync, Ros2Begin, Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun,
+                 ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork,
+                 SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

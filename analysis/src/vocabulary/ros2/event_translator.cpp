@@ -113,7 +113,7 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
             [&](const PublisherInit& e) { apply(head, e); },
             [&](CallbackStart& e) {
               note_own(head);
-              complete(head, e);
+              complete(event, e, batch);
             },
             [&](const Discarded& e) {
               const auto from = e.last_with_room ? *e.last_with_room + Duration{1} : head.time;
@@ -161,7 +161,8 @@ void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
   stream_of(head).host->processes[*head.pid].own_topics.emplace(event.topic);
 }
 
-void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
+void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBatch& batch) {
+  const auto& head = whole.head;
   if (!head.pid || event.writer_gid != 0 || event.source_timestamp_realtime_ns == 0) return;
   const auto& process = stream_of(head).host->processes[*head.pid];
   const auto topic = process.own_subscriptions.find(event.callback);
@@ -173,6 +174,7 @@ void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
   event.writer_gid = origin.gid;
   event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;
+  if (origin.shows_unseen_writer) batch.derive(&whole, head, UnseenWriter{.topic = topic->second});
 }
 
 EventTranslator::Stream& EventTranslator::new_stream(std::size_t index) {
@@ -342,6 +344,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       // What tells it again when a recording begins tells everything that was made since.
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
       if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
+      if (!has_spoken) process.is_seen_whole = true;
       if (const auto version = p.text(1); !version.empty() && !is_own) {
         emit(head, Ros2Tracer{.version = version}, sink);
       }
@@ -407,6 +410,8 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
     body.release_kind = ReleaseKind::data;
     body.release_ns = message.release->ns;
   }
+  if (message.origin.shows_unseen_writer) [[unlikely]]
+    emit(head, UnseenWriter{.topic = callback.source}, sink);
 }
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {

@@ -96,7 +96,7 @@ class EventTranslator final : public Translator {
   void apply(const EventHead& head, const CallbackInit& event);
   void apply(const EventHead& head, const PublisherInit& event);
   // Who wrote the message that it took, if it does not say and ROS 2's events do.
-  void complete(const EventHead& head, CallbackStart& event);
+  void complete(const Event& whole, CallbackStart& event, EventBatch& batch);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head, Timestamp from, Timestamp until);

@@ -106,6 +106,8 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     if (may_follow || fitting.within->is_doubtful) return undecided;
     fitting.within->taken_as = source_timestamp;
     entry.note_fit();
+    // Nor is it a proof where somebody else writes, too, at whatever time.
+    if (entry.has_unseen_writer) return undecided;
     return {.gid = fitting.within->gid, .stamp = fitting.within->stamp};
   }
   if (may_follow) {
@@ -117,9 +119,12 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
+  const bool is_first =
+      !may_be_unknown && !entry.tells_timestamps() && !std::exchange(entry.has_unseen_writer, true);
   return {.gid = may_be_unknown ? entry.sole_publisher : 0,
           .stamp = source_timestamp,
-          .is_undecided = has_lost_ && entry.publishers > 1};
+          .is_undecided = has_lost_ && entry.publishers > 1,
+          .shows_unseen_writer = is_first};
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,

@@ -55,6 +55,8 @@ class MessageLinks {
     std::uint64_t gid = 0;
     std::int64_t stamp = 0;
     bool is_undecided = false;  // no publisher, and some of the recorded publications may be it
+    // The first message that shows a writer of the topic whose publications are not recorded.
+    bool shows_unseen_writer = false;
   };
   static constexpr auto kAll = std::numeric_limits<std::int64_t>::max();
   // `told_until`: what was written later may not have been told yet, as another host's clock may be
@@ -71,6 +73,8 @@ class MessageLinks {
   // Publications may have been lost: whoever alone publishes on a topic may have written what no
   // publication fits.
   void lose() noexcept { has_lost_ = true; }
+
+  bool has_lost() const noexcept { return has_lost_; }
 
   bool has_any() const noexcept { return !topics_.empty(); }
 
@@ -116,6 +120,7 @@ class MessageLinks {
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;
     bool has_fitted = false;
+    bool has_unseen_writer = false;
     std::size_t misfits = 0;  // messages since one that fitted
     std::int64_t last_misfit = 0;
   };

@@ -158,7 +158,11 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
          context.sink);
   }
   if (publisher.topic.empty()) {
-    context.thread.writing = links_.add_unannounced(publication);
+    // rcl announces the publisher of /rosout by an address that it does not publish by (its messages
+    // are no other topic's).
+    const bool is_rosout = context.process.is_seen_whole && !links_.has_lost();
+    if (publication.is_exact || !is_rosout)
+      context.thread.writing = links_.add_unannounced(publication);
     return {};
   }
   publication.gid = publisher.gid;
