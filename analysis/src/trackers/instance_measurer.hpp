@@ -166,6 +166,8 @@ class InstanceMeasurer {
   };
 
   // `is_inside`: it began and ended in the window.
+  // It ended in a session that began when the one ended in which it began, or before: `window`.
+  bool goes_on_in_next(const Window& window, const PendingInstance& pending) const;
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const PendingInstance& pending, const Measured& measured) const;

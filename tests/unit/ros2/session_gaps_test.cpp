@@ -67,8 +67,12 @@ TEST(Ros2SessionGaps, AnEndAfterOneIsOfNoStartBeforeIt) {
 }
 
 TEST(Ros2SessionGaps, AreNoneWhereOneSessionFollowsTheOther) {
-  const auto result = analyze_ros2(runs_around("  3500 session until=3500\n"));
+  const auto result = analyze_ros2(runs_around("  3500 session until=3500\n"), -1, kDeadline);
   EXPECT_EQ(end_of(result, 3000), 9100);
+  const auto& callback = result.callback(kTaker);
+  EXPECT_EQ(callback.instances, 3U);
+  EXPECT_EQ(callback.cut, 0U);
+  EXPECT_EQ(result.verdict("R3"), Verdict::fail) << "that run took 6.1 us";
   EXPECT_FALSE(has_gap(result));
   const auto& trace = result.analysis.report.trace;
   EXPECT_EQ(*trace.end - *trace.begin, Duration{12'101}) << "of both";
