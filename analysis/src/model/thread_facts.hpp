@@ -312,6 +312,14 @@ std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read
 
 // The kernel's events of its tid tell of another thread.
 void forget_kernel_record(ThreadFacts& thread);
+// What was applied is in force: what it was given before another spin on it may have been taken back
+// meanwhile.
+inline bool is_in_force(const ThreadFacts& thread, const ReadBack& applied) {
+  return !thread.announced_again || applied.at.time >= *thread.announced_again;
+}
+inline bool is_given_parameters(const ThreadFacts& thread) {
+  return !thread.applied.empty() && is_in_force(thread, thread.applied.back());
+}
 // One more of moment applied.
 void note_applied(ThreadFacts& thread, const ReadBack& read_back);
 // Its tid may be another one's by now.
