@@ -66,6 +66,18 @@ struct RegisteredMove {
   EventRef registered{};
 };
 
+// Of the instances that were the callback's own for certain, where others may be another one's (see
+// CallbackStart::may_be_another): violations rest on these.
+struct OwnInstances {
+  EventRef others_since{};  // the first start that may be another one's
+  std::uint64_t missed = 0;
+  std::optional<Extreme<std::uint32_t>> first_missed{};
+  std::uint64_t overwritten = 0;
+  std::optional<Extreme<Duration>> max_response{};
+  std::optional<Extreme<Duration>> max_response_lower{};
+  std::optional<Extreme<Duration>> max_execution{};
+};
+
 // What every instance reads or writes comes first and together, so that it takes few cache lines.
 struct alignas(64) CallbackFacts {
   ProcessIndex process{};
@@ -96,6 +108,7 @@ struct alignas(64) CallbackFacts {
   std::optional<Duration>
       response_deadline{};   // to be kept: that of the spec, else the declared one
   std::uint64_t missed = 0;  // skipped periods, those before open instances included
+  Rare<OwnInstances> own{};  // empty: all are its own
   struct Overlap {
     std::uint64_t first_seq = 0;
     EventRef first_start{};
@@ -217,6 +230,16 @@ struct alignas(64) CallbackFacts {
   // What evidence of these releases is good to, either way; zero where they were recorded.
   Duration release_error() const noexcept { return has_grid_releases() ? grid.error : Duration{}; }
   bool are_releases_certain() const noexcept { return !has_grid_releases() || grid.is_steady; }
+  // What is seen next may be another callback's: what was seen until now is kept apart.
+  void keep_own_apart(const EventRef& since) {
+    own = OwnInstances{.others_since = since,
+                       .missed = missed,
+                       .first_missed = first_missed ? std::optional(*first_missed) : std::nullopt,
+                       .overwritten = overwritten,
+                       .max_response = max_response,
+                       .max_response_lower = max_response_lower,
+                       .max_execution = max_execution};
+  }
 };
 
 struct PublisherFacts {

@@ -182,6 +182,8 @@ struct alignas(64) CallbackOnThread {
   EventRef last_activity{};     // last start or end of it there
   EventRef first_start{};       // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
+  bool is_certain =
+      false;  // some run there was the callback's own: see CallbackStart::may_be_another
   // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
   // `last_activity`.
   std::vector<UsedCpu> cpus{};

@@ -33,15 +33,21 @@ bool are_periods_known(const CallbackFacts& facts) {
 std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
   const auto& model = context.model;
   const auto is_doubtful = [&](const CallbackOnThread* pair) {
-    return may_be_former(context, model.threads[at(pair->thread)]);
+    return !pair->is_certain || may_be_former(context, model.threads[at(pair->thread)]);
+  };
+  const auto may_be_with_others = [&](const CallbackOnThread* pair) {
+    const auto& ran = model.threads[at(pair->thread)].ran;
+    return is_doubtful(pair) || !std::ranges::all_of(ran, &CallbackOnThread::is_certain);
   };
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
-  const bool is_shared = std::ssize(facts.ran_on) - doubtful > 1 ||
-                         std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread* pair) {
-                           return model.threads[at(pair->thread)].ran.size() > 1;
-                         });
+  const auto is_with_others = [&model](const CallbackOnThread* pair) {
+    const auto& ran = model.threads[at(pair->thread)].ran;
+    return pair->is_certain && std::ranges::count_if(ran, &CallbackOnThread::is_certain) > 1;
+  };
+  const bool is_shared =
+      std::ssize(facts.ran_on) - doubtful > 1 || std::ranges::any_of(facts.ran_on, is_with_others);
   if (is_shared) return Isolation::not_isolated;
-  if (doubtful > 0) return std::nullopt;
+  if (std::ranges::any_of(facts.ran_on, may_be_with_others)) return std::nullopt;
   if (facts.starts_without_tid > 0 || context.hidden.on_thread_of(facts)) return std::nullopt;
   return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
 }

@@ -30,6 +30,10 @@ inline Evidence without_event(const EventRef& where, std::string note) {
   return evidence({}, where, std::move(note));
 }
 
+// Of a callback of ROS 2's, which is known by an address.
+inline constexpr std::string_view kPerhapsAnothers =
+    "may be another callback's: its address was told of before events were lost, and not since";
+
 class Judgement {
  public:
   static constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer

@@ -62,7 +62,7 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
   std::optional<Evidence> why;
   std::optional<Timestamp> last;
   for (const auto* pair : model_.threads[at(index)].ran) {
-    if (!is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
+    if (!pair->is_certain || !is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
     const auto next = pair->first_start.time;
     if (last) {
       why = next > *last ? between(index, *last, next) : std::nullopt;

@@ -62,11 +62,13 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
         const auto several = std::ranges::count_if(thread.ran, [&](const CallbackOnThread* pair) {
-          return is_of_its_own(model.callbacks[at(pair->callback)]);
+          return pair->is_certain && is_of_its_own(model.callbacks[at(pair->callback)]);
         });
         for (const auto* pair : in_order(model, thread.ran)) {
           judgement.check(pair->starts);
-          if (several > 1) judgement.fail([&] { return started_here(model, *pair); });
+          if (thread.ran.size() > 1) judgement.doubt(perhaps_anothers(*pair));
+          if (several > 1 && pair->is_certain)
+            judgement.fail([&] { return started_here(model, *pair); });
           const auto& callback = model.callbacks[at(pair->callback)];
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
             judgement.doubt(without_event(
@@ -82,6 +84,11 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   note_missing_vtid(context.model, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;
+}
+
+void doubt_runs_of_others(const CallbackFacts& callback, Judgement& judgement) {
+  for (const auto* pair : callback.ran_on)
+    judgement.doubt(perhaps_anothers(*pair));
 }
 
 enum class Succession : std::uint8_t { together, successive, unknown };
@@ -121,10 +128,10 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
 class ThreadsOfCallback {
  public:
   ThreadsOfCallback(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement)
-      : context_(context),
-        judgement_(judgement),
-        pairs_(in_order(context.model, callback.ran_on)),
-        is_told_(pairs_.size()) {}
+      : context_(context), judgement_(judgement), pairs_(in_order(context.model, callback.ran_on)) {
+    std::erase_if(pairs_, [](const CallbackOnThread* pair) { return !pair->is_certain; });
+    is_told_.resize(pairs_.size());
+  }
 
   void judge() {
     constexpr std::size_t kMost = 64;  // each with each would be quadratic
@@ -217,6 +224,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
         ThreadsOfCallback(context, callback, judgement).judge();
+        if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
         judgement.doubt(proof.loss(index));
         judgement.doubt(context.hidden.on_thread_of(callback));
         if (callback.starts_without_tid != 0) {
@@ -248,6 +256,12 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
   const auto& from = thread_of(context.model, move.from);
   const auto& to = thread_of(context.model, move.to);
   if (lives.of(move.to).begin < lives.of(move.from).begin) return;
+  for (const auto* pair : callback.ran_on) {
+    const bool is_part = pair->thread == move.from || pair->thread == move.to;
+    if (!is_part || pair->is_certain) continue;
+    judgement.doubt(perhaps_anothers(*pair));
+    return;
+  }
   if (may_be_former(context, to)) {
     judgement.doubt(without_event(move.first_on_to,
                                   "started on " + thread_name(to) + " after its thread_fini"));
@@ -418,7 +432,7 @@ const Rule kOneCallbackPerThread{
     "Remedy with rclcpp: give each callback a callback group of its own and run each "
     "group on an executor and thread of its own.",
     judge_one_callback,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kOneThreadPerCallback{
     "M3",
@@ -434,7 +448,7 @@ const Rule kOneThreadPerCallback{
     "Remedy with rclcpp: give each callback a callback group of its own and run each "
     "group on an executor and thread of its own.",
     judge_one_thread,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kMappingPersistent{
     "M4",
@@ -448,7 +462,7 @@ const Rule kMappingPersistent{
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
     judge_persistent,
-    {.instances = true}};
+    {.instances = true, .totals = true}};
 
 const Rule kUniqueLogicalId{
     "M7", "unique-logical-id",

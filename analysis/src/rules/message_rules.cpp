@@ -18,6 +18,13 @@
 namespace cie::analysis {
 namespace {
 
+// No more samples than allowed were overwritten in a queue that was the callback's own for certain. In a
+// window nobody counts those apart.
+bool is_by_others(const RuleContext& context, const CallbackFacts& callback,
+                  std::uint64_t allowed) {
+  return callback.own && (context.options.window || callback.own->overwritten <= allowed);
+}
+
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
   const auto* entry = spec_entry(context, callback);
   const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
@@ -32,11 +39,17 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
         counted(lost, "sample") + (lost == 1 ? " was" : " were") + " lost before the queue"));
   }
   if (overwritten > allowed) {
-    judgement.fail(evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
-                            where(callback.overwritten_at),
-                            counted(overwritten, "sample") + (overwritten == 1 ? " was" : " were") +
-                                " overwritten in the queue before being taken; " +
-                                std::to_string(allowed) + " are allowed"));
+    auto found = evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
+                          where(callback.overwritten_at),
+                          counted(overwritten, "sample") + (overwritten == 1 ? " was" : " were") +
+                              " overwritten in the queue before being taken; " +
+                              std::to_string(allowed) + " are allowed");
+    if (is_by_others(context, callback, allowed)) {
+      found.note += "; the queue " + std::string(kPerhapsAnothers);
+      judgement.doubt(std::move(found));
+    } else {
+      judgement.fail(std::move(found));
+    }
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;

@@ -381,6 +381,10 @@ void Proof::prove(CallbackIndex index) {
     // Without numbers any loss, whenever it was, may have been one of its events.
     if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
     if (!loss) loss = untold_loss(facts.process, last);
+    if (!loss && facts.own) {
+      loss = evidence("callback_start", facts.own->others_since,
+                      "from here on a run " + std::string(kPerhapsAnothers));
+    }
   }
   if (!loss) return;
   is_anything_lost_ = true;

@@ -272,7 +272,7 @@ bool is_never_read_back(const Model& model, const ThreadFacts& thread) noexcept 
 }
 
 const SpecEntry* sole_entry(const RuleContext& context, const ThreadFacts& thread) {
-  if (thread.ran.size() != 1) return nullptr;
+  if (thread.ran.size() != 1 || !thread.ran.front()->is_certain) return nullptr;
   return spec_entry(context, context.model.callbacks[at(thread.ran.front()->callback)]);
 }
 
@@ -363,8 +363,13 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement) {
-  for (const auto* pair : callback.ran_on)
-    judge_thread(context, pair->thread, entry, judgement);
+  for (const auto* pair : callback.ran_on) {
+    if (auto other = perhaps_anothers(*pair)) {
+      judgement.doubt(*std::move(other));
+    } else {
+      judge_thread(context, pair->thread, entry, judgement);
+    }
+  }
 }
 
 void judge_scheduled_before(const RuleContext& context, CallbackIndex index, const SpecEntry& entry,
@@ -377,6 +382,10 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   if (callback.starts.first.value_or(1) != 0) return;  // before the window
   const auto* const first = *std::ranges::min_element(
       callback.ran_on, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
+  if (auto other = perhaps_anothers(*first)) {
+    judgement.doubt(*std::move(other));
+    return;
+  }
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
   const auto match = std::ranges::find_if(
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });

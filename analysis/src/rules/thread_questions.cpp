@@ -84,6 +84,12 @@ const EventRef& first_start_on(const ThreadFacts& thread) {
   return (*first)->first_start;
 }
 
+std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
+  if (pair.is_certain) return std::nullopt;
+  return evidence(pair.starts != 0 ? "callback_start" : "callback_end", pair.first_start,
+                  std::string(kPerhapsAnothers));
+}
+
 EventRef first_sign(const CallbackFacts& callback) noexcept {
   if (callback.registered) return *callback.registered;
   if (callback.starts.first) return callback.starts.first_at;

@@ -27,6 +27,8 @@ bool is_isolated(const ThreadFacts& thread) noexcept;
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
 // Of a thread that ran callbacks.
 const EventRef& first_start_on(const ThreadFacts& thread);
+// Why the runs of the callback on a thread may be another one's; empty: some is its own.
+std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair);
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 // Its logical id is known, and so are its kind, its deadline and its entry in the spec.

@@ -87,6 +87,12 @@ std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
                                                  ": what it has to keep is unknown");
 }
 
+// What violates a rule only by instances that may be another callback's.
+void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement) {
+  judgement.doubt(evidence("callback_start", callback.own->others_since,
+                           "from here on a run " + std::string(kPerhapsAnothers) + "; " + finding));
+}
+
 template <typename Predicate>
 bool specifies_any(const RuleContext& context, const Predicate& predicate) {
   return context.options.spec != nullptr &&
@@ -151,6 +157,29 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   });
 }
 
+// More periods were skipped than allowed, before whosever runs.
+void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, Judgement& judgement) {
+  const auto in_all = [allowed](std::uint64_t missed) {
+    return counted(missed, "period") + " skipped in all, " + std::to_string(allowed) + " allowed";
+  };
+  const auto accuse = [&](std::uint64_t missed, const auto& first) {
+    if (first) {
+      judgement.fail(start_of(*first, ": " + counted(first->value, "period") +
+                                          (first->value == 1 ? " was" : " were") +
+                                          " skipped before this release"));
+    }
+    judgement.fail(evidence("callback_start", callback.starts.last_at, in_all(missed)));
+  };
+  const auto& own = callback.own;
+  if (!own) {
+    accuse(callback.missed, callback.first_missed);
+  } else if (own->missed > allowed) {
+    accuse(own->missed, own->first_missed);
+  } else {
+    doubt_others(callback, in_all(callback.missed), judgement);
+  }
+}
+
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
@@ -168,15 +197,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
                                        " skipped in all, if the timer was not reset; " +
                                        std::to_string(allowed) + " allowed"));
         } else if (callback.missed > allowed) {
-          if (callback.first_missed) {
-            judgement.fail(start_of(*callback.first_missed,
-                                    ": " + counted(callback.first_missed->value, "period") +
-                                        (callback.first_missed->value == 1 ? " was" : " were") +
-                                        " skipped before this release"));
-          }
-          judgement.fail(evidence("callback_start", callback.starts.last_at,
-                                  counted(callback.missed, "period") + " skipped in all, " +
-                                      std::to_string(allowed) + " allowed"));
+          judge_skipped(callback, allowed, judgement);
         }
         judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
                                                      : inexact_releases(callback));
@@ -212,19 +233,47 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
   }
 }
 
-// A calculated response time that is beyond the deadline for certain.
-bool is_beyond(const CallbackFacts& callback, std::int64_t deadline) {
-  return callback.has_grid_releases() && callback.are_releases_certain() && callback.max_response &&
-         (callback.max_response->value - callback.release_error()).ns > deadline;
-}
-
 // "8 ns"; "at least 8 ns" where no release is known exactly.
-std::string largest_certain_response(const CallbackFacts& callback) {
-  const auto& known = callback.max_response;
-  const auto& certain = *callback.max_response_lower;
+std::string largest_certain_response(const CallbackFacts& callback,
+                                     const std::optional<Extreme<Duration>>& known,
+                                     const Extreme<Duration>& certain) {
   const bool is_exact = known && !callback.has_grid_releases() && known->seq == certain.seq &&
                         known->value == certain.value;
   return (is_exact ? "" : "at least ") + nanoseconds(certain.value);
+}
+
+struct Late {
+  const Extreme<Duration>& instance;
+  std::string response;
+};
+
+// `longest`: of the callback, or of what is its own for certain. Empty: none is beyond the deadline
+// for certain. Of those with a calculated release, what is certain first.
+std::optional<Late> find_late(const CallbackFacts& callback, const auto& longest,
+                              std::int64_t deadline) {
+  const auto& [known, lower] = std::tie(longest.max_response, longest.max_response_lower);
+  if (lower && lower->value.ns > deadline)
+    return Late{*lower, largest_certain_response(callback, known, *lower)};
+  const bool is_calculated = callback.has_grid_releases() && callback.are_releases_certain();
+  if (is_calculated && known && (known->value - callback.release_error()).ns > deadline)
+    return Late{*known, nanoseconds(known->value) + error_of(callback)};
+  return std::nullopt;
+}
+
+// `allowed`: "the deadline of spec.yaml:3 is 8 ns".
+void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std::string& allowed,
+                Judgement& judgement) {
+  const auto response_of = [&allowed](const Late& late) {
+    return "response time " + late.response + ", " + allowed;
+  };
+  const auto late = find_late(callback, callback, deadline);
+  const auto& own = callback.own;
+  const auto certain = own ? find_late(callback, *own, deadline) : late;
+  if (certain) {
+    fail_with(certain->instance, "ends; " + response_of(*certain), judgement);
+  } else if (late) {
+    doubt_others(callback, response_of(*late), judgement);
+  }
 }
 
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
@@ -252,18 +301,8 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judgement.doubt(loss);
         judgement.overrule(doubtful_ends(callback, loss));
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
-        if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
-          fail_with(*callback.max_response_lower,
-                    "ends; response time " + largest_certain_response(callback) +
-                        ", the deadline of " + origin + " is " + nanoseconds(deadline),
-                    judgement);
-        } else if (is_beyond(callback, deadline)) {
-          fail_with(*callback.max_response,
-                    "ends; response time " + nanoseconds(callback.max_response->value) +
-                        error_of(callback) + ", the deadline of " + origin + " is " +
-                        nanoseconds(deadline),
-                    judgement);
-        }
+        judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
+                   judgement);
         judgement.doubt(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
         if (unbounded != 0) {
@@ -294,11 +333,16 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
     judgement.check(callback.instances);
     judgement.doubt(loss);
     judgement.overrule(doubtful_ends(callback, loss));
-    if (callback.max_execution && callback.max_execution->value.ns > wcet) {
-      fail_with(*callback.max_execution,
-                "ends; execution time " + nanoseconds(callback.max_execution->value) + ", " +
-                    place(context, entry->line) + " declares at most " + nanoseconds(wcet),
-                judgement);
+    const auto& longest = callback.max_execution;
+    const auto& own = callback.own ? callback.own->max_execution : longest;
+    const auto took = [&](const Extreme<Duration>& extreme) {
+      return "execution time " + nanoseconds(extreme.value) + ", " + place(context, entry->line) +
+             " declares at most " + nanoseconds(wcet);
+    };
+    if (own && own->value.ns > wcet) {
+      fail_with(*own, "ends; " + took(*own), judgement);
+    } else if (longest && longest->value.ns > wcet) {
+      doubt_others(callback, took(*longest), judgement);
     }
     const auto& unmeasured = callback.max_duration_without_execution;
     if (unmeasured && unmeasured->value.ns > wcet) {

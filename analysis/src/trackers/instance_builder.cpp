@@ -100,9 +100,12 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   pending->source_timestamp = event.source_timestamp_realtime_ns;
   pending->writer_gid = event.writer_gid;
   pending->is_writer_undecided = event.is_writer_undecided;
+  pending->may_be_another = event.may_be_another;
   pending->realtime_offset = clocks_.synced(who.host);
 
   if (head.is_derived) facts.is_accounted = false;
+  if (event.may_be_another && !facts.own) [[unlikely]]
+    facts.keep_own_apart(pending->start);
   // Nothing ran since the last instance that was seen, or this is the first one of all.
   const bool follows = facts.starts.last ? event.seq == *facts.starts.last + 1
                                          : facts.registered && event.seq == facts.first_next_seq;
@@ -186,14 +189,19 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
 }
 
 void InstanceBuilder::note_missed(const PendingInstance& pending) {
+  if (pending.missed == 0) return;
+  const auto note = [&pending](std::uint64_t& missed, auto& first) {
+    missed += pending.missed;
+    if (first) return;
+    first = Extreme<std::uint32_t>{.value = pending.missed,
+                                   .seq = pending.seq,
+                                   .start = pending.start,
+                                   .end = std::nullopt,
+                                   .release = std::nullopt};
+  };
   auto& facts = *pending.callback_facts;
-  facts.missed += pending.missed;
-  if (pending.missed == 0 || facts.first_missed) return;
-  facts.first_missed = Extreme<std::uint32_t>{.value = pending.missed,
-                                              .seq = pending.seq,
-                                              .start = pending.start,
-                                              .end = std::nullopt,
-                                              .release = std::nullopt};
+  note(facts.missed, facts.first_missed);
+  if (facts.own && !pending.may_be_another) note(facts.own->missed, facts.own->first_missed);
 }
 
 bool InstanceBuilder::is_confined(const PendingInstance& pending) const {
@@ -251,6 +259,7 @@ inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback
   }
   pending.pair = last;
   ++last->starts;
+  last->is_certain = last->is_certain || !pending.may_be_another;
   note_activity(*last, pending.start);
 }
 
@@ -272,7 +281,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
       decide(*thread, nullptr);
     leave_unseen(thread);
     note_end_without_start(head, index, event.seq);
-    if (thread) note_unseen_run(*thread, here, index, event.seq);
+    if (thread) note_unseen_run(*thread, here, index, event);
     forget_wakes(on_thread, who, head);
     return;
   }

@@ -190,7 +190,7 @@ class InstanceBuilder {
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
   // It ran on the thread, though its start was not seen.
   void note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
-                       std::uint64_t seq);
+                       const CallbackEnd& event);
   // What was woken up and what ran on the thread before belongs to what ended here.
   inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
   // It has its end, and is not among those that are open any more.

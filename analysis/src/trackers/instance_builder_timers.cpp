@@ -85,6 +85,8 @@ void InstanceBuilder::finish_grid(CallbackIndex index) {
   auto& facts = model_.callbacks[at(index)];
   facts.grid.unresolved += unproven.releases;
   facts.missed -= unproven.missed;
+  if (facts.own && unproven.since <= facts.own->others_since.time)
+    facts.own->missed -= std::min<std::uint64_t>(facts.own->missed, unproven.missed);
   if (facts.first_missed && facts.first_missed->start.time >= unproven.since &&
       unproven.releases > 0) {
     facts.first_missed.reset();

@@ -42,14 +42,16 @@ void InstanceBuilder::pass_end(const EventHead& head, const Emitter& who, Callba
 }
 
 void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
-                                      std::uint64_t seq) {
+                                      const CallbackEnd& event) {
   const auto& facts = model_.callbacks[at(index)];
+  const auto seq = event.seq;
   // Of what began before the recording, or the window, nothing is told.
   const bool is_awaited = facts.registered && seq >= facts.first_next_seq;
   if (!is_awaited) return;
   const bool follows_one_inside = facts.starts.first && seq > *facts.starts.first;
   if (facts.registered->time < window_begin_ && !follows_one_inside) return;
   auto& pair = pair_of(index, thread, end, seq);
+  pair.is_certain = pair.is_certain || !event.may_be_another;
   note_activity(pair, end);
   callbacks_[index].last_on = &pair;
 }

@@ -273,6 +273,30 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
                    .release = *measured.unproven});
   }
   note_parts(pending, measured, bounds);
+  if (facts.own && !pending.may_be_another) [[unlikely]]
+    note_own(pending, measured, *facts.own);
+}
+
+// What is certain of its response time. A calculated release may have been later.
+inline Duration InstanceMeasurer::least_response(const PendingInstance& pending,
+                                                 const Measured& measured) {
+  const auto start = pending.start.time;
+  const auto end = pending.end->time;
+  return measured.release_source == ReleaseSource::timer_grid
+             ? end - start
+             : least_response_time(measured.release_source, measured.release, start, end);
+}
+
+void InstanceMeasurer::note_own(const PendingInstance& pending, const Measured& measured,
+                                OwnInstances& own) {
+  const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
+    if (!most || most->value < value) most = extreme_of(pending, measured.release, value);
+  };
+  note(own.max_response_lower, least_response(pending, measured));
+  if (is_known(measured.release_source)) {
+    note(own.max_response, pending.end->time - measured.release);
+  }
+  if (measured.parts != nullptr) note(own.max_execution, measured.parts->execution);
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_known(CallbackFacts& facts,
@@ -335,8 +359,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
   const auto [source, release] = std::pair(measured.release_source, measured.release);
   const auto start = pending.start.time;
   const auto end = pending.end->time;
-  const bool is_calculated = source == ReleaseSource::timer_grid;
-  const auto lower = is_calculated ? end - start : least_response_time(source, release, start, end);
+  const auto lower = least_response(pending, measured);
   if (bounds.response_lower.rise(lower)) {
     facts.max_response_lower = extreme_of(pending, release, lower);
   }

@@ -183,6 +183,9 @@ class InstanceMeasurer {
   inline void note_response_time(const PendingInstance& pending, const Measured& measured,
                                  Bounds& bounds);
   inline void note_parts(const PendingInstance& pending, const Measured& measured, Bounds& bounds);
+  static inline Duration least_response(const PendingInstance& pending, const Measured& measured);
+  // It is the callback's own, and others may be another one's.
+  static void note_own(const PendingInstance& pending, const Measured& measured, OwnInstances& own);
   // An instance whose release is known.
   inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance,
                          const Measured& measured);

@@ -26,6 +26,11 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   facts.release_before_end.reset();
   facts.missed = 0;
   facts.first_missed.reset();
+  if (facts.own) {
+    facts.own->missed = 0;
+    facts.own->first_missed.reset();
+    facts.own->max_response.reset();
+  }
   auto& bounds = bounds_[index];
   bounds = Bounds{.response = {},
                   .response_lower = bounds.response_lower,

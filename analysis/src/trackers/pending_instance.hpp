@@ -49,6 +49,7 @@ struct PendingInstance {
   // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
   bool is_confined = false;
   bool is_writer_undecided = false;  // see CallbackStart
+  bool may_be_another = false;       // likewise
   bool is_in_window = false;         // began inside the window
   std::uint64_t read = 0;            // see ChainNode
   ChainNodeRef node;                 // null: it has no part in a chain yet

@@ -23,7 +23,10 @@ class QueueTracker {
     auto& callback = model_.callbacks[at(registry_.released(who, event.callback))];
     ++callback.releases;
     note_length(callback, event, is_snapshot);
+    if (event.may_be_another && !callback.own) callback.keep_own_apart(ref(head));
     if (event.overwritten > callback.overwritten) {
+      if (callback.own && !event.may_be_another)
+        callback.own->overwritten += event.overwritten - callback.overwritten;
       callback.overwritten = event.overwritten;
       callback.overwritten_at = ref(head);
     }

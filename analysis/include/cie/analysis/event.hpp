@@ -244,6 +244,7 @@ struct CallbackRelease {
   CallbackId callback{};
   std::uint64_t release_seq = 0;
   std::uint64_t overwritten = 0;
+  bool may_be_another = false;  // see CallbackStart
 };
 struct ThreadWakeup {
   static constexpr EventCategory kCategory = EventCategory::callback;
@@ -263,6 +264,9 @@ struct CallbackStart {
   std::uint64_t writer_gid = 0;
   // One of the publications that were recorded may be the message taken; which is not told.
   bool is_writer_undecided = false;
+  // Its callback is known by an address, of which events that were lost since may have told that it is
+  // another one's by now.
+  bool may_be_another = false;
   // The next event of all, in the same stream, was its end, then. It is told by this alone: of ROS
   // 2's callbacks two of three end so.
   std::optional<Timestamp> end{};
@@ -273,6 +277,7 @@ struct CallbackEnd {
   CallbackId callback{};
   std::uint64_t seq = 0;
   std::optional<CallbackStatus> status;
+  bool may_be_another = false;  // see CallbackStart; of one whose start was not seen
 };
 struct Publish {
   static constexpr EventCategory kCategory = EventCategory::callback;

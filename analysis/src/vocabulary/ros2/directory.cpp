@@ -98,6 +98,7 @@ Directory::Entity& Directory::renew(Address handle, CallbackKind kind, std::stri
   entity.kind = kind;
   entity.source = source;
   entity.is_announced = true;
+  entity.told_after = losses_;
   return entity;
 }
 
@@ -180,10 +181,14 @@ void Directory::add_object(Address subscription_handle, Address object) {
 
 void Directory::add_object_callback(Address object, Address callback, bool repeats) {
   const auto bound = bindings_.find(callback);
-  if (repeats && bound != bindings_.end() && bound->second.object == object) return;
+  if (repeats && bound != bindings_.end() && bound->second.object == object) {
+    confirm(bound->second);
+    return;
+  }
   forget(callback);
   auto* ran = repeats ? unnamed(callback) : nullptr;
-  auto& binding = bindings_[callback] = Binding{.object = object, .callback = ran};
+  auto& binding = bindings_[callback] =
+      Binding{.object = object, .callback = ran, .told_after = losses_};
   const auto known = objects_.find(object);
   if (known != objects_.end() && !known->second.has_callback) {
     known->second.has_callback = true;
@@ -201,16 +206,19 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
   const auto entity = entities_.find(handle);
   const bool is_same = binding.callback != nullptr && entity != entities_.end() &&
                        entity->second.callback == binding.callback;
-  if (is_same) return;
+  if (is_same) {
+    confirm(binding);
+    return;
+  }
   auto* ran = repeats ? unnamed(callback) : nullptr;
-  binding = Binding{.callback = ran};
+  binding = Binding{.callback = ran, .told_after = losses_};
   auto& of_handle = entities_[handle];
   of_handle.kind = kind;
   bind(callback, binding, handle);
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
-  auto& binding = bindings_[address] = Binding{};
+  auto& binding = bindings_[address] = Binding{.told_after = losses_};
   auto& entity = entities_[handle];
   if (!entity.is_announced) entity.kind = kind;
   bind(address, binding, handle);
@@ -253,7 +261,8 @@ std::optional<GroupType> Directory::group_type(Address address) const {
 }
 
 Callback& Directory::new_callback() {
-  return callbacks_.emplace_back(Callback{.id = id_of<CallbackId>(callbacks_.size())});
+  return callbacks_.emplace_back(
+      Callback{.id = id_of<CallbackId>(callbacks_.size()), .told_after = losses_});
 }
 
 void Directory::describe(Callback& callback, const Entity& entity) const {
@@ -265,6 +274,7 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.queue_depth = entity.queue_depth;
   callback.rmw_subscription = entity.rmw_subscription;
   callback.group = entity.group;
+  callback.told_after = std::min(entity.told_after, entity.bound_after);
   const bool is_timer = entity.kind == CallbackKind::timer;
   const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);
   callback.is_identified = entity.is_announced && !lacks_node;
@@ -283,9 +293,21 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
     entity.callback = binding.callback != nullptr ? binding.callback : &new_callback();
   }
   binding.callback = entity.callback;
+  entity.bound_after = binding.told_after;
+  binding.handle = handle;
   auto& callback = *entity.callback;
   if (callback.symbol.empty()) callback.symbol = binding.symbol;
   describe(callback, entity);
+}
+
+void Directory::confirm(Binding& binding) {
+  binding.told_after = losses_;
+  const auto entity = entities_.find(binding.handle);
+  const bool is_bound = entity != entities_.end() && binding.callback != nullptr &&
+                        entity->second.callback == binding.callback;
+  if (!is_bound) return;
+  entity->second.bound_after = losses_;
+  refresh(entity->second);
 }
 
 Callback* Directory::unnamed(Address address) const {
@@ -307,11 +329,11 @@ Callback& Directory::find_callback(Address address) {
 Callback* Directory::callback_of_buffer(Address buffer) const {
   const auto object = objects_of_buffers_.find(buffer);
   if (object == objects_of_buffers_.end()) return nullptr;
+  const auto between = object->second.object;
   // The object between callbacks is itself a subscription's, or linked to one.
-  const auto linked = subscriptions_of_objects_.find(object->second);
+  const auto linked = subscriptions_of_objects_.find(between);
   for (const auto address :
-       {linked != subscriptions_of_objects_.end() ? linked->second : object->second,
-        object->second}) {
+       {linked != subscriptions_of_objects_.end() ? linked->second : between, between}) {
     const auto known = objects_.find(address);
     const auto handle = known != objects_.end() ? known->second.handle : address;
     const auto entity = entities_.find(handle);
@@ -319,6 +341,12 @@ Callback* Directory::callback_of_buffer(Address buffer) const {
     if (is_known) return entity->second.callback;
   }
   return nullptr;
+}
+
+bool Directory::may_feed_another(Address buffer, const Callback& callback) const {
+  const auto object = objects_of_buffers_.find(buffer);
+  return object == objects_of_buffers_.end() || object->second.told_after != losses_ ||
+         may_be_another(callback);
 }
 
 std::string_view Directory::node_name(const Callback& callback) const {

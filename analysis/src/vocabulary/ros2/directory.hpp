@@ -55,6 +55,7 @@ struct Callback {
   bool is_queue_told = false;   // likewise what a buffer did
   std::uint32_t number = 0;     // among those of its logical id; 0: not told yet
   std::uint64_t next_seq = 0;
+  std::uint64_t told_after = 0;  // losses: see Directory::lose()
   Address rmw_subscription = 0;  // rmw's handle; 0: it has none, or that is not told
   std::optional<NodeId> node{};
   std::string source{};
@@ -102,12 +103,21 @@ class Directory {
   void join_group(Address group, Address handle);
   // `address` stands for the callback of `handle` from now on.
   void stand_for(CallbackKind kind, Address address, Address handle);
+  // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
+  // until they are told of again.
+  void lose() noexcept { ++losses_; }
+  // What lies at the callback's addresses, or runs there.
+  bool may_be_another(const Callback& callback) const noexcept {
+    return callback.told_after != losses_;
+  }
   // Nothing is known of the address any more.
   void forget_address(Address address) {
     forget(address);
     bindings_.erase(address);
   }
-  void link_buffer(Address buffer, Address object) { objects_of_buffers_[buffer] = object; }
+  void link_buffer(Address buffer, Address object) {
+    objects_of_buffers_[buffer] = {.object = object, .told_after = losses_};
+  }
   void link_object(Address object, Address subscription) {
     subscriptions_of_objects_[object] = subscription;
   }
@@ -125,6 +135,8 @@ class Directory {
   }
   // The callback that a queue between callbacks feeds. Null: unknown.
   Callback* callback_of_buffer(Address buffer) const;
+  // It may feed another one than that by now.
+  bool may_feed_another(Address buffer, const Callback& callback) const;
   std::deque<Callback>& callbacks() noexcept { return callbacks_; }  // in the order of their making
   // Of the client of that rmw handle. Empty: unknown.
   std::optional<std::uint32_t> hidden_of(Address rmw_client) const;
@@ -156,7 +168,9 @@ class Directory {
     Address rmw_subscription = 0;
     std::optional<Address> group{};
     bool is_announced = false;
-    bool is_node_unknown = false;  // it has one that was never announced
+    bool is_node_unknown = false;   // it has one that was never announced
+    std::uint64_t told_after = 0;   // losses
+    std::uint64_t bound_after = 0;  // likewise, to an address of its callback
     Callback* callback = nullptr;
     std::optional<std::uint32_t> hidden{};
   };
@@ -169,6 +183,12 @@ class Directory {
     std::optional<Address> object{};
     Callback* callback = nullptr;
     std::string symbol{};
+    Address handle = 0;            // of the callback; 0: not known yet
+    std::uint64_t told_after = 0;  // losses
+  };
+  struct Buffer {
+    Address object = 0;            // that it belongs to
+    std::uint64_t told_after = 0;  // losses
   };
   struct Group {
     GroupId id{};
@@ -192,6 +212,8 @@ class Directory {
   Callback* unnamed(Address address) const;
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Address address, Binding& binding, Address handle);
+  // It is told again.
+  void confirm(Binding& binding);
   void hide(Entity& entity, Hidden hidden);
   void describe(Callback& callback, const Entity& entity) const;
   void refresh(const Entity& entity);
@@ -217,8 +239,9 @@ class Directory {
   std::unordered_map<Address, Binding> bindings_;
   std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
   std::unordered_map<Address, Group> groups_;
-  std::unordered_map<Address, Address> objects_of_buffers_;
+  std::unordered_map<Address, Buffer> objects_of_buffers_;
   std::unordered_map<Address, Address> subscriptions_of_objects_;
+  std::uint64_t losses_ = 0;
   bool links_timers_ = false;  // the tracer tells whose timers are
   bool names_late_ = false;    // callbacks ran before they were named
 };

@@ -406,6 +406,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   body.source_timestamp_realtime_ns = message.origin.stamp;
   body.writer_gid = message.origin.gid;
   body.is_writer_undecided = message.origin.is_undecided;
+  body.may_be_another = process.directory.may_be_another(callback);
   if (message.release) {
     body.release_kind = ReleaseKind::data;
     body.release_ns = message.release->ns;
@@ -427,6 +428,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   auto& body = sink.batch.derive_instead<CallbackEnd>(sink.cause, head);
   body.callback = callback.id;
   body.seq = seq;
+  body.may_be_another = !is_open && process.directory.may_be_another(callback);
   // Those begun inside it cannot end any more.
   if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
   forget_callable(address, context.process);

@@ -19,8 +19,10 @@ void forget(ros2::Thread& thread) {
             .is_named = thread.is_named};
 }
 
-// What one thread leaves for another one.
+// What one thread leaves for another one, and what is known of a process only as long as all of its
+// events are seen.
 void forget_what_is_handed_on(ros2::Process& process) {
+  process.directory.lose();
   process.queues.clear();
   process.handed_over.clear();
   for (const auto address : std::exchange(process.callables, {}))

@@ -69,7 +69,8 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
   emit(context.head,
        CallbackRelease{.callback = callback->id,
                        .release_seq = callback->releases++,
-                       .overwritten = callback->overwritten},
+                       .overwritten = callback->overwritten,
+                       .may_be_another = process.directory.may_feed_another(buffer, *callback)},
        context.sink);
 }
 
