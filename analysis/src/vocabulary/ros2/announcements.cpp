@@ -31,6 +31,7 @@ std::optional<GroupId> announce_group_of(const auto& member, const EventHead& he
 
 void announce(Callback& callback, const EventHead& head, Process& process, const EventSink& sink) {
   if (callback.is_told || !callback.kind) return;
+  process.directory.find_node(callback);
   if (process.is_repeated && callback.kind == CallbackKind::timer && !callback.node) return;
   callback.is_told = true;
   announce_node(callback.node, head, process, sink);

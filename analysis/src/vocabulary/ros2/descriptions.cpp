@@ -10,14 +10,14 @@
 namespace cie::analysis::ros2 {
 namespace {
 
-void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
+void enter_agnocast(Ros2Event event, const Telling& telling, const Payload& p, Process& process) {
   auto& directory = process.directory;
   const auto handle = p.number<Address>(0);
   const auto enter_callback = [&](CallbackKind kind) {
-    directory.join_group(p.number<Address>(2), handle);
+    directory.join_group(p.number<Address>(2), handle, telling);
     // The callback's own address is never spoken of again: those of its calls are.
     directory.stand_for(kind, handle, handle);
-    directory.add_symbol(handle, p.text(3));
+    directory.add_symbol(handle, p.text(3), telling);
   };
   switch (event) {
     case Ros2Event::agnocast_subscription:
@@ -25,13 +25,13 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
                                   .node = p.number<Address>(1),
                                   .topic = p.text(4),
                                   .queue_depth = p.number<std::uint32_t>(5)},
-                                 false);
+                                 telling);
       enter_callback(CallbackKind::subscription);
       process.agnocast_subscriptions[p.number<std::uint64_t>(6)] = handle;
       break;
     case Ros2Event::agnocast_timer:
-      directory.add_timer(handle, p.number<std::uint64_t>(4), std::nullopt, false);
-      directory.link_timer(handle, p.number<Address>(1));
+      directory.add_timer(handle, p.number<std::uint64_t>(4), std::nullopt, telling);
+      directory.link_timer(handle, p.number<Address>(1), telling);
       enter_callback(CallbackKind::timer);
       break;
     case Ros2Event::agnocast_callable: {
@@ -51,34 +51,35 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
   }
 }
 
-// When the timer was made whose making a tracer tells now. rcl looks at the clock up to kTimerError
-// before it tells. Timers of this project's own executor begin to expire later.
-std::optional<Timestamp> made_at(bool repeats, Address timer, const Process& process) {
-  if (repeats || is_ros2_profile_handle(timer)) return std::nullopt;
-  return process.last.time - kTimerError;
+// From when on the periods count of a timer whose making a tracer tells now. rcl looks at the clock up to
+// kTimerError before it tells. Timers of this project's own executor begin to expire later.
+std::optional<Timestamp> first_call(const Telling& telling, Address timer) {
+  if (telling.repeats || is_ros2_profile_handle(timer)) return std::nullopt;
+  return telling.told - kTimerError;
 }
 
-void enter_publisher(bool repeats, const Payload& p, Directory& directory, MessageLinks& links) {
+void enter_publisher(const Telling& telling, const Payload& p, Directory& directory,
+                     MessageLinks& links) {
   const auto handle = p.number<Address>(0);
   const auto topic = p.text(2);
   const auto gid = links.new_gid();
-  directory.add_publisher(handle, p.number<Address>(1), topic, gid, repeats);
+  directory.add_publisher(handle, p.number<Address>(1), topic, gid, telling);
   if (directory.publisher(handle).gid == gid) links.add_publisher(std::string(topic), gid);
 }
 
 }  // namespace
 
-void enter_description(Ros2Event event, bool repeats, const Payload& p, Process& process,
+void enter_description(Ros2Event event, const Telling& telling, const Payload& p, Process& process,
                        MessageLinks& links) {
   auto& directory = process.directory;
   const auto first = p.number<Address>(0);
   const auto second = p.number<Address>(1);
   switch (event) {
     case Ros2Event::node_init:
-      directory.add_node(first, p.text(1), p.text(2));
+      directory.add_node(first, p.text(1), p.text(2), telling);
       break;
     case Ros2Event::publisher_init:
-      enter_publisher(repeats, p, directory, links);
+      enter_publisher(telling, p, directory, links);
       break;
     case Ros2Event::subscription_init:
       directory.add_subscription({.handle = first,
@@ -86,50 +87,49 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
                                   .topic = p.text(2),
                                   .queue_depth = p.number<std::uint32_t>(3),
                                   .rmw_handle = p.number<Address>(4)},
-                                 repeats);
+                                 telling);
       break;
     case Ros2Event::subscription_object:
-      directory.add_object(first, second);
+      directory.add_object(first, second, telling);
       break;
     case Ros2Event::subscription_callback:
-      directory.add_object_callback(first, second, repeats);
+      directory.add_object_callback(first, second, telling);
       break;
     case Ros2Event::service_init:
-      directory.add_service(first, second, p.text(2), repeats);
+      directory.add_service(first, second, p.text(2), telling);
       break;
     case Ros2Event::service_callback:
-      directory.add_handle_callback(CallbackKind::service, first, second, repeats);
+      directory.add_handle_callback(CallbackKind::service, first, second, telling);
       break;
     case Ros2Event::client_init:
-      directory.add_client(first, second, p.text(2), p.number<Address>(3), repeats);
+      directory.add_client(first, second, p.text(2), p.number<Address>(3), telling);
       break;
     case Ros2Event::timer_init:
-      directory.add_timer(first, p.number<std::uint64_t>(1), made_at(repeats, first, process),
-                          repeats);
+      directory.add_timer(first, p.number<std::uint64_t>(1), first_call(telling, first), telling);
       break;
     case Ros2Event::timer_callback:
-      directory.add_handle_callback(CallbackKind::timer, first, second, repeats);
+      directory.add_handle_callback(CallbackKind::timer, first, second, telling);
       break;
     case Ros2Event::timer_node:
-      directory.link_timer(first, second);
+      directory.link_timer(first, second, telling);
       break;
     case Ros2Event::callback_symbol:
-      directory.add_symbol(first, p.text(1));
+      directory.add_symbol(first, p.text(1), telling);
       break;
     case Ros2Event::group:
-      directory.add_group(first, p.text(1));
+      directory.add_group(first, p.text(1), telling);
       break;
     case Ros2Event::group_member:
-      directory.join_group(first, second);
+      directory.join_group(first, second, telling);
       break;
     case Ros2Event::buffer_of_object:
-      directory.link_buffer(first, second);
+      directory.link_buffer(first, second, telling);
       break;
     case Ros2Event::object_of_subscription:
-      directory.link_object(first, second);
+      directory.link_object(first, second, telling);
       break;
     default:
-      enter_agnocast(event, p, process);
+      enter_agnocast(event, telling, p, process);
       break;
   }
 }

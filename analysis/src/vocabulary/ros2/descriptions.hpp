@@ -8,8 +8,8 @@
 
 namespace cie::analysis::ros2 {
 
-// Ignores events that describe nothing. `repeats`: by a tracer that may say it a second time.
-void enter_description(Ros2Event event, bool repeats, const Payload& p, Process& process,
+// Ignores events that describe nothing.
+void enter_description(Ros2Event event, const Telling& telling, const Payload& p, Process& process,
                        MessageLinks& links);
 
 }  // namespace cie::analysis::ros2

@@ -1,15 +1,11 @@
 #include "directory.hpp"
 
-#include <cie/tracepoints/logical_id.hpp>
-
 #include <algorithm>
 #include <utility>
 
 namespace cie::analysis::ros2 {
 namespace {
 
-// Far from what an executor of this project numbers from 0, should a process have both.
-constexpr std::uint32_t kFirstId = 1'000'000;
 constexpr std::uint32_t kFirstCallerId = 2'000'000;
 
 // An action is made of three services and two topics. One of them stands for it.
@@ -24,33 +20,59 @@ std::string action_of(std::string_view service) {
   return std::string(service.substr(0, service.rfind(kActionPart)));
 }
 
-template <typename Id>
-Id id_of(std::size_t number) noexcept {
-  return static_cast<Id>(kFirstId + static_cast<std::uint32_t>(number));
-}
+Duration apart(Timestamp one, Timestamp other) { return one < other ? other - one : one - other; }
 
 }  // namespace
 
-void Directory::add_node(Address handle, std::string_view name, std::string_view name_space) {
+void Directory::add_node(Address handle, std::string_view name, std::string_view name_space,
+                         const Telling& telling) {
   std::string full(name_space);
   if (full.empty() || full.back() != '/') full += '/';
   full += name;
-  const auto known = nodes_by_handle_.find(handle);
-  if (known != nodes_by_handle_.end() && node(known->second)->name == full) return;
+  auto& nodes = nodes_by_handle_[handle];
+  const auto next = std::ranges::find_if(
+      nodes, [&](const NodeOfHandle& known) { return is_former(telling, known.made); });
+  const auto is_it = [&](const NodeOfHandle& known) { return node(known.node)->name == full; };
+  if (next != nodes.begin() && is_it(*std::prev(next))) return;
+  if (next != nodes.end() && is_it(*next)) {
+    next->made = telling.made;
+    return;
+  }
   const auto id = id_of<NodeId>(nodes_.size());
   nodes_.push_back(Node{.id = id, .name = std::move(full)});
-  nodes_by_handle_[handle] = id;
+  if (telling.repeats) {
+    nodes.insert(next, {.made = telling.made, .node = id});
+  } else {
+    nodes.assign(1, {.made = telling.made, .node = id});
+  }
 }
 
-std::optional<NodeId> Directory::node_of(Address handle) const {
+std::optional<NodeId> Directory::node_of(Address handle, const Made& made) const {
   const auto found = nodes_by_handle_.find(handle);
   if (found == nodes_by_handle_.end()) return std::nullopt;
-  return found->second;
+  const auto& nodes = found->second;
+  const auto later = std::ranges::find_if(nodes, [&made](const NodeOfHandle& known) {
+    return made && known.made && *known.made > *made;
+  });
+  return (later == nodes.begin() ? *later : *std::prev(later)).node;
 }
 
-void Directory::set_node(Entity& entity, Address node) const {
-  entity.node = node_of(node);
+void Directory::set_node(Entity& entity, Address node, const Telling& telling) const {
+  if (is_former(telling, entity.node_made)) return;
+  entity.node = node_of(node, telling.made);
   entity.is_node_unknown = !entity.node;
+  entity.node_made = telling.made;
+  entity.node_handle = telling.repeats ? node : 0;
+}
+
+void Directory::find_node(const Callback& callback) {
+  const auto found = entities_.find(callback.handle);
+  if (found == entities_.end() || found->second.callback != &callback) return;
+  auto& entity = found->second;
+  if (entity.node_handle == 0) return;
+  entity.node = node_of(entity.node_handle, entity.node_made);
+  entity.is_node_unknown = !entity.node;
+  refresh(entity);
 }
 
 Node* Directory::node(NodeId id) {
@@ -58,24 +80,34 @@ Node* Directory::node(NodeId id) {
   return number < nodes_.size() ? &nodes_[number] : nullptr;
 }
 
-void Directory::add_publisher(Address handle, Address node, std::string_view topic,
-                              std::uint64_t gid, bool repeats) {
-  auto& entry = publishers_[handle];
-  if (repeats && entry.topic == topic) return;
-  entry = Publisher{.id = id_of<PublisherId>(publishers_made_++),
-                    .node = node_of(node),
-                    .topic = std::string(topic),
-                    .gid = gid};
+bool Directory::is_renewed(Publisher& known, std::string_view topic, const Telling& telling) {
+  if (is_former(telling, known.made)) return false;
+  known.made = telling.made;
+  return !telling.repeats || known.topic != topic;
 }
 
-void Directory::add_caller(Address rmw_handle, Address node, std::string_view topic,
-                           std::uint64_t gid, bool repeats) {
-  auto& entry = callers_[rmw_handle];
-  if (repeats && entry.topic == topic) return;
-  entry = Publisher{.id = PublisherId{kFirstCallerId + callers_made_++},
-                    .node = node_of(node),
+void Directory::add_publisher(Address handle, Address node, std::string_view topic,
+                              std::uint64_t gid, const Telling& telling) {
+  auto& entry = publishers_[handle];
+  if (!is_renewed(entry, topic, telling)) return;
+  entry = Publisher{.id = id_of<PublisherId>(publishers_made_++),
+                    .node = node_of(node, telling.made),
                     .topic = std::string(topic),
-                    .gid = gid};
+                    .gid = gid,
+                    .made = telling.made};
+}
+
+bool Directory::add_caller(Address rmw_handle, Address node, std::string_view topic,
+                           std::uint64_t gid, const Telling& telling) {
+  auto& entry = callers_[rmw_handle];
+  if (is_renewed(entry, topic, telling)) {
+    entry = Publisher{.id = PublisherId{kFirstCallerId + callers_made_++},
+                      .node = node_of(node, telling.made),
+                      .topic = std::string(topic),
+                      .gid = gid,
+                      .made = telling.made};
+  }
+  return entry.topic == topic;
 }
 
 Publisher* Directory::caller(Address rmw_handle) {
@@ -90,45 +122,95 @@ Publisher& Directory::publisher(Address handle) {
 }
 
 // A handle's new meaning; the one it has when it was merely told again, or mentioned before.
-Directory::Entity& Directory::renew(Address handle, CallbackKind kind, std::string_view source,
-                                    bool repeats) {
+Directory::Entity* Directory::renew(Address handle, const Entity& described,
+                                    const Telling& telling) {
   auto& entity = entities_[handle];
-  const bool is_same = repeats && entity.kind == kind && entity.source == source;
-  if (entity.is_announced && !is_same) entity = {};
-  entity.kind = kind;
-  entity.source = source;
+  if (is_of_former(telling, entity)) return nullptr;
+  const bool is_same = telling.repeats && entity.is_announced && entity.kind == described.kind &&
+                       entity.source == described.source && entity.period_ns == described.period_ns;
+  if (!is_same) leave_former(handle, entity, telling);
+  entity.kind = described.kind;
+  entity.source = described.source;
+  entity.period_ns = described.period_ns;
+  entity.made = telling.made;
   entity.is_announced = true;
   entity.told_after = losses_;
-  return entity;
+  names_late_ = names_late_ || (telling.repeats && telling.made);
+  return &entity;
 }
 
-void Directory::add_subscription(const SubscriptionInit& init, bool repeats) {
-  auto& entity = renew(init.handle, CallbackKind::subscription, init.topic, repeats);
-  set_node(entity, init.node);
-  entity.queue_depth = init.queue_depth;
-  entity.rmw_subscription = init.rmw_handle;
-  refresh(entity);
+// What was told of a handle belongs to what is told to have it now if it was made since; where that is
+// not told, if nothing had the handle before.
+void Directory::leave_former(Address handle, Entity& entity, const Telling& telling) {
+  const bool is_first = !entity.is_announced;
+  const auto is_its = [&telling, is_first](const Made& made) {
+    return telling.repeats && telling.made && made ? *made >= *telling.made : is_first;
+  };
+  const auto former = std::exchange(entity, {});
+  if (is_its(former.group_made)) {
+    entity.group = former.group;
+    entity.group_made = former.group_made;
+  }
+  if (is_its(former.node_made)) {
+    entity.node = former.node;
+    entity.node_made = former.node_made;
+    entity.is_node_unknown = former.is_node_unknown;
+    entity.node_handle = former.node_handle;
+  }
+  const auto is_bound_since = [&](Address address) { return is_its(bindings_[address].made); };
+  if (is_first && std::ranges::all_of(former.addresses, is_bound_since)) {
+    entity.callback = former.callback;
+    entity.bound_after = former.bound_after;
+    entity.addresses = former.addresses;
+    return;
+  }
+  for (const auto address : former.addresses) {
+    forget(address);
+    auto& binding = bindings_[address];
+    binding.handle = 0;
+    binding.callback = binding.ran;
+    if (telling.repeats && binding.ran != nullptr && !binding.ran->is_told)
+      binding.ran->kind.reset();
+    if (is_bound_since(address)) hold(address, binding, handle);
+  }
 }
 
-void Directory::add_service(Address handle, Address node, std::string_view service, bool repeats) {
-  auto& entity = renew(handle, CallbackKind::service, service, repeats);
-  set_node(entity, node);
-  refresh(entity);
+void Directory::add_subscription(const SubscriptionInit& init, const Telling& telling) {
+  Entity described{.kind = CallbackKind::subscription, .source = std::string(init.topic)};
+  auto* entity = renew(init.handle, described, telling);
+  if (entity == nullptr) return;
+  set_node(*entity, init.node, telling);
+  entity->queue_depth = init.queue_depth;
+  entity->rmw_subscription = init.rmw_handle;
+  refresh(*entity);
+}
+
+void Directory::add_service(Address handle, Address node, std::string_view service,
+                            const Telling& telling) {
+  Entity described{.kind = CallbackKind::service, .source = std::string(service)};
+  auto* entity = renew(handle, described, telling);
+  if (entity == nullptr) return;
+  set_node(*entity, node, telling);
+  refresh(*entity);
   if (service.ends_with(kActionGoal))
-    hide(entity, {.what = "the action server of " + action_of(service), .is_action = true});
+    hide(*entity, {.what = "the action server of " + action_of(service), .is_action = true});
 }
 
 void Directory::add_client(Address handle, Address node, std::string_view service,
-                           Address rmw_handle, bool repeats) {
-  auto& entity = renew(handle, CallbackKind::client, service, repeats);
-  set_node(entity, node);
+                           Address rmw_handle, const Telling& telling) {
+  Entity described{.kind = CallbackKind::client, .source = std::string(service)};
+  auto* entity = renew(handle, described, telling);
+  if (entity == nullptr) return;
+  set_node(*entity, node, telling);
   if (!is_of_action(service)) {
-    hide(entity, {.what = "the client of " + std::string(service), .is_client = true});
-    clients_[rmw_handle] = *entity.hidden;
+    hide(*entity, {.what = "the client of " + std::string(service), .is_client = true});
+    auto& client = clients_[rmw_handle];
+    if (!is_former(telling, client.made))
+      client = {.number = *entity->hidden, .made = telling.made};
   } else if (service.ends_with(kActionGoal)) {
-    hide(entity, {.what = "the action client of " + action_of(service),
-                  .is_client = true,
-                  .is_action = true});
+    hide(*entity, {.what = "the action client of " + action_of(service),
+                   .is_client = true,
+                   .is_action = true});
   }
 }
 
@@ -144,77 +226,100 @@ void Directory::hide(Entity& entity, Hidden hidden) {
 
 std::optional<std::uint32_t> Directory::hidden_of(Address rmw_client) const {
   const auto found = clients_.find(rmw_client);
-  return found == clients_.end() ? std::nullopt : std::optional(found->second);
+  return found == clients_.end() ? std::nullopt : std::optional(found->second.number);
 }
 
-void Directory::add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> made,
-                          bool repeats) {
-  auto& known = entities_[handle];
-  const bool is_same = repeats && known.is_announced && known.period_ns == period_ns;
-  auto& entity = renew(handle, CallbackKind::timer, {}, is_same);
-  entity.period_ns = period_ns;
-  if (made) entity.first_expiry = *made + Duration{static_cast<std::int64_t>(period_ns)};
-  refresh(entity);
+void Directory::add_timer(Address handle, std::uint64_t period_ns,
+                          std::optional<Timestamp> first_call, const Telling& telling) {
+  Entity described{.kind = CallbackKind::timer, .period_ns = period_ns};
+  auto* entity = renew(handle, described, telling);
+  if (entity == nullptr) return;
+  if (first_call)
+    entity->first_expiry = *first_call + Duration{static_cast<std::int64_t>(period_ns)};
+  refresh(*entity);
 }
 
-void Directory::link_timer(Address handle, Address node) {
+void Directory::link_timer(Address handle, Address node, const Telling& telling) {
   links_timers_ = true;
   auto& entity = entities_[handle];
-  set_node(entity, node);
+  if (is_of_former(telling, entity)) return;
+  set_node(entity, node, telling);
   refresh(entity);
 }
 
-void Directory::add_object(Address subscription_handle, Address object) {
+void Directory::add_object(Address subscription_handle, Address object, const Telling& telling) {
+  const auto entity = entities_.find(subscription_handle);
+  if (entity != entities_.end() && is_of_former(telling, entity->second)) return;
   auto& known = objects_[object];
-  if (known.handle != subscription_handle) known = Object{.handle = subscription_handle};
-  known.has_callback = false;
-  const auto waiting = waiting_.find(object);
-  if (waiting == waiting_.end()) return;
-  for (const auto address : waiting->second) {
+  if (is_former(telling, known.made)) return;
+  // Of those told by time the ones that were made with this object, and not with the one before.
+  const auto before = known.made;
+  auto addresses = std::exchange(known.addresses, {});
+  std::erase_if(addresses, [&](Address address) {
+    const auto made = bindings_[address].made;
+    return !made || !before || !telling.made ||
+           apart(*made, *telling.made) >= apart(*made, *before);
+  });
+  known = Object{.handle = subscription_handle, .made = telling.made};
+  if (const auto waiting = waiting_.find(object); waiting != waiting_.end()) {
+    addresses.insert(addresses.end(), waiting->second.begin(), waiting->second.end());
+    waiting_.erase(waiting);
+  }
+  for (const auto address : addresses) {
     const auto binding = bindings_.find(address);
     if (binding == bindings_.end() || binding->second.object != object) continue;
-    bind(address, binding->second, subscription_handle);
-    known.has_callback = true;
+    release(address, binding->second);
+    hold_by(known, address, binding->second, telling);
   }
-  waiting_.erase(waiting);
 }
 
-void Directory::add_object_callback(Address object, Address callback, bool repeats) {
-  const auto bound = bindings_.find(callback);
-  if (repeats && bound != bindings_.end() && bound->second.object == object) {
-    confirm(bound->second);
-    return;
+void Directory::add_object_callback(Address object, Address callback, const Telling& telling) {
+  if (const auto bound = bindings_.find(callback); bound != bindings_.end()) {
+    if (is_former(telling, bound->second.made)) return;
+    const bool is_same = bound->second.handle != 0 && bound->second.object == object;
+    if (telling.repeats && is_same) {
+      bound->second.made = telling.made;
+      confirm(bound->second);
+      return;
+    }
   }
-  forget(callback);
-  auto* ran = repeats ? unnamed(callback) : nullptr;
-  auto& binding = bindings_[callback] =
-      Binding{.object = object, .callback = ran, .told_after = losses_};
+  auto& binding = take_over(callback, telling);
+  binding.object = object;
   const auto known = objects_.find(object);
-  if (known != objects_.end() && !known->second.has_callback) {
-    known->second.has_callback = true;
-    bind(callback, binding, known->second.handle);
+  const bool is_known = known != objects_.end();
+  // By time it is told later whose it is, should the object die.
+  const bool is_by_time = is_known && telling.repeats && telling.made && known->second.made;
+  if (is_known && (is_by_time || !known->second.has_callback)) {
+    hold_by(known->second, callback, binding, telling);
     return;
   }
   // An object that has a callback already died, and this one was made where it lay.
-  if (known != objects_.end()) objects_.erase(known);
+  if (is_known) objects_.erase(known);
   waiting_[object].push_back(callback);
 }
 
+void Directory::hold_by(Object& object, Address address, Binding& binding, const Telling& telling) {
+  object.has_callback = true;
+  if (telling.repeats && telling.made) object.addresses.push_back(address);
+  hold(address, binding, object.handle);
+}
+
 void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback,
-                                    bool repeats) {
-  auto& binding = bindings_[callback];
-  const auto entity = entities_.find(handle);
-  const bool is_same = binding.callback != nullptr && entity != entities_.end() &&
-                       entity->second.callback == binding.callback;
-  if (is_same) {
-    confirm(binding);
-    return;
+                                    const Telling& telling) {
+  auto& entity = entities_[handle];
+  if (is_of_former(telling, entity)) return;
+  if (const auto bound = bindings_.find(callback); bound != bindings_.end()) {
+    auto& binding = bound->second;
+    if (is_former(telling, binding.made)) return;
+    if (binding.callback != nullptr && entity.callback == binding.callback) {
+      binding.made = telling.made;
+      confirm(binding);
+      return;
+    }
   }
-  auto* ran = repeats ? unnamed(callback) : nullptr;
-  binding = Binding{.callback = ran, .told_after = losses_};
-  auto& of_handle = entities_[handle];
-  of_handle.kind = kind;
-  bind(callback, binding, handle);
+  auto& binding = take_over(callback, telling);
+  entity.kind = kind;
+  hold(callback, binding, handle);
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
@@ -224,25 +329,34 @@ void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
   bind(address, binding, handle);
 }
 
-void Directory::add_symbol(Address callback, std::string_view symbol) {
+void Directory::add_symbol(Address callback, std::string_view symbol, const Telling& telling) {
   const auto found = bindings_.find(callback);
   if (found == bindings_.end()) return;
-  found->second.symbol = symbol;
-  if (found->second.callback == nullptr) return;
-  auto& known = found->second.callback->symbol;
-  if (known.empty()) known = symbol;
+  auto& binding = found->second;
+  if (is_former(telling, binding.made) || is_former(telling, binding.symbol_made)) return;
+  binding.symbol = symbol;
+  binding.symbol_made = telling.made;
+  if (binding.callback == nullptr) return;
+  auto& known = binding.callback->symbol;
+  const bool is_where_it_ran = telling.repeats && telling.made && binding.callback == binding.ran;
+  if (known.empty() || is_where_it_ran) known = symbol;
 }
 
-void Directory::add_group(Address group, std::string_view type) {
+void Directory::add_group(Address group, std::string_view type, const Telling& telling) {
   const auto [found, is_new] = groups_.try_emplace(group);
-  if (is_new) found->second.id = id_of<GroupId>(groups_.size() - 1);
-  if (type == "mutually_exclusive") found->second.type = GroupType::mutually_exclusive;
-  if (type == "reentrant") found->second.type = GroupType::reentrant;
+  auto& known = found->second;
+  if (is_new) known.id = id_of<GroupId>(groups_.size() - 1);
+  if (is_former(telling, known.type_made)) return;
+  known.type_made = telling.made;
+  if (type == "mutually_exclusive") known.type = GroupType::mutually_exclusive;
+  if (type == "reentrant") known.type = GroupType::reentrant;
 }
 
-void Directory::join_group(Address group, Address handle) {
+void Directory::join_group(Address group, Address handle, const Telling& telling) {
   auto& entity = entities_[handle];
+  if (is_of_former(telling, entity) || is_former(telling, entity.group_made)) return;
   entity.group = group;
+  entity.group_made = telling.made;
   refresh(entity);
   if (!entity.hidden) return;
   hidden_[*entity.hidden].group = group;
@@ -274,6 +388,7 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.queue_depth = entity.queue_depth;
   callback.rmw_subscription = entity.rmw_subscription;
   callback.group = entity.group;
+  callback.made = entity.made;
   callback.told_after = std::min(entity.told_after, entity.bound_after);
   const bool is_timer = entity.kind == CallbackKind::timer;
   const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);
@@ -284,19 +399,32 @@ void Directory::refresh(const Entity& entity) {
   if (entity.callback != nullptr) describe(*entity.callback, entity);
 }
 
-// The address is one of the handle's callback. What ran there unknown becomes that callback.
+// The address is one of the handle's callback. What ran there nameless becomes that callback, unless
+// another one has run as that.
 void Directory::bind(Address address, Binding& binding, Address handle) {
   forget(address);
   auto& entity = entities_[handle];
-  if (entity.callback == nullptr) {
-    names_late_ = names_late_ || binding.callback != nullptr;
-    entity.callback = binding.callback != nullptr ? binding.callback : &new_callback();
+  auto* const before = entity.callback;
+  const bool is_idle = before == nullptr || (before->next_seq == 0 && !before->is_told);
+  if (is_idle && is_nameless(binding.ran)) {
+    names_late_ = true;
+    entity.callback = binding.ran;
+    if (before != nullptr) before->kind.reset();
+    for (const auto other : entity.addresses) {
+      forget(other);
+      bindings_[other].callback = entity.callback;
+    }
+  } else if (before == nullptr) {
+    entity.callback = &new_callback();
   }
   binding.callback = entity.callback;
-  entity.bound_after = binding.told_after;
   binding.handle = handle;
+  entity.bound_after = binding.told_after;
   auto& callback = *entity.callback;
-  if (callback.symbol.empty()) callback.symbol = binding.symbol;
+  callback.handle = handle;
+  const bool is_its_symbol =
+      !binding.symbol_made || !binding.made || *binding.symbol_made >= *binding.made;
+  if (callback.symbol.empty() && is_its_symbol) callback.symbol = binding.symbol;
   describe(callback, entity);
 }
 
@@ -310,18 +438,54 @@ void Directory::confirm(Binding& binding) {
   refresh(entity->second);
 }
 
-Callback* Directory::unnamed(Address address) const {
-  const auto found = bindings_.find(address);
-  if (found == bindings_.end()) return nullptr;
-  auto* callback = found->second.callback;
-  return callback != nullptr && !callback->kind ? callback : nullptr;
+bool Directory::has_run(const Callback* callback, const Telling& telling) noexcept {
+  if (!telling.repeats || !is_nameless(callback)) return false;
+  const bool was_made_since =
+      telling.made && *telling.made > callback->unnamed_since && *telling.made <= telling.told;
+  return !was_made_since;
 }
 
-Callback& Directory::find_callback(Address address) {
+Directory::Binding& Directory::take_over(Address address, const Telling& telling) {
+  forget(address);
+  auto& binding = bindings_[address];
+  if (telling.repeats && telling.made) release(address, binding);
+  auto* const ran = has_run(binding.ran, telling) ? binding.ran : nullptr;
+  Binding next{.callback = ran, .ran = ran, .made = telling.made, .told_after = losses_};
+  if (telling.repeats && telling.made) {  // of its symbols the last one may be told first
+    next.symbol = std::move(binding.symbol);
+    next.symbol_made = binding.symbol_made;
+    if (ran != nullptr) ran->symbol.clear();
+  }
+  return binding = std::move(next);
+}
+
+// What ran there unnamed goes with the address, unless it was told under the name that it had until now.
+void Directory::release(Address address, Binding& binding) {
+  const auto handle = std::exchange(binding.handle, 0);
+  if (handle == 0) return;
+  auto& entity = entities_[handle];
+  std::erase(entity.addresses, address);
+  binding.callback = binding.ran;
+  auto* const ran = binding.ran;
+  if (ran == nullptr || entity.callback != ran || ran->is_told) return;
+  ran->kind.reset();
+  entity.callback = nullptr;
+  for (const auto other : entity.addresses)
+    bind(other, bindings_[other], handle);
+}
+
+void Directory::hold(Address address, Binding& binding, Address handle) {
+  bind(address, binding, handle);
+  auto& addresses = entities_[handle].addresses;
+  if (std::ranges::find(addresses, address) == addresses.end()) addresses.push_back(address);
+}
+
+Callback& Directory::find_callback(Address address, Timestamp now) {
   auto& binding = bindings_[address];
   if (binding.callback == nullptr) {
-    binding.callback = &new_callback();
+    binding.callback = binding.ran = &new_callback();
     binding.callback->symbol = binding.symbol;
+    binding.callback->unnamed_since = now;
   }
   return *binding.callback;
 }
@@ -329,11 +493,11 @@ Callback& Directory::find_callback(Address address) {
 Callback* Directory::callback_of_buffer(Address buffer) const {
   const auto object = objects_of_buffers_.find(buffer);
   if (object == objects_of_buffers_.end()) return nullptr;
-  const auto between = object->second.object;
+  const auto between = object->second.to;
   // The object between callbacks is itself a subscription's, or linked to one.
   const auto linked = subscriptions_of_objects_.find(between);
   for (const auto address :
-       {linked != subscriptions_of_objects_.end() ? linked->second : between, between}) {
+       {linked != subscriptions_of_objects_.end() ? linked->second.to : between, between}) {
     const auto known = objects_.find(address);
     const auto handle = known != objects_.end() ? known->second.handle : address;
     const auto entity = entities_.find(handle);
@@ -347,44 +511,6 @@ bool Directory::may_feed_another(Address buffer, const Callback& callback) const
   const auto object = objects_of_buffers_.find(buffer);
   return object == objects_of_buffers_.end() || object->second.told_after != losses_ ||
          may_be_another(callback);
-}
-
-std::string_view Directory::node_name(const Callback& callback) const {
-  return callback.node ? std::string_view(nodes_[to_number(*callback.node) - kFirstId].name) : "?";
-}
-
-std::string Directory::plain_id(const Callback& callback) const {
-  const bool is_timer = callback.kind == CallbackKind::timer;
-  const bool is_known = is_timer ? callback.period_ns.has_value() : !callback.source.empty();
-  const auto what = is_timer ? std::to_string(callback.period_ns.value_or(0)) : callback.source;
-  return cie::logical_id(node_name(callback), callback.kind.value_or(CallbackKind::waitable),
-                         is_known ? what : "?");
-}
-
-std::string Directory::logical_id(Callback& callback) const {
-  auto text = plain_id(callback);
-  const auto node = node_name(callback);  // several nodes may have it
-  const auto has_same_id = [&](const Callback& other) {
-    return other.kind == callback.kind && other.period_ns == callback.period_ns &&
-           other.source == callback.source && node_name(other) == node;
-  };
-  std::uint32_t number = 1;
-  std::vector<std::uint32_t> told;
-  bool is_earlier = true;
-  for (const auto& other : callbacks_) {
-    if (&other == &callback) {
-      if (!names_late_) break;
-      is_earlier = false;  // a later one may have been told first
-    } else if (has_same_id(other)) {
-      if (is_earlier) ++number;
-      if (other.number != 0) told.push_back(other.number);
-    }
-  }
-  while (std::ranges::find(told, number) != told.end())
-    ++number;
-  callback.number = number;
-  if (number > 1) text += "#" + std::to_string(number);
-  return text;
 }
 
 }  // namespace cie::analysis::ros2

@@ -1,6 +1,6 @@
 // Who is who in one process of ROS 2: nodes, publishers, groups, and the callbacks behind
-// addresses. Addresses are given anew by the system, so each holds what was said of it last; what
-// it meant before lives on under its id.
+// addresses. Addresses are given anew by the system, so each holds what was said of it last, or what was
+// made last where a tracer says when; what it meant before lives on under its id.
 #pragma once
 
 #include <cie/analysis/event.hpp>
@@ -21,6 +21,16 @@ namespace cie::analysis::ros2 {
 
 using Address = std::uint64_t;
 
+// When what an address means was made. Empty: that is not told.
+using Made = std::optional<Timestamp>;
+
+// How an event tells of something.
+struct Telling {
+  bool repeats = false;  // by a tracer that may say it a second time, and in any order
+  Timestamp told{};
+  Made made{};
+};
+
 struct Node {
   NodeId id{};
   std::string name{};  // fully qualified
@@ -34,6 +44,7 @@ struct Publisher {
   std::uint64_t gid = 0;
   std::uint64_t next_seq = 0;
   std::int64_t last_stamp = 0;
+  Made made{};
   bool is_told = false;
 };
 
@@ -64,6 +75,9 @@ struct Callback {
   std::optional<Timestamp> first_expiry{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
+  Address handle = 0;  // rcl's; 0: not known
+  Made made{};
+  Timestamp unnamed_since{};   // if it ran before anything was said of its address
   bool is_identified = false;  // what its logical id is made of was told, as far as tracers do
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
@@ -80,27 +94,30 @@ struct SubscriptionInit {
 
 class Directory {
  public:
-  // What the events of the same names say. `repeats`: by a tracer that may say it a second time.
-  void add_node(Address handle, std::string_view name, std::string_view name_space);
+  // What the events of the same names say.
+  void add_node(Address handle, std::string_view name, std::string_view name_space,
+                const Telling& telling);
   void add_publisher(Address handle, Address node, std::string_view topic, std::uint64_t gid,
-                     bool repeats);
-  void add_subscription(const SubscriptionInit& init, bool repeats);
-  void add_service(Address handle, Address node, std::string_view service, bool repeats);
+                     const Telling& telling);
+  void add_subscription(const SubscriptionInit& init, const Telling& telling);
+  void add_service(Address handle, Address node, std::string_view service, const Telling& telling);
   void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
-                  bool repeats);
-  // What sends requests or responses, by rmw's handle; `topic`: what they are called.
-  void add_caller(Address rmw_handle, Address node, std::string_view topic, std::uint64_t gid,
-                  bool repeats);
-  // `made`: when; empty: that is not told.
-  void add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> made,
-                 bool repeats);
-  void link_timer(Address handle, Address node);
-  void add_object(Address subscription_handle, Address object);
-  void add_object_callback(Address object, Address callback, bool repeats);
-  void add_handle_callback(CallbackKind kind, Address handle, Address callback, bool repeats);
-  void add_symbol(Address callback, std::string_view symbol);
-  void add_group(Address group, std::string_view type);
-  void join_group(Address group, Address handle);
+                  const Telling& telling);
+  // What sends requests or responses, by rmw's handle; `topic`: what they are called. False: another one
+  // has that handle since.
+  bool add_caller(Address rmw_handle, Address node, std::string_view topic, std::uint64_t gid,
+                  const Telling& telling);
+  // `first_call`: of its grid; empty: that is not told.
+  void add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> first_call,
+                 const Telling& telling);
+  void link_timer(Address handle, Address node, const Telling& telling);
+  void add_object(Address subscription_handle, Address object, const Telling& telling);
+  void add_object_callback(Address object, Address callback, const Telling& telling);
+  void add_handle_callback(CallbackKind kind, Address handle, Address callback,
+                           const Telling& telling);
+  void add_symbol(Address callback, std::string_view symbol, const Telling& telling);
+  void add_group(Address group, std::string_view type, const Telling& telling);
+  void join_group(Address group, Address handle, const Telling& telling);
   // `address` stands for the callback of `handle` from now on.
   void stand_for(CallbackKind kind, Address address, Address handle);
   // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
@@ -115,11 +132,11 @@ class Directory {
     forget(address);
     bindings_.erase(address);
   }
-  void link_buffer(Address buffer, Address object) {
-    objects_of_buffers_[buffer] = {.object = object, .told_after = losses_};
+  void link_buffer(Address buffer, Address object, const Telling& telling) {
+    link(objects_of_buffers_[buffer], object, telling);
   }
-  void link_object(Address object, Address subscription) {
-    subscriptions_of_objects_[object] = subscription;
+  void link_object(Address object, Address subscription, const Telling& telling) {
+    link(subscriptions_of_objects_[object], subscription, telling);
   }
 
   // Whether anything was said of them yet.
@@ -128,9 +145,9 @@ class Directory {
 
   // The callback behind an address; an unknown one the first time that nobody spoke of it. Callbacks
   // stay where they are.
-  Callback& callback(Address address) {
+  Callback& callback(Address address, Timestamp now) {
     auto& asked = asked_[place(address)];
-    if (asked.address != address || address == 0) asked = {address, &find_callback(address)};
+    if (asked.address != address || address == 0) asked = {address, &find_callback(address, now)};
     return *asked.callback;
   }
   // The callback that a queue between callbacks feeds. Null: unknown.
@@ -152,6 +169,8 @@ class Directory {
   // The id of a group that was announced.
   std::optional<GroupId> group(Address address) const;
 
+  // Of a callback that will be told: nodes may have been told of since it was described.
+  void find_node(const Callback& callback);
   // `<node>@Subscription(<topic>)`, with #2, #3, … for those of the same name made later.
   // Asked for once, when the callback is told.
   std::string logical_id(Callback& callback) const;
@@ -167,34 +186,60 @@ class Directory {
     std::uint32_t queue_depth = 0;
     Address rmw_subscription = 0;
     std::optional<Address> group{};
+    Made made{};
+    Made node_made{};         // when it was linked to that
+    Address node_handle = 0;  // which a tracer that repeats may tell of later
+    Made group_made{};        // likewise
     bool is_announced = false;
     bool is_node_unknown = false;   // it has one that was never announced
     std::uint64_t told_after = 0;   // losses
     std::uint64_t bound_after = 0;  // likewise, to an address of its callback
     Callback* callback = nullptr;
+    std::vector<Address> addresses{};  // of that, but for those of single calls
     std::optional<std::uint32_t> hidden{};
   };
   struct Object {
     Address handle = 0;
+    Made made{};
     bool has_callback = false;
+    std::vector<Address> addresses{};  // of its callback, where a tracer that repeats told of it
   };
   // An address of a callback. The object or handle may be announced later than its callback.
   struct Binding {
     std::optional<Address> object{};
     Callback* callback = nullptr;
+    Callback* ran = nullptr;  // there, before anything was said of the address
     std::string symbol{};
-    Address handle = 0;            // of the callback; 0: not known yet
+    Made symbol_made{};
+    Address handle = 0;  // of the callback; 0: not known yet
+    Made made{};
     std::uint64_t told_after = 0;  // losses
   };
-  struct Buffer {
-    Address object = 0;            // that it belongs to
+  struct NodeOfHandle {
+    Made made{};
+    NodeId node{};
+  };
+  struct Link {
+    Address to = 0;
+    Made made{};
     std::uint64_t told_after = 0;  // losses
+  };
+  struct HiddenClient {
+    std::uint32_t number = 0;
+    Made made{};
   };
   struct Group {
     GroupId id{};
     std::optional<GroupType> type{};
+    Made type_made{};
   };
 
+  // Far from what an executor of this project numbers from 0, should a process have both.
+  static constexpr std::uint32_t kFirstId = 1'000'000;
+  template <typename Id>
+  static Id id_of(std::size_t number) noexcept {
+    return static_cast<Id>(kFirstId + static_cast<std::uint32_t>(number));
+  }
   // What an address stood for when it was asked for last: every start asks.
   struct Asked {
     Address address = 0;  // 0: nothing
@@ -206,11 +251,36 @@ class Directory {
   static std::size_t place(Address address) noexcept { return address / 16 % kAsked; }
   // Before it stands for something else.
   void forget(Address address) noexcept { asked_[place(address)] = {}; }
-  Callback& find_callback(Address address);
-  // What ran there before anything was said of the address: a tracer that repeats tells of it now.
-  // Null: nothing did.
-  Callback* unnamed(Address address) const;
-  Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
+  Callback& find_callback(Address address, Timestamp now);
+  // Of two that have an address one after the other the one made later holds it, whichever is told first.
+  static bool is_former(const Telling& telling, const Made& known) noexcept {
+    return telling.repeats && telling.made && known && *telling.made < *known;
+  }
+  static bool is_of_former(const Telling& telling, const Entity& entity) noexcept {
+    return entity.is_announced && is_former(telling, entity.made);
+  }
+  // Whether what ran there nameless is what a tracer that repeats tells of now.
+  static bool has_run(const Callback* callback, const Telling& telling) noexcept;
+  // Nobody was told of it, nor is anything said of it.
+  static bool is_nameless(const Callback* callback) noexcept {
+    return callback != nullptr && !callback->kind && !callback->is_told;
+  }
+  // Whether `known` becomes another one.
+  static bool is_renewed(Publisher& known, std::string_view topic, const Telling& telling);
+  void link(Link& known, Address to, const Telling& telling) const {
+    if (!is_former(telling, known.made))
+      known = {.to = to, .made = telling.made, .told_after = losses_};
+  }
+  // Null: another one has the handle since.
+  Entity* renew(Address handle, const Entity& described, const Telling& telling);
+  void leave_former(Address handle, Entity& entity, const Telling& telling);
+  // The address will be one of another callback.
+  Binding& take_over(Address address, const Telling& telling);
+  void release(Address address, Binding& binding);
+  // Until it is taken over.
+  void hold(Address address, Binding& binding, Address handle);
+  // By the object that its callback belongs to.
+  void hold_by(Object& object, Address address, Binding& binding, const Telling& telling);
   void bind(Address address, Binding& binding, Address handle);
   // It is told again.
   void confirm(Binding& binding);
@@ -218,15 +288,16 @@ class Directory {
   void describe(Callback& callback, const Entity& entity) const;
   void refresh(const Entity& entity);
   Callback& new_callback();
-  std::optional<NodeId> node_of(Address handle) const;
-  void set_node(Entity& entity, Address node) const;
+  // Of something made then.
+  std::optional<NodeId> node_of(Address handle, const Made& made) const;
+  void set_node(Entity& entity, Address node, const Telling& telling) const;
   std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
 
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
-  std::unordered_map<Address, NodeId> nodes_by_handle_;
+  std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;
   std::unordered_map<Address, Publisher> callers_;
@@ -234,16 +305,16 @@ class Directory {
   std::unordered_map<Address, Entity> entities_;  // by rcl handle
   std::deque<Hidden> hidden_;
   std::vector<std::uint32_t> news_of_hidden_;
-  std::unordered_map<Address, std::uint32_t> clients_;  // hidden ones, by rmw handle
-  std::unordered_map<Address, Object> objects_;         // of rclcpp's subscriptions
+  std::unordered_map<Address, HiddenClient> clients_;  // by rmw handle
+  std::unordered_map<Address, Object> objects_;        // of rclcpp's subscriptions
   std::unordered_map<Address, Binding> bindings_;
   std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
   std::unordered_map<Address, Group> groups_;
-  std::unordered_map<Address, Buffer> objects_of_buffers_;
-  std::unordered_map<Address, Address> subscriptions_of_objects_;
+  std::unordered_map<Address, Link> objects_of_buffers_;
+  std::unordered_map<Address, Link> subscriptions_of_objects_;
   std::uint64_t losses_ = 0;
   bool links_timers_ = false;  // the tracer tells whose timers are
-  bool names_late_ = false;    // callbacks ran before they were named
+  bool names_late_ = false;    // callbacks ran before they were named, or are told in any order
 };
 
 }  // namespace cie::analysis::ros2

@@ -68,7 +68,15 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
 }
 
 Ros2Event event_of(std::uint32_t kind) noexcept {
-  return static_cast<Ros2Event>(kind & ~ros2::kRepeats);
+  return static_cast<Ros2Event>(kind & (ros2::kRepeats - 1));
+}
+
+ros2::Telling telling_of(std::uint32_t kind, const Payload& p, Timestamp now) {
+  if ((kind & ros2::kRepeats) == 0) return {.repeats = false, .told = now, .made = now};
+  const auto slot = kind >> ros2::kMadeShift;
+  const auto made = slot != 0 ? p.integer(slot) : std::nullopt;
+  return {
+      .repeats = true, .told = now, .made = made ? std::optional(Timestamp{*made}) : std::nullopt};
 }
 
 // A callable was called, or may have been: what lies at its address next is another one.
@@ -300,7 +308,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     end(address, context);
     return true;
   }
-  auto& callback = process.directory.callback(address);
+  auto& callback = process.directory.callback(address, context.head.time);
   if (!callback.is_told) return false;
   start(address, callback, p, context);
   return true;
@@ -334,8 +342,8 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
-  const bool repeats = (kind & ros2::kRepeats) != 0;
-  if (repeats) process.is_repeated = true;
+  const auto telling = telling_of(kind, p, head.time);
+  if (telling.repeats) process.is_repeated = true;
   switch (event) {
     case Ros2Event::begin: {
       auto of_process = head;  // its thread need not run any callback
@@ -343,7 +351,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
-      if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
+      if (!has_spoken || telling.repeats || is_own) emit(head, Ros2Begin{}, sink);
       if (!has_spoken) process.is_seen_whole = true;
       if (const auto version = p.text(1); !version.empty() && !is_own) {
         emit(head, Ros2Tracer{.version = version}, sink);
@@ -353,7 +361,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
     case Ros2Event::callback_start: {
       if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(2), sink);
       const auto address = p.number<Address>(0);
-      auto& callback = process.directory.callback(address);
+      auto& callback = process.directory.callback(address, head.time);
       if (!callback.is_told) announce(callback, head, process, sink);
       start(address, callback, p, context);
       break;
@@ -372,8 +380,8 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     default:
       take(event, p, context);
-      enter_description(event, repeats, p, process, links_);
-      services_.apply(event, repeats, p, context);
+      enter_description(event, telling, p, process, links_);
+      services_.apply(event, telling, p, context);
       for (const auto hidden : process.directory.news_of_hidden())
         announce_hidden(hidden, head, process, sink);
       break;
@@ -422,7 +430,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   while (found != thread.open.rend() && found->address != address)
     ++found;
   const auto is_open = found != thread.open.rend();
-  auto& callback = is_open ? *found->callback : process.directory.callback(address);
+  auto& callback = is_open ? *found->callback : process.directory.callback(address, head.time);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
   const auto seq = is_open ? found->seq : callback.next_seq == 0 ? 0 : callback.next_seq++;
   auto& body = sink.batch.derive_instead<CallbackEnd>(sink.cause, head);

@@ -56,7 +56,8 @@ enum class Ros2Event : std::uint32_t {
 };
 
 // Translation::kind: the event, and whether a tracer tells it that repeats others' events when a
-// recording begins.
+// recording begins; then also the slot in which it says when that was (init_timestamp).
 inline constexpr std::uint32_t kRepeats = 1U << 16U;
+inline constexpr std::uint32_t kMadeShift = 17;
 
 }  // namespace cie::analysis::ros2

@@ -33,7 +33,7 @@ void Services::Calls::add(const CallKey& call, const MessageLinks::Origin& origi
   in_order_.pop_front();
 }
 
-void Services::apply(Ros2Event event, bool repeats, const Payload& p, Context& context) {
+void Services::apply(Ros2Event event, const Telling& telling, const Payload& p, Context& context) {
   switch (event) {
     case Ros2Event::client_identity: {
       const auto gid = gid_of(p, 1);
@@ -44,10 +44,10 @@ void Services::apply(Ros2Event event, bool repeats, const Payload& p, Context& c
       break;
     }
     case Ros2Event::client_init:
-      enter_client(repeats, p, context.process);
+      enter_client(telling, p, context.process);
       break;
     case Ros2Event::service_init:
-      enter_service(repeats, p, context.process);
+      enter_service(telling, p, context.process);
       break;
     case Ros2Event::send_request:
       send_request(p, context);
@@ -69,20 +69,20 @@ void Services::apply(Ros2Event event, bool repeats, const Payload& p, Context& c
   }
 }
 
-void Services::enter_client(bool repeats, const Payload& p, Process& process) {
+void Services::enter_client(const Telling& telling, const Payload& p, Process& process) {
   const auto handle = p.number<Address>(3);
   const auto client = process.clients.find(handle);
   if (client == process.clients.end()) return;
   process.directory.add_caller(handle, p.number<Address>(1), std::string(p.text(2)) + " (request)",
-                               client->second, repeats);
+                               client->second, telling);
 }
 
-void Services::enter_service(bool repeats, const Payload& p, Process& process) {
+void Services::enter_service(const Telling& telling, const Payload& p, Process& process) {
   const auto handle = p.number<Address>(3);
   if (handle == 0) return;
-  process.services[handle] = p.text(2);
-  process.directory.add_caller(handle, p.number<Address>(1), std::string(p.text(2)) + " (response)",
-                               new_gid(), repeats);
+  const bool is_its = process.directory.add_caller(
+      handle, p.number<Address>(1), std::string(p.text(2)) + " (response)", new_gid(), telling);
+  if (is_its) process.services[handle] = p.text(2);
 }
 
 std::optional<CallKey> Services::call_of(const Payload& p, std::size_t gid,

@@ -19,7 +19,7 @@ namespace cie::analysis::ros2 {
 class Services {
  public:
   // Ignores events of which no service's call follows.
-  void apply(Ros2Event event, bool repeats, const Payload& p, Context& context);
+  void apply(Ros2Event event, const Telling& telling, const Payload& p, Context& context);
   // What the service's instance that begins now has taken.
   MessageLinks::Origin requested(const Callback& callback, Context& context);
   // It is that instance: its response will be told.
@@ -38,8 +38,8 @@ class Services {
     std::deque<CallKey> in_order_;
   };
 
-  void enter_client(bool repeats, const Payload& p, Process& process);
-  void enter_service(bool repeats, const Payload& p, Process& process);
+  void enter_client(const Telling& telling, const Payload& p, Process& process);
+  void enter_service(const Telling& telling, const Payload& p, Process& process);
   std::optional<CallKey> call_of(const Payload& p, std::size_t gid, std::size_t number) const;
   void send_request(const Payload& p, Context& context);
   void send_response(const Payload& p, Context& context);

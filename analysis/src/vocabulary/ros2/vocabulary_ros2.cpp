@@ -13,9 +13,14 @@ void add(std::vector<Translation>& table, Ros2Event event,
          std::initializer_list<std::string_view> names, const std::vector<FieldRequest>& fields,
          bool has_thread_name = false) {
   for (const auto name : names) {
-    const auto flags = name.starts_with("ros2_caret:") ? ros2::kRepeats : 0;
-    table.push_back({name, fields, nullptr, static_cast<std::uint32_t>(event) | flags,
-                     has_thread_name, event == Ros2Event::callback_start});
+    auto& translation =
+        table.emplace_back(Translation{name, fields, nullptr, static_cast<std::uint32_t>(event),
+                                       has_thread_name, event == Ros2Event::callback_start});
+    if (!name.starts_with("ros2_caret:")) continue;
+    translation.kind |= ros2::kRepeats;
+    if (has_thread_name) continue;  // a process's begin, which is of no address
+    translation.kind |= static_cast<std::uint32_t>(fields.size()) << ros2::kMadeShift;
+    translation.fields.emplace_back("init_timestamp");
   }
 }
 
