@@ -13,15 +13,6 @@
 namespace cie::analysis {
 namespace {
 
-// "/node@Timer(10)" of "/node@Timer(10)#2".
-std::string_view without_number(std::string_view id) {
-  const auto mark = id.rfind('#');
-  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  const bool is_numbered = mark != std::string_view::npos && mark + 1 < id.size() &&
-                           std::ranges::all_of(id.substr(mark + 1), is_digit);
-  return is_numbered ? id.substr(0, mark) : id;
-}
-
 bool is_named(const CallbackFacts& callback) {
   return callback.registered && callback.is_identified;
 }
@@ -38,6 +29,14 @@ bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
 }
 
 }  // namespace
+
+std::string_view without_number(std::string_view id) {
+  const auto mark = id.rfind('#');
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const bool is_numbered = mark != std::string_view::npos && mark + 1 < id.size() &&
+                           std::ranges::all_of(id.substr(mark + 1), is_digit);
+  return is_numbered ? id.substr(0, mark) : id;
+}
 
 void doubt_numbered_ids(Model& model) {
   std::map<ProcessIndex, Callbacks> processes;

@@ -3,7 +3,12 @@
 
 #include "facts.hpp"
 
+#include <string_view>
+
 namespace cie::analysis {
+
+// "/node@Timer(10)" of "/node@Timer(10)#2".
+std::string_view without_number(std::string_view id);
 
 // ROS 2's callbacks of one id are numbered in order of creation (`#2`, `#3`), as far as that was seen.
 // Sets `may_be_another` of those that were registered after events of their process may have been lost,

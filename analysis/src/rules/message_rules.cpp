@@ -26,8 +26,7 @@ bool is_by_others(const RuleContext& context, const CallbackFacts& callback,
 }
 
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
-  const auto* entry = spec_entry(context, callback);
-  const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
+  const auto allowed = most_allowed(context, callback, &SpecEntry::overwrites_allowed);
   const auto [lost, overwritten, are_totals_seen] = queue_losses(context, callback);
   judgement.check(std::max(callback.releases, callback.starts.count));
   const auto where = [&callback](const std::optional<EventRef>& running) {
@@ -50,6 +49,8 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
     } else {
       judgement.fail(std::move(found));
     }
+  } else if (overwritten > 0) {
+    judgement.doubt(unknown_entry(context, callback));
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;

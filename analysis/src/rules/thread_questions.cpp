@@ -1,6 +1,7 @@
 #include "thread_questions.hpp"
 
 #include "judgement.hpp"
+#include "model/doubtful_ids.hpp"
 #include "rule_context.hpp"
 
 #include <algorithm>
@@ -54,6 +55,34 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
       break;
   }
   return true;
+}
+
+// An id in parts: "/node", "@Timer(10)".
+struct IdParts {
+  explicit IdParts(std::string_view id) {
+    const auto plain = without_number(id);
+    const auto mark = std::min(plain.find('@'), plain.size());
+    node = plain.substr(0, mark);
+    what = plain.substr(mark);
+  }
+  bool lacks_node() const { return node == "?"; }
+
+  std::string_view node;
+  std::string_view what;
+};
+
+// As far as the callback's id is known; its number may be any.
+bool may_be_entry_of(const SpecEntry& entry, const CallbackFacts& callback) {
+  if (!callback.registered) return true;
+  const IdParts known(callback.logical_id);
+  if (entry.is_wildcard()) {
+    return known.lacks_node() || entry.id == std::string(known.node) + "/*";
+  }
+  const IdParts asked(entry.id);
+  if (!known.lacks_node() && asked.node != known.node) return false;
+  constexpr std::string_view kUntold = "?)";  // "@Service(?)"
+  if (!known.what.ends_with(kUntold)) return asked.what == known.what;
+  return asked.what.starts_with(known.what.substr(0, known.what.size() - kUntold.size()));
 }
 
 }  // namespace
@@ -191,6 +220,33 @@ bool judges_parameters(const ThreadParameters& parameters) noexcept {
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
   if (context.options.spec == nullptr || !is_identified(callback)) return nullptr;
   return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
+}
+
+std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback) {
+  const char* const unknown = ": what it has to keep is unknown";
+  if (!is_identified(callback)) {
+    return without_event(first_sign(callback), std::string(why_unidentified(callback)) + unknown);
+  }
+  const auto* spec = context.options.spec;
+  const bool lacks_entry = spec != nullptr && spec_entry(context, callback) == nullptr;
+  if (!lacks_entry || !IdParts(callback.logical_id).lacks_node()) return std::nullopt;
+  const auto may_be = [&](const SpecEntry& entry) { return may_be_entry_of(entry, callback); };
+  if (std::ranges::none_of(spec->callbacks(), may_be)) return std::nullopt;
+  return without_event(first_sign(callback), std::string("of a node that is not told") + unknown);
+}
+
+std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
+                           std::optional<std::uint64_t> SpecEntry::*limit) {
+  if (context.options.spec == nullptr) return 0;
+  if (!unknown_entry(context, callback)) {
+    const auto* entry = spec_entry(context, callback);
+    return entry != nullptr ? (entry->*limit).value_or(0) : 0;
+  }
+  std::uint64_t most = 0;
+  for (const auto& entry : context.options.spec->callbacks()) {
+    if (may_be_entry_of(entry, callback)) most = std::max(most, (entry.*limit).value_or(0));
+  }
+  return most;
 }
 
 const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {

@@ -56,6 +56,12 @@ std::optional<bool> is_as_specified(const ReadBack& read_back, const ThreadParam
 bool judges_parameters(const ThreadParameters& parameters) noexcept;
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
+// Which entry is its own is not known: why not.
+std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback);
+// What its entry allows of that, 0 without one. Where it is not known which entry is its own, the
+// most that is allowed by one that may be.
+std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
+                           std::optional<std::uint64_t> SpecEntry::*limit);
 // For a thread: the entry of its callback, or, for a worker, of its name.
 const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index);
 // "robot.yaml:12".

@@ -80,13 +80,6 @@ std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
   return is_any_end_lost && fini->ended > fini->started ? loss : std::nullopt;
 }
 
-// Without its registration a callback's kind, deadline and entry in the spec are unknown.
-std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
-  if (is_identified(callback)) return std::nullopt;
-  return without_event(first_sign(callback), std::string(why_unidentified(callback)) +
-                                                 ": what it has to keep is unknown");
-}
-
 // What violates a rule only by instances that may be another callback's.
 void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement) {
   judgement.doubt(evidence("callback_start", callback.own->others_since,
@@ -184,10 +177,9 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           Judgement& judgement) {
-        judgement.doubt(unknown_identity(callback));
+        judgement.doubt(unknown_entry(context, callback));
         if (callback.kind != CallbackKind::timer) return;
-        const auto* entry = spec_entry(context, callback);
-        const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
+        const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
         judgement.check(callback.starts.count);
         judgement.doubt(loss);
         judgement.doubt(calculated_releases(callback));
@@ -288,7 +280,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           Judgement& judgement) {
-        if (auto unknown = unknown_identity(callback)) {
+        if (auto unknown = unknown_entry(context, callback)) {
           judgement.doubt(std::move(unknown));
           return;
         }
@@ -326,7 +318,7 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
   return for_each_callback(context, [&context, is_any_specified](
                                         const CallbackFacts& callback,
                                         const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_identity(callback));
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr || !entry->wcet_ns) return;
     const auto wcet = *entry->wcet_ns;
@@ -360,7 +352,7 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
   return for_each_callback(context, [&context, is_any_specified](
                                         const CallbackFacts& callback,
                                         const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_identity(callback));
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr) return;
     const auto& min = entry->min_inter_arrival_ns;

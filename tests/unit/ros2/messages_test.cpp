@@ -11,6 +11,7 @@
 namespace cie::test {
 namespace {
 
+using analysis::Verdict;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -392,15 +393,17 @@ TEST(Ros2Messages, WhatLeftABufferIsOfTheSubscriptionThatItFeeds) {
   EXPECT_EQ(result.instances[1].release, 13);
 }
 
-TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
-  const auto result = analyze_ros2(std::string(kInside) + R"(
+constexpr const char* kOverwritten = R"(
     11 rclcpp_intra_publish publisher_handle=0x60 message=0x99
     12 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0
     13 rclcpp_intra_publish publisher_handle=0x60 message=0x98
     14 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=1
     18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x80 index=0 size=0
     20 callback_start tid=2 callback=0x51 is_intra_process=1
-    23 callback_end tid=2 callback=0x51)");
+    23 callback_end tid=2 callback=0x51)";
+
+TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
+  const auto result = analyze_ros2(std::string(kInside) + kOverwritten);
   EXPECT_EQ(result.instances[0].release, 14);
   EXPECT_THAT(result.evidence("Q1"), testing::HasSubstr("1 sample was overwritten"));
   const auto& callbacks = result.analysis.report.callbacks;
@@ -410,6 +413,21 @@ TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
   EXPECT_TRUE(std::ranges::none_of(callbacks, [](const analysis::CallbackReport& callback) {
     return callback.lost_samples.has_value();
   }));
+}
+
+// The subscription's node was made before the recording: the entry of any node may be its own.
+TEST(Ros2Messages, AnOverwrittenMessageThatMayBeAllowedFailsNothing) {
+  std::string text(kInside);
+  constexpr std::string_view kMade = "subscription_handle=0x21 node_handle=0x10";
+  text.replace(text.find(kMade), kMade.size(), "subscription_handle=0x21 node_handle=0x11");
+  const auto verdict = [&](const std::string& id) {
+    return analyze_ros2(text + kOverwritten, -1,
+                        "callback_groups:\n  - {id: \"" + id + "\", overwrites_allowed: 1}\n")
+        .verdict("Q1");
+  };
+  EXPECT_EQ(verdict("/b@Subscription(/t)"), Verdict::inconclusive);
+  EXPECT_EQ(verdict("/b/*"), Verdict::inconclusive);
+  EXPECT_EQ(verdict("/b@Subscription(/other)"), Verdict::fail);
 }
 
 // A subscription that is made late is handed what publishers of its topic keep (transient local): no event tells who

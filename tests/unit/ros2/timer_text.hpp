@@ -23,19 +23,19 @@ constexpr std::int64_t expiry(std::int64_t k) { return kMade - 10 * kUs + k * kP
 
 class Text {
  public:
-  explicit Text(bool does_wait = true) : does_wait_(does_wait) {
+  explicit Text(bool does_wait = true, const std::string& node = "0x10") : does_wait_(does_wait) {
     add(0, "rcl_node_init node_handle=0x10 node_name=n namespace=/");
     add(kMade, "rcl_timer_init timer_handle=0x20 period=" + std::to_string(kPeriod));
     add(kMade, "rclcpp_timer_callback_added timer_handle=0x20 callback=0x30");
-    add(kMade, "rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10");
+    add(kMade, "rclcpp_timer_link_node timer_handle=0x20 node_handle=" + node);
   }
   Text& add(std::int64_t time, const std::string& event) {
     text_ += std::to_string(time) + ' ' + event + '\n';
     return *this;
   }
   // Another timer of the node, with callback 0x31.
-  Text& add_other_timer() {
-    add(kMade, "rcl_timer_init timer_handle=0x21 period=1000000000");
+  Text& add_other_timer(std::int64_t period = 1000 * kMs) {
+    add(kMade, "rcl_timer_init timer_handle=0x21 period=" + std::to_string(period));
     add(kMade, "rclcpp_timer_callback_added timer_handle=0x21 callback=0x31");
     return add(kMade, "rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10");
   }

@@ -45,6 +45,48 @@ TEST(Ros2Timers, PeriodsThatAnInstanceOverrunsAreSkipped) {
   EXPECT_EQ(result.verdict("R1"), Verdict::fail);
 }
 
+// One period is skipped.
+Text& overrun(Text& text) {
+  return text.run(expiry(1) + 100 * kUs, 23 * kMs)
+      .run_next(expiry(1) + 23'120 * kUs)
+      .run(expiry(4) + 100 * kUs);
+}
+
+std::string allows(const std::string& id, int periods) {
+  return "  - {id: \"" + id + "\", missed_releases_allowed: " + std::to_string(periods) + "}\n";
+}
+
+// It may be the second of its id, which the spec allows more.
+TEST(Ros2Timers, WhatMayBeAllowedFailsNothing) {
+  Text text;
+  overrun(text.add_other_timer(kPeriod));
+  const auto verdict = [&](std::int64_t lost_at, int first, int second) {
+    return text
+        .analyze(lost_at, "callback_groups:\n" + allows(kId, first) +
+                              allows(std::string(kId) + "#2", second) + allows("/m/*", 9))
+        .verdict("R2");
+  };
+  EXPECT_EQ(verdict(-1, 1, 0), Verdict::pass);
+  EXPECT_EQ(verdict(-1, 0, 1), Verdict::fail);
+  EXPECT_EQ(verdict(1, 1, 0), Verdict::inconclusive);
+  EXPECT_EQ(verdict(1, 0, 1), Verdict::inconclusive);
+  EXPECT_EQ(verdict(1, 0, 0), Verdict::fail) << "none that may be its own allows it";
+}
+
+// Its node was made before the recording: the entry of any node may be its own.
+TEST(Ros2Timers, ATimerOfAnyNodeMayBeAllowedIt) {
+  Text text(true, "0x11");
+  overrun(text);
+  const auto verdict = [&](const std::string& id) {
+    return text.analyze(-1, "callback_groups:\n" + allows(id, 1)).verdict("R2");
+  };
+  EXPECT_EQ(text.analyze().logical_ids(), (std::vector<std::string>{"?@Timer(10000000)"}));
+  EXPECT_EQ(verdict("/m@Timer(10000000)"), Verdict::inconclusive);
+  EXPECT_EQ(verdict("/m/*"), Verdict::inconclusive);
+  EXPECT_EQ(verdict("/m@Timer(20000000)"), Verdict::fail);
+  EXPECT_EQ(verdict("/m@Subscription(/t)"), Verdict::fail);
+}
+
 TEST(Ros2Timers, WhatAnExecutorSkipsBeforeItRunsIsNotMissed) {
   const auto result = Text()
                           .run(expiry(50) + 3 * kMs)
