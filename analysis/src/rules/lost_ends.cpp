@@ -58,6 +58,19 @@ std::optional<Evidence> LostEnds::between(ThreadIndex index, Timestamp last, Tim
                       std::string(": another one may have had its tid"));
 }
 
+std::optional<Evidence> LostEnds::untold_between(ThreadIndex index, Timestamp last,
+                                                 Timestamp next) const {
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  if (thread.tid == process.pid || !is_told_by_ros2_alone(process)) {
+    return between(index, last, next);
+  }
+  return without_event(moment(next, thread.tid),
+                       "no event of ROS 2 tells that a thread ends: another one may have had the "
+                       "tid " +
+                           std::to_string(thread.tid) + " before");
+}
+
 std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
   std::optional<Evidence> why;
   std::optional<Timestamp> last;
@@ -65,7 +78,7 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
     if (!pair->is_certain || !is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
     const auto next = pair->first_start.time;
     if (last) {
-      why = next > *last ? between(index, *last, next) : std::nullopt;
+      why = next > *last ? untold_between(index, *last, next) : std::nullopt;
       if (!why) return std::nullopt;
     }
     last = std::max(last.value_or(pair->last_activity.time), pair->last_activity.time);

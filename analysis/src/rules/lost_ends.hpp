@@ -29,6 +29,9 @@ class LostEnds {
   std::optional<Evidence> between(ThreadIndex thread, Timestamp last, Timestamp next) const;
 
  private:
+  // Of a process that tells of no threads all but the main one may end unseen.
+  std::optional<Evidence> untold_between(ThreadIndex thread, Timestamp last, Timestamp next) const;
+
   const Model& model_;
   const ThreadLives& lives_;
   const Proof& proof_;

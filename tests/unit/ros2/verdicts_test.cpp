@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,6 +32,27 @@ TEST(Ros2Verdicts, TwoCallbacksOnOneThreadViolateIt) {
     12 callback_start callback=0x31
     13 callback_end callback=0x31)");
   EXPECT_EQ(result.verdict("M2"), Verdict::fail);
+}
+
+// A thread may have ended, and the next one have its tid.
+TEST(Ros2Verdicts, CallbacksThatCameOneAfterTheOtherMayBeOfTwoThreadsWithOneTid) {
+  const auto runs = [](const std::string& tid, const std::vector<std::string>& callbacks) {
+    std::string text(kTwoTimers);
+    auto time = 10;
+    for (const auto& callback : callbacks) {
+      for (const auto* event : {" callback_start", " callback_end"}) {
+        text += std::to_string(time++) + event;
+        text += " tid=" + tid + " callback=" + callback + "\n";
+      }
+    }
+    return analyze_ros2(text);
+  };
+  const auto apart = runs("7", {"0x30", "0x30", "0x31"});
+  EXPECT_EQ(apart.verdict("M2"), Verdict::inconclusive);
+  EXPECT_THAT(apart.evidence("M2"), HasSubstr("no event of ROS 2 tells that a thread ends"));
+  EXPECT_EQ(runs("7", {"0x30", "0x31", "0x30"}).verdict("M2"), Verdict::fail) << "by turns";
+  EXPECT_EQ(runs("1", {"0x30", "0x30", "0x31"}).verdict("M2"), Verdict::fail)
+      << "the main thread is there as long as its process";
 }
 
 // No event tells when a thread ended: thread 7 was still there when thread 8 ran the timer.
