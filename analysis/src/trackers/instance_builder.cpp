@@ -176,6 +176,8 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
   auto& here = pending->end.emplace(pending->start);
   here.time = end;
   registry_.note_end(pending->seq, here, index, pending->callback_facts->ended);
+  if (!on_thread.open.empty()) [[unlikely]]
+    note_left(*pending, on_thread);
   close(std::move(pending), callback);
 }
 
@@ -287,6 +289,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   auto pending = std::move(*found);
   open.erase(std::next(found).base());
+  if (!open.empty()) [[unlikely]]
+    note_left(*pending, on_thread);
   if (thread && !undecided_.empty()) [[unlikely]]
     decide(*thread, pending.get());
   auto& callback = callbacks_[index];

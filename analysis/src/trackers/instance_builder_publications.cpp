@@ -14,7 +14,28 @@ constexpr std::size_t kMaxUndecided = 4096;
 PendingInstance* InstanceBuilder::running(const Emitter& who) {
   if (!who.thread) return nullptr;
   const auto& open = of_thread(who.thread).open;
-  return open.empty() ? nullptr : open.back().get();
+  const auto found = std::ranges::find(open.rbegin(), open.rend(), false,
+                                       [](const auto& run) { return run->is_left; });
+  return found != open.rend() ? found->get() : nullptr;
+}
+
+void InstanceBuilder::note_left(const PendingInstance& ended, const OfThread& thread) {
+  if (ended.callback_facts->is_accounted) return;
+  const auto& open = thread.open;
+  const auto is_over = [&](const auto& run) {
+    if (run->is_left) return false;
+    return run->start.time > ended.start.time ||
+           (run->callback == ended.callback && !is_reentrant(ended.callback));
+  };
+  for (auto run = std::ranges::find_if(open, is_over); run != open.end(); ++run)
+    (*run)->is_left = true;
+}
+
+bool InstanceBuilder::is_reentrant(CallbackIndex callback) const {
+  return std::ranges::any_of(model_.groups, [callback](const GroupFacts& group) {
+    return group.type == GroupType::reentrant &&
+           std::ranges::find(group.callbacks, callback) != group.callbacks.end();
+  });
 }
 
 ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {
@@ -38,7 +59,7 @@ bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who
                                        const Publish& event) {
   if (event.callback != kNoCallback || !who.thread) return false;
   const auto& on_thread = of_thread(who.thread);
-  if (!on_thread.open.empty()) return false;
+  if (running(who) != nullptr) return false;
   // On a thread that never ran a callback none is missing.
   return on_thread.unseen > 0 ||
          (on_thread.last_activity &&

@@ -2,6 +2,7 @@
 #include "ros2_text.hpp"
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -88,6 +89,79 @@ TEST(Ros2Publications, NoTakeIsOfAMessageThatStaysInItsProcess) {
   const auto result = analyze_ros2(published_inside("") + taken_outside(1'000'009));
   EXPECT_EQ(result.publications, 1U);
   EXPECT_THAT(result.chains(), ElementsAre(kInProcess));
+}
+
+// On thread 1 of process 1; process 2 takes it 10 ns later.
+std::string published_and_taken(int time) {
+  const auto at = [time](int after) { return std::to_string(time + after); };
+  const auto stamp = std::to_string(kRealtimeOffset + time + 1);
+  return at(0) + " rclcpp_publish pid=1 message=0x99\n" + at(0) +
+         " rcl_publish pid=1 publisher_handle=0x60 message=0x99\n" + at(2) +
+         " rmw_publish pid=1 rmw_publisher_handle=0x1 message=0x99 timestamp=" + stamp + "\n" +
+         at(10) +
+         " rmw_take pid=2 rmw_subscription_handle=0xa2 message=0x77 taken=1 source_timestamp=" +
+         stamp + "\n" + at(11) + " callback_start pid=2 callback=0x51\n" + at(12) +
+         " callback_end pid=2 callback=0x51\n";
+}
+
+// "FROM: MESSAGES" of each edge.
+std::vector<std::string> messages(const Ros2Result& result) {
+  const auto& report = result.analysis.report;
+  std::vector<std::string> edges;
+  for (const auto& edge : report.edges) {
+    edges.push_back((edge.from ? report.callbacks[analysis::at(*edge.from)].logical_id : "nobody") +
+                    ": " + std::to_string(edge.messages));
+  }
+  return edges;
+}
+
+constexpr const char* kRun =
+    "50 callback_start pid=1 callback=0x30\n51 callback_end pid=1 callback=0x30\n";
+
+// The timer runs again: what it ran before was left. What the thread publishes outside of callbacks is
+// then of nobody.
+TEST(Ros2Publications, WhatAnExceptionLeftPublishesNothing) {
+  const std::string open = R"(
+    10 callback_start pid=1 callback=0x30
+    12 rclcpp_executor_get_next_ready pid=1
+)";
+  const auto left = kTwoSubscriptions + open;
+  const auto later = analyze_ros2(left + kRun + published_and_taken(60));
+  EXPECT_THAT(messages(later), ElementsAre("nobody: 1"));
+  const std::string reentrant = R"(
+    4 ros2_caret:callback_group_add_timer pid=1 callback_group_addr=0x70 timer_handle=0x20
+    4 ros2_caret:add_callback_group pid=1 executor_addr=0x1 callback_group_addr=0x70 group_type_name=reentrant
+)";
+  EXPECT_THAT(
+      messages(analyze_ros2(kTwoSubscriptions + reentrant + open + kRun + published_and_taken(60))),
+      IsEmpty())
+      << "it may have begun inside itself";
+  // Before, it is undecided whether it spins inside.
+  const auto before = analyze_ros2(left + published_and_taken(14));
+  EXPECT_THAT(messages(before), IsEmpty());
+  const auto both = analyze_ros2(left + published_and_taken(14) + kRun + published_and_taken(60));
+  EXPECT_THAT(messages(both), ElementsAre("nobody: 1"));
+}
+
+// What began inside and was left, too.
+TEST(Ros2Publications, WhatEndsIsLeftByWhatBeganInside) {
+  const auto result = analyze_ros2(std::string(kTwoSubscriptions) + R"(
+    10 callback_start pid=1 callback=0x30
+    12 callback_start pid=1 callback=0x51
+    14 callback_end pid=1 callback=0x30
+)" + published_and_taken(60));
+  EXPECT_THAT(messages(result), ElementsAre("nobody: 1"));
+}
+
+TEST(Ros2Publications, ACallbackMaySpinAndPublish) {
+  std::string events = published_and_taken(14);
+  events.insert(events.find("24 rmw_take"), "20 callback_end pid=1 callback=0x30\n");
+  const auto result = analyze_ros2(std::string(kTwoSubscriptions) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_executor_wait_for_work pid=1 timeout=1
+    12 rclcpp_executor_get_next_ready pid=1
+)" + events);
+  EXPECT_THAT(messages(result), ElementsAre("/a@Timer(7): 1"));
 }
 
 }  // namespace

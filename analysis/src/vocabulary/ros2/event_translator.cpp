@@ -314,7 +314,13 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   return true;
 }
 
+// What runs on the thread may have been left by an exception.
+[[gnu::always_inline]] inline void EventTranslator::look(ros2::Thread& thread) {
+  if (!thread.open.empty()) thread.open.back().has_looked = true;
+}
+
 [[gnu::always_inline]] inline void EventTranslator::wait(const Payload& p, ros2::Thread& thread) {
+  look(thread);
   thread.is_waiting = p.number<std::int64_t>(0, -1) != 0;
   thread.taken.clear();  // whoever took that was done with it
   thread.dequeued.clear();
@@ -329,7 +335,9 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     wait(p, thread);
     return true;
   }
-  return event == Ros2Event::executor_ready && !thread.is_waiting;
+  if (event != Ros2Event::executor_ready || thread.is_waiting) return false;
+  look(thread);
+  return true;
 }
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
@@ -373,6 +381,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       wait(p, context.thread);
       break;
     case Ros2Event::executor_ready:
+      look(context.thread);
       if (context.thread.is_waiting) {
         sink.batch.derive_instead<ThreadWakeup>(sink.cause, head).callback = kNoCallback;
       }

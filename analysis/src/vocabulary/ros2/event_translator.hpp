@@ -123,6 +123,7 @@ class EventTranslator final : public Translator {
   // An executor waits, or has something ready without having waited, of which the thread takes note.
   // False: it may be something else.
   static inline bool take_note(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
+  static inline void look(ros2::Thread& thread);
   static inline void wait(const Payload& p, ros2::Thread& thread);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
   inline void start(ros2::Address address, ros2::Callback& callback, const Payload& p,

@@ -34,6 +34,7 @@ struct RunningCallback {
   Address address = 0;
   Callback* callback = nullptr;
   std::uint64_t seq = 0;
+  bool has_looked = false;  // an executor on its thread, for work: it spins inside, or was left
 };
 
 // A call of a service: the model's gid of the client, and the call's number.

@@ -16,6 +16,11 @@ WrittenMessage in_process(const Context& context) {
   return {.from = context.realtime, .until = WrittenMessage::kInProcess};
 }
 
+bool is_runner_unknown(const Context& context) {
+  const auto& open = context.thread.open;
+  return !context.process.has_own_events && (open.empty() || open.back().has_looked);
+}
+
 bool is_current(const Thread& thread, Address message) {
   return thread.publishing && thread.publishing->message == message;
 }
@@ -150,11 +155,10 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
   } else {
     announce(publisher, publishing.head, context.process, context.sink);
     emit(publishing.head,
-         Publish{
-             .publisher = publisher.id,
-             .seq = publisher.next_seq++,
-             .source_timestamp_realtime_ns = publication.stamp,
-             .is_runner_unknown = context.thread.open.empty() && !context.process.has_own_events},
+         Publish{.publisher = publisher.id,
+                 .seq = publisher.next_seq++,
+                 .source_timestamp_realtime_ns = publication.stamp,
+                 .is_runner_unknown = is_runner_unknown(context)},
          context.sink);
   }
   if (publisher.topic.empty()) {
