@@ -53,6 +53,8 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
     if (thread.has_waited)
       start.called_after = std::max<std::optional<Timestamp>>(thread.last_activity, thread.wakeup);
     start.after = thread.last_activity;
+    const auto& ran = model_.threads[at(*on)].ran;
+    if (!ran.empty()) start.served_since = ran.front()->first_start.time;
     has_idled = thread.wakeup && thread.last_activity &&
                 *thread.wakeup - *thread.last_activity > kLongestLook;
     // Not by what is open: it may have been left by an exception, or its end was lost.

@@ -33,6 +33,7 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
   if (is_refuted_) return std::nullopt;
   if (start.is_inside && !is_inside_) begin_inside();
   is_inside_ = start.is_inside;
+  const bool is_first = !has_started_ && !latest_ && !is_cut_;
   const auto until = last_until(start.time);
   const auto release = std::min(latest_.value_or(until), until);
   if (release < earliest_) {
@@ -44,6 +45,9 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
                        start.called_after ? first_from(*start.called_after - kTimerError) : 0);
   latest_ = std::max(release + 1, first_from(start.time));
   const auto expiry = first_ + Duration{release * period_.ns};
+  const bool is_served_late =
+      is_first && release > 0 && start.served_since.value_or(start.time) <= expiry;
+  if (is_served_late) ++unresolved_;
   if (is_sole && !is_believed(expiry, start)) {
     unresolved_ += since_anchor_ + (has_started_ ? 1 : 0);
     since_anchor_ = 0;
@@ -101,7 +105,7 @@ void TimerGrid::begin_inside() noexcept {
   is_cut_ = !latest_;
 }
 
-// What was skipped before the first instance is the application's start.
+// What was skipped before the first instance is the application's start, as far as nothing ran.
 std::optional<std::uint32_t> TimerGrid::skipped_until(std::int64_t release, bool is_known) {
   if (!has_started_) {
     has_started_ = true;

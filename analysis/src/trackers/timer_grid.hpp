@@ -32,6 +32,8 @@ class TimerGrid {
     std::optional<Timestamp> busy_since;    // what let it start only now; empty: nothing did
     // When an instance before it started or ended on its thread.
     std::optional<Timestamp> after{};
+    // Callbacks run on its thread since then.
+    std::optional<Timestamp> served_since{};
     // It is in the window that was asked for: of others nothing is counted but what tells of the grid.
     bool is_inside = true;
   };
@@ -70,7 +72,7 @@ class TimerGrid {
     Timestamp since;  // when the first of these instances started
   };
   const Unproven& unproven() const noexcept { return unproven_; }
-  // Instances inside, none of them the first, before which periods may have been skipped unnoticed.
+  // Instances inside, the first one only where callbacks ran on its thread before, before which periods may have been skipped unnoticed.
   std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
 
   // So soon after its release an instance starts that waits for nothing.

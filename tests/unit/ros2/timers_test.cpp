@@ -99,6 +99,25 @@ TEST(Ros2Timers, WhatAnExecutorSkipsBeforeItRunsIsNotMissed) {
   EXPECT_EQ(result.verdict("R2"), Verdict::pass);
 }
 
+// Whether the executor had the timer's node by then nobody tells.
+TEST(Ros2Timers, WhatIsSkippedWhileOtherCallbacksRunMayBeMissed) {
+  const auto result = [](std::int64_t since) {
+    Text text;
+    text.add_other_timer();
+    text.add(since, "callback_start callback=0x31");
+    text.add(expiry(3) + 80 * kUs, "callback_end callback=0x31");
+    text.run_next(expiry(3) + 100 * kUs);
+    for (std::int64_t k = 4; k <= 6; ++k)
+      text.run(expiry(k) + 100 * kUs);
+    return text.analyze();
+  };
+  const auto busy = result(expiry(1) - kMs);
+  EXPECT_EQ(busy.callback(kId).missed_releases, std::nullopt);
+  EXPECT_EQ(busy.verdict("R2"), Verdict::inconclusive);
+  const auto slow = result(expiry(3) + 10 * kUs);
+  EXPECT_EQ(slow.callback(kId).missed_releases, 0U);
+}
+
 TEST(Ros2Timers, AnExpiryWhileTheTimerMayHaveBeenCalledLeavesTheNextReleaseOpen) {
   // Called before or after expiry 3: the next release is that or the one after it.
   const auto result = Text()
