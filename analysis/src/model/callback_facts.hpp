@@ -134,6 +134,7 @@ struct alignas(64) CallbackFacts {
     bool is_refuted = false;  // its expiries do not follow from `first_expiry`
     bool is_steady = false;   // no reset moved it by more than `error`
     Duration error = kTimerError;
+    Duration spread{};  // all may be earlier by up to that: its thread may have been preempted
     std::uint64_t prompt_starts = 0;
   };
   Grid grid{};
@@ -229,6 +230,10 @@ struct alignas(64) CallbackFacts {
   }
   // What evidence of these releases is good to, either way; zero where they were recorded.
   Duration release_error() const noexcept { return has_grid_releases() ? grid.error : Duration{}; }
+  // By so much more they may be earlier.
+  Duration release_spread() const noexcept {
+    return has_grid_releases() ? grid.spread : Duration{};
+  }
   bool are_releases_certain() const noexcept { return !has_grid_releases() || grid.is_steady; }
   // What is seen next may be another callback's: what was seen until now is kept apart.
   void keep_own_apart(const EventRef& since) {

@@ -139,7 +139,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
   bool is_certain = true;
   for (const auto first : chain.bounded_from) {
     const auto& callback = context.model.callbacks[at(first)];
-    release_error = std::max(release_error, callback.release_error());
+    release_error = std::max(release_error, callback.release_error() + callback.release_spread());
     is_certain = is_certain && callback.are_releases_certain() && callback.with_doubtful_bound == 0;
   }
   const auto& upper = chain.max_path_latency_upper;

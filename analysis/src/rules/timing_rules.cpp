@@ -68,7 +68,12 @@ std::optional<Evidence> calculated_releases(const CallbackFacts& callback) {
 
 std::string error_of(const CallbackFacts& callback) {
   if (!callback.has_grid_releases()) return {};
-  return " (calculated, to " + nanoseconds(callback.release_error()) + ')';
+  const auto spread = callback.release_spread();
+  const auto earlier = spread.ns > 0 ? "; released up to " + nanoseconds(spread) +
+                                           " earlier yet if the thread was preempted as rcl made "
+                                           "the timer"
+                                     : std::string();
+  return " (calculated, to " + nanoseconds(callback.release_error()) + earlier + ')';
 }
 
 // Where more ended than started, an instance ended twice. If an end was lost it may have been the
@@ -141,7 +146,7 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
       judgement.fail(
           start_of(shortest, " was released " + nanoseconds(shortest.value) +
                                  " after the one before it: shortest inter-arrival time"));
-    } else if (shortest.value <= longest.value + error) {
+    } else if (shortest.value <= longest.value + error + callback.release_spread()) {
       judgement.doubt(
           start_of(shortest, " was released " + nanoseconds(shortest.value) +
                                  " after the one before it; the longest response time is " +
@@ -304,7 +309,8 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         }
         judgement.doubt(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;
-        if (upper && (upper->value + callback.release_error()).ns > deadline) {
+        const auto error = callback.release_error() + callback.release_spread();
+        if (upper && (upper->value + error).ns > deadline) {
           judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
                                                error_of(callback) + "; the deadline is " +
                                                nanoseconds(deadline)));

@@ -168,6 +168,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
                             : spec_->find_callback(facts.logical_id, facts.period_ns),
                         event.deadline_ns);
   facts.first_expiry = event.first_expiry;
+  facts.grid.spread = event.expiry_spread;
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;
     model_.groups[group(*process, event.group, head)].callbacks.push_back(index);

@@ -23,8 +23,12 @@ constexpr std::int64_t expiry(std::int64_t k) { return kMade - 10 * kUs + k * kP
 
 class Text {
  public:
-  explicit Text(bool does_wait = true, const std::string& node = "0x10") : does_wait_(does_wait) {
+  // `before`: so long before the timer is made its thread did something else.
+  explicit Text(bool does_wait = true, const std::string& node = "0x10",
+                std::int64_t before = 10 * kUs)
+      : does_wait_(does_wait) {
     add(0, "rcl_node_init node_handle=0x10 node_name=n namespace=/");
+    add(kMade - before, "rclcpp_callback_register callback=0x30 symbol=tick");
     add(kMade, "rcl_timer_init timer_handle=0x20 period=" + std::to_string(kPeriod));
     add(kMade, "rclcpp_timer_callback_added timer_handle=0x20 callback=0x30");
     add(kMade, "rclcpp_timer_link_node timer_handle=0x20 node_handle=" + node);

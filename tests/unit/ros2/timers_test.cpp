@@ -31,6 +31,24 @@ TEST(Ros2Timers, ReleasesFollowFromWhenTheTimerWasMade) {
   EXPECT_EQ(result.verdict("R2"), Verdict::pass);
 }
 
+// Between rcl's look at the clock and its event a thread may be preempted; its event before bounds that.
+TEST(Ros2Timers, AThreadMayHaveBeenPreemptedAsTheTimerWasMade) {
+  const auto verdicts = [](std::int64_t before, std::int64_t deadline) {
+    Text text(true, "0x10", before);
+    for (std::int64_t k = 1; k <= 4; ++k)
+      text.run(expiry(k) + 100 * kUs);
+    return text.analyze(-1, deadline_us(deadline)).verdict("R3");
+  };
+  // The response time is 1100 us, to 100 us.
+  EXPECT_EQ(verdicts(10 * kUs, 1200), Verdict::pass);
+  EXPECT_EQ(verdicts(11 * kUs, 1200), Verdict::inconclusive);
+  EXPECT_EQ(verdicts(160 * kUs, 1350), Verdict::pass);
+  EXPECT_EQ(verdicts(160 * kUs, 1349), Verdict::inconclusive);
+  // No more than a timer that was reset unnoticed.
+  EXPECT_EQ(verdicts(4 * kMs, 1200 + 990), Verdict::pass);
+  EXPECT_EQ(verdicts(160 * kUs, 999), Verdict::fail);
+}
+
 TEST(Ros2Timers, PeriodsThatAnInstanceOverrunsAreSkipped) {
   // The first call leaves expiry 2 as the next, the second call, at 38 ms, expiry 4.
   const auto result = Text()

@@ -174,6 +174,7 @@ struct CallbackInit {
   std::uint64_t deadline_ns = 0;
   std::uint64_t next_seq = 0;
   std::optional<Timestamp> first_expiry{};  // of rcl's timers, from which their others follow
+  Duration expiry_spread{};                 // all of them may be earlier by up to that
   // False: what makes its logical id was recorded in part only; others may have that id, too.
   bool is_identified = true;
 };

@@ -48,6 +48,7 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                     .period_ns = callback.period_ns.value_or(0),
                     .queue_depth = callback.queue_depth,
                     .first_expiry = callback.first_expiry,
+                    .expiry_spread = callback.expiry_spread,
                     .is_identified = callback.is_identified},
        sink);
 }

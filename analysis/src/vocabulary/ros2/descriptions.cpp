@@ -51,11 +51,15 @@ void enter_agnocast(Ros2Event event, const Telling& telling, const Payload& p, P
   }
 }
 
-// From when on the periods count of a timer whose making a tracer tells now. rcl looks at the clock up to
-// kTimerError before it tells. Timers of this project's own executor begin to expire later.
-std::optional<Timestamp> first_call(const Telling& telling, Address timer) {
+// When the timer was made whose making a tracer tells now. rcl looks at the clock up to kTimerError
+// before it tells, or, if the thread was preempted in between, at some time since its event before.
+// Timers of this project's own executor begin to expire later.
+std::optional<TimerMade> made_at(const Telling& telling, Address timer, Duration quiet) {
   if (telling.repeats || is_ros2_profile_handle(timer)) return std::nullopt;
-  return telling.told - kTimerError;
+  return TimerMade{
+      .at = telling.told - kTimerError,
+      .spread = std::clamp(quiet, kTimerError, kMostTimerError) - kTimerError,
+  };
 }
 
 void enter_publisher(const Telling& telling, const Payload& p, Directory& directory,
@@ -70,7 +74,7 @@ void enter_publisher(const Telling& telling, const Payload& p, Directory& direct
 }  // namespace
 
 void enter_description(Ros2Event event, const Telling& telling, const Payload& p, Process& process,
-                       MessageLinks& links) {
+                       Duration quiet, MessageLinks& links) {
   auto& directory = process.directory;
   const auto first = p.number<Address>(0);
   const auto second = p.number<Address>(1);
@@ -105,7 +109,8 @@ void enter_description(Ros2Event event, const Telling& telling, const Payload& p
       directory.add_client(first, second, p.text(2), p.number<Address>(3), telling);
       break;
     case Ros2Event::timer_init:
-      directory.add_timer(first, p.number<std::uint64_t>(1), first_call(telling, first), telling);
+      directory.add_timer(first, p.number<std::uint64_t>(1), made_at(telling, first, quiet),
+                          telling);
       break;
     case Ros2Event::timer_callback:
       directory.add_handle_callback(CallbackKind::timer, first, second, telling);

@@ -8,8 +8,8 @@
 
 namespace cie::analysis::ros2 {
 
-// Ignores events that describe nothing.
+// Ignores events that describe nothing. `quiet`: since the thread's event before.
 void enter_description(Ros2Event event, const Telling& telling, const Payload& p, Process& process,
-                       MessageLinks& links);
+                       Duration quiet, MessageLinks& links);
 
 }  // namespace cie::analysis::ros2

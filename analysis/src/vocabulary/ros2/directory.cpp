@@ -229,13 +229,15 @@ std::optional<std::uint32_t> Directory::hidden_of(Address rmw_client) const {
   return found == clients_.end() ? std::nullopt : std::optional(found->second.number);
 }
 
-void Directory::add_timer(Address handle, std::uint64_t period_ns,
-                          std::optional<Timestamp> first_call, const Telling& telling) {
+void Directory::add_timer(Address handle, std::uint64_t period_ns, std::optional<TimerMade> made,
+                          const Telling& telling) {
   Entity described{.kind = CallbackKind::timer, .period_ns = period_ns};
   auto* entity = renew(handle, described, telling);
   if (entity == nullptr) return;
-  if (first_call)
-    entity->first_expiry = *first_call + Duration{static_cast<std::int64_t>(period_ns)};
+  if (made) {
+    entity->first_expiry = made->at + Duration{static_cast<std::int64_t>(period_ns)};
+    entity->expiry_spread = made->spread;
+  }
   refresh(*entity);
 }
 
@@ -385,6 +387,7 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.source = entity.source;
   callback.period_ns = entity.period_ns;
   callback.first_expiry = entity.first_expiry;
+  callback.expiry_spread = entity.expiry_spread;
   callback.queue_depth = entity.queue_depth;
   callback.rmw_subscription = entity.rmw_subscription;
   callback.group = entity.group;

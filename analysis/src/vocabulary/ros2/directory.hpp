@@ -73,6 +73,7 @@ struct Callback {
   std::string symbol{};
   std::optional<std::uint64_t> period_ns{};
   std::optional<Timestamp> first_expiry{};
+  Duration expiry_spread{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
   Address handle = 0;  // rcl's; 0: not known
@@ -92,6 +93,11 @@ struct SubscriptionInit {
   Address rmw_handle = 0;  // 0: not told
 };
 
+struct TimerMade {
+  Timestamp at;
+  Duration spread;  // it may have been earlier by up to that
+};
+
 class Directory {
  public:
   // What the events of the same names say.
@@ -107,8 +113,8 @@ class Directory {
   // has that handle since.
   bool add_caller(Address rmw_handle, Address node, std::string_view topic, std::uint64_t gid,
                   const Telling& telling);
-  // `first_call`: of its grid; empty: that is not told.
-  void add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> first_call,
+  // `made`: when; empty: that is not told.
+  void add_timer(Address handle, std::uint64_t period_ns, std::optional<TimerMade> made,
                  const Telling& telling);
   void link_timer(Address handle, Address node, const Telling& telling);
   void add_object(Address subscription_handle, Address object, const Telling& telling);
@@ -183,6 +189,7 @@ class Directory {
     std::string source{};
     std::optional<std::uint64_t> period_ns{};
     std::optional<Timestamp> first_expiry{};
+    Duration expiry_spread{};
     std::uint32_t queue_depth = 0;
     Address rmw_subscription = 0;
     std::optional<Address> group{};

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace cie::analysis {
@@ -83,6 +84,14 @@ ros2::Telling telling_of(std::uint32_t kind, const Payload& p, Timestamp now) {
 inline void forget_callable(Address address, ros2::Process& process) {
   if (process.callables.empty()) return;  // most often
   if (process.callables.erase(address) != 0) process.directory.forget_address(address);
+}
+
+// Since the thread's event before.
+Duration quiet_before(const Context& context) {
+  if (context.before == ros2::Thread::kLongAgo) {
+    return Duration{std::numeric_limits<std::int64_t>::max()};
+  }
+  return Duration{detail::wrapping_sub(context.realtime, context.before)};
 }
 
 // Tells what the tracer calls the thread.
@@ -389,7 +398,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     default:
       take(event, p, context);
-      enter_description(event, telling, p, process, links_);
+      enter_description(event, telling, p, process, quiet_before(context), links_);
       services_.apply(event, telling, p, context);
       for (const auto hidden : process.directory.news_of_hidden())
         announce_hidden(hidden, head, process, sink);
