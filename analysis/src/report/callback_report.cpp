@@ -91,15 +91,21 @@ bool has_ended_unseen(const CallbackFacts& facts, const OpenInstance& open) {
   });
 }
 
-std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& facts) {
+std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex index) {
+  const auto& model = context.model;
+  const auto& facts = model.callbacks[at(index)];
+  const bool is_proven = facts.fini && facts.fini->ended < facts.fini->started &&
+                         !context.proof.loss(index) && !context.proof.is_interrupted(facts.process);
   std::optional<OpenRun> longest;
   for (const auto& open : facts.open) {
     if (has_ended_unseen(facts, open)) continue;
     const auto end = end_of_window(model, open.start.stream);
     if (!end || *end < open.start.time) continue;
     const auto until_end = *end - open.start.time;
-    if (!longest || longest->until_end < until_end)
-      longest = OpenRun{.seq = open.seq, .until_end = until_end};
+    if (longest && until_end <= longest->until_end) continue;
+    const auto since = open.release && open.release_exact ? *open.release : open.start.time;
+    const auto response = is_proven ? std::optional(*end - since) : std::nullopt;
+    longest.emplace(OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response});
   }
   return longest;
 }
@@ -160,7 +166,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.runs_not_seen = known - std::min(known, facts.starts.count);
   report.may_lack_runs = context.proof.loss(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
-  report.longest_open = longest_open(model, facts);
+  report.longest_open = longest_open(context, index);
   if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);

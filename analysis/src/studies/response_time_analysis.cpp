@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 namespace cie::analysis {
@@ -117,19 +118,28 @@ namespace {
 // Goossens, Funk, Baruah, "Priority-Driven Scheduling of Periodic Task Systems on Multiprocessors",
 // Real-Time Systems 25, 2003, with densities C / min(D, T) in place of utilizations:
 //   sum of densities <= m - (m - 1) * largest density
+// Each in parts of a whole that all periods divide, so that no part is rounded; where that is too
+// large, in parts of a large one, rounded up.
 bool is_density_low(std::span<const DeadlineServer> servers, std::int64_t processors) {
-  Int128 sum = 0;
-  std::int64_t largest = 0;
+  constexpr auto kMost = std::int64_t{1} << 62U;
+  std::int64_t parts = 1;
   for (const auto& server : servers) {
-    const DeadlineServer dense{.runtime = server.runtime,
-                               .deadline = server.deadline,
-                               .period = std::min(server.deadline, server.period)};
-    const auto density = reserved_ppb({&dense, 1});
+    const auto factor = server.deadline / std::gcd(parts, server.deadline);
+    if (parts > kMost / factor) {
+      parts = kMost;
+      break;
+    }
+    parts *= factor;
+  }
+  const Int128 whole = parts;
+  Int128 sum = 0;
+  Int128 largest = 0;
+  for (const auto& server : servers) {
+    const auto density = (server.runtime * whole + server.deadline - 1) / server.deadline;
     sum += density;
     largest = std::max(largest, density);
   }
-  return sum <= static_cast<Int128>(processors) * kWholeProcessorPpb -
-                    static_cast<Int128>(processors - 1) * largest;
+  return sum <= processors * whole - (processors - 1) * largest;
 }
 
 // Processor demand: sum over servers of max(0, floor((t - D) / T) + 1) * C.

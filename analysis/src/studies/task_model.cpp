@@ -31,14 +31,20 @@ std::optional<TaskParameter> execution_of(const CallbackReport& callback, const 
   return TaskParameter{.ns = with_waiting(callback.execution_time->max)};
 }
 
-std::optional<TaskParameter> period_of(const CallbackReport& callback, const SpecEntry* entry) {
-  if (entry != nullptr && entry->min_inter_arrival_ns) return declared(entry->min_inter_arrival_ns);
-  if (callback.period_ns) return declared(static_cast<std::int64_t>(*callback.period_ns));
+// With that of a run in progress.
+std::optional<Duration> shortest_arrival(const CallbackReport& callback) {
   auto shortest = callback.shortest_inter_arrival;
   if (callback.inter_arrival) {
     const Duration of_ended{callback.inter_arrival->min};
     shortest = std::min(shortest.value_or(of_ended), of_ended);
   }
+  return shortest;
+}
+
+std::optional<TaskParameter> period_of(const CallbackReport& callback, const SpecEntry* entry) {
+  if (entry != nullptr && entry->min_inter_arrival_ns) return declared(entry->min_inter_arrival_ns);
+  if (callback.period_ns) return declared(static_cast<std::int64_t>(*callback.period_ns));
+  const auto shortest = shortest_arrival(callback);
   if (!shortest) return std::nullopt;
   return TaskParameter{.ns = shortest->ns};
 }
@@ -174,10 +180,10 @@ std::string overrun(const Task& task) {
 }
 
 std::string burst(const Task& task) {
-  const auto& measured = task.callback->inter_arrival;
+  const auto shortest = shortest_arrival(*task.callback);
   const auto& period = task.result.period;
-  if (!is_declared(period) || !measured || measured->min >= period->ns) return {};
-  return "came " + in_us(measured->min) + " apart, declared are " + in_us(period->ns);
+  if (!is_declared(period) || !shortest || shortest->ns >= period->ns) return {};
+  return "came " + in_us(shortest->ns) + " apart, declared are " + in_us(period->ns);
 }
 
 std::string broken_declaration(const Task& task) {
@@ -261,6 +267,12 @@ TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
     if (const auto longest = longest_response(callback)) {
       result.observed_at_least_ns = longest->ns;
       result.may_have_taken_longer = longest->is_bound;
+    }
+    const auto& open = callback.longest_open;
+    if (open && open->response_least &&
+        open->response_least->ns > result.observed_at_least_ns.value_or(0)) {
+      result.observed_at_least_ns = open->response_least->ns;
+      result.may_have_taken_longer = true;
     }
     if (callback.threads.size() == 1) result.tid = callback.threads.front().tid;
     if (const auto* sched = task.sched()) {

@@ -177,6 +177,16 @@ TEST(DeadlineServers, OnSeveralProcessorsNeedRoomForTheLargest) {
   EXPECT_FALSE(are_deadlines_guaranteed(Servers{{10, 10, 10}, {1, 9, 9}}, 2));  // 1.11 > 2 - 1
 }
 
+TEST(DeadlineServers, AtTheBoundOfTheTestAreGuaranteed) {
+  EXPECT_TRUE(are_deadlines_guaranteed(Servers{{2, 3, 3}, {2, 3, 3}}, 2));  // 4/3 <= 2 - 2/3
+  EXPECT_FALSE(
+      are_deadlines_guaranteed(Servers{{2, 3, 3}, {2, 3, 3}, {1, 1'000'000, 1'000'000}}, 2));
+  // Periods that no number of 64 bits is a multiple of.
+  constexpr std::int64_t kPrime = 2'147'483'647;
+  EXPECT_TRUE(are_deadlines_guaranteed(
+      Servers{{1, 3, 3}, {1, kPrime, kPrime}, {1, kPrime - 18, kPrime - 18}}, 2));
+}
+
 TEST(DeadlineServers, OfNonsenseGuaranteeNothing) {
   EXPECT_FALSE(are_deadlines_guaranteed(Servers{{0, 1, 1}}, 1));
   EXPECT_FALSE(are_deadlines_guaranteed(Servers{{2, 1, 3}}, 1));

@@ -91,6 +91,31 @@ TEST(Schedulability, NeverMeetsADeadlineThatWasMissed) {
   EXPECT_EQ(result.callbacks[0].meets_deadline(), false) << "seen is seen, bound or not";
 }
 
+TEST(Schedulability, NeverMeetsADeadlineThatARunInProgressMissed) {
+  constexpr const char* kSpec = "callback_groups:\n  - {id: high, response_deadline: 4}\n";
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];
+  high.incomplete = 1;
+  high.longest_open = OpenRun{.seq = 9, .until_end = {3}};
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), true) << "it may have ended";
+  high.longest_open->response_least = Duration{4};
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].has_missed_deadline(), false);
+  high.longest_open->response_least = Duration{5};
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), false);
+}
+
+TEST(Schedulability, OfARunInProgressTheReleaseIsAsNearAsItIs) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: high, min_inter_arrival: 7, response_deadline: 4}\n";
+  auto system = textbook();
+  system.report.callbacks[0].shortest_inter_arrival = Duration{7};
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), true);
+  system.report.callbacks[0].shortest_inter_arrival = Duration{6};
+  const auto result = system.analyzed(kSpec);
+  EXPECT_EQ(result.callbacks[0].meets_deadline(), std::nullopt);
+  EXPECT_THAT(result.callbacks[0].broken_declaration, HasSubstr("declared are 0.0 us"));
+}
+
 TEST(Schedulability, DecidesNothingWithoutExecutionTimes) {
   auto system = textbook();
   for (auto& callback : system.report.callbacks)

@@ -402,7 +402,8 @@ class ReportScreen {
       if (is_longer) longest = callback;
     }
     if (longest == nullptr) return {};
-    const auto& [seq, until_end] = *longest->longest_open;
+    const auto seq = longest->longest_open->seq;
+    const auto until_end = longest->longest_open->until_end;
     auto text = fmt::format("{}, run {} began {} before the end", judged_.names.of(*longest), seq,
                             format_duration(until_end.ns));
     if (const auto& deadline = longest->response_deadline)

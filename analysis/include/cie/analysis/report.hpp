@@ -172,6 +172,8 @@ struct ResponseParts {
 struct OpenRun {
   std::uint64_t seq = 0;
   Duration until_end;  // from its start to the end of the recording
+  // From its release, where that is known, to there; empty unless totals prove that it did not end.
+  std::optional<Duration> response_least{};
 };
 
 struct CallbackReport {
