@@ -73,8 +73,7 @@ class Analysis {
              "; declare wcet in the spec";
     }
     if (const auto unmeasured = unmeasured_waiting(task); !unmeasured.empty()) {
-      return "how long it waits within a run is not known, because " + unmeasured +
-             "; record with --kernel";
+      return "how long it waits within a run is not known, because " + unmeasured;
     }
     if (const auto nearer = nearer_releases(task); !nearer.empty()) {
       return "its shortest inter-arrival time is not known, because " + nearer +

@@ -67,6 +67,16 @@ bool is_one_in_progress(const CallbackReport& callback) {
 
 constexpr const char* kLacksRuns = "runs of it are missing from the recording";
 
+// Runs of which nobody knows how long they executed or waited; empty: none.
+std::string runs_not_seen(const Task& task) {
+  const auto& callback = *task.callback;
+  if (callback.may_lack_runs) return kLacksRuns;
+  const bool is_open_within = is_one_in_progress(callback) &&
+                              callback.longest_open->until_end.ns <= task.result.execution->ns;
+  if (callback.incomplete == 0 || is_open_within) return {};
+  return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
+}
+
 bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
   return cpus.empty() || std::ranges::find(cpus, cpu) != cpus.end();  // none told: any
 }
@@ -152,23 +162,20 @@ std::uint64_t known_runs(const CallbackReport& callback) noexcept {
 }
 
 std::string longer_execution(const Task& task) {
-  const auto& callback = *task.callback;
   if (is_declared(task.result.execution)) return {};
-  if (callback.may_lack_runs) return kLacksRuns;
-  const bool is_open_within = is_one_in_progress(callback) &&
-                              callback.longest_open->until_end.ns <= task.result.execution->ns;
-  if (callback.incomplete > 0 && !is_open_within)
-    return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
-  const auto& unmeasured = callback.longest_unmeasured;
+  if (auto unseen = runs_not_seen(task); !unseen.empty()) return unseen;
+  const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
   return "a run that took longer was not measured";
 }
 
 std::string unmeasured_waiting(const Task& task) {
-  const auto& unmeasured = task.callback->longest_unmeasured;
   if (!is_declared(task.result.execution)) return {};  // longer_execution() tells
+  if (const auto unseen = runs_not_seen(task); !unseen.empty())
+    return unseen + "; record without losses, until its process ends";
+  const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
-  return "a run that took longer than its wcet was not measured";
+  return "a run that took longer than its wcet was not measured; record with --kernel";
 }
 
 std::string overrun(const Task& task) {
@@ -382,7 +389,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
   } else if (!unmeasured_waiting(task).empty()) {
     found.unknown = "how long " + callback.logical_id +
                     ", which may preempt it, waits within a run is not known, because " +
-                    unmeasured_waiting(task) + "; record with --kernel";
+                    unmeasured_waiting(task);
   } else if (!period && known_runs(callback) > 1) {
     found.unknown = "how often " + callback.logical_id +
                     ", which may preempt it, is released is not known; declare min_inter_arrival "

@@ -69,6 +69,19 @@ TEST(Schedulability, CountsWaitingBesidesADeclaredWcet) {
   EXPECT_EQ(result.callbacks[0].bound_ns, 6);
 }
 
+// Whatever is declared, a run that is missing may have waited.
+TEST(Schedulability, DecidesNothingOfADeclaredWcetWhereRunsAreMissing) {
+  constexpr const char* kSpec = "callback_groups:\n  - {id: high, wcet: 3, response_deadline: 4}\n";
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), true);
+  high.may_lack_runs = true;
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), std::nullopt);
+  high.may_lack_runs = false;
+  high.incomplete = 2;
+  EXPECT_EQ(system.analyzed(kSpec).callbacks[0].meets_deadline(), std::nullopt);
+}
+
 TEST(Schedulability, NeverMeetsADeadlineThatWasMissed) {
   constexpr const char* kSpec = "callback_groups:\n  - {id: high, response_deadline: 4}\n";
   auto system = textbook();
