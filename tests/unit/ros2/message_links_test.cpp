@@ -195,6 +195,23 @@ TEST(MessageLinks, WhatFitsNoCallIsUndecidedWhereOneOfSeveralPublishersMayHaveLo
   EXPECT_TRUE(links.find(kTopic, 150'000).is_undecided);
 }
 
+// Numbers begin again in each IPC namespace, and where nobody had the topic any more.
+TEST(MessageLinks, ANumberIsOfItsLatestPublicationUnlessAnotherProcessHasPublishedByIt) {
+  const auto numbered = [](std::uint64_t gid, std::int64_t stamp, std::int64_t pid) {
+    return WrittenMessage{
+        .gid = gid, .stamp = stamp, .entry = {{.host = 0, .number = 5}}, .pid = pid};
+  };
+  MessageLinks links;
+  links.add(kTopic, numbered(1, 100, 1));
+  links.add(kTopic, numbered(2, 200, 1));
+  EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 5}).gid, 2U);
+  EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 6}).gid, 0U);
+  links.add(kTopic, numbered(3, 300, 7));
+  EXPECT_TRUE(links.find_entry(kTopic, {.host = 0, .number = 5}).is_undecided);
+  EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 5}).gid, 0U);
+  EXPECT_FALSE(links.find_entry(kTopic, {.host = 1, .number = 5}).is_undecided);
+}
+
 // Not looked at are only those of which none can be it: the same as looking at all that are kept.
 TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
   std::mt19937 random(14);

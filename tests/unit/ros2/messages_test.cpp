@@ -516,5 +516,39 @@ TEST(Ros2Messages, AgnocastDoesNotLeaveItsMachine) {
   }
 }
 
+// Two containers of one machine, each with an IPC namespace, so that the kernel module numbers each
+// one's messages of /t. Here process 3 publishes by a number that process 1 has published by.
+TEST(Ros2Messages, AgnocastsNumberOfTwoProcessesIsOfNeither) {
+  const auto of_number = [](const std::string& number) {
+    return analyze_ros2(R"(
+    0 agnocast:agnocast_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+    0 agnocast:agnocast_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t queue_depth=1
+    1 agnocast:agnocast_timer_init pid=1 timer_handle=0x21 node_handle=0x10 callback=0x8 callback_group=0x70 symbol=tick period=100
+    2 agnocast:agnocast_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+    3 agnocast:agnocast_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/t queue_depth=2 pid_callback_info_id=77
+    4 agnocast:agnocast_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+    4 agnocast:agnocast_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t queue_depth=1
+    10 agnocast:agnocast_create_timer_callable pid=1 callable=0x91 timer_handle=0x21
+    11 agnocast:agnocast_callable_start pid=1 callable=0x91
+    12 agnocast:agnocast_publish pid=1 publisher_handle=0x60 entry_id=5
+    13 agnocast:agnocast_callable_end pid=1 callable=0x91
+    15 agnocast:agnocast_publish pid=3 publisher_handle=0x60 entry_id=)" +
+                            number + R"(
+    20 agnocast:agnocast_create_callable pid=2 callable=0x92 entry_id=5 pid_callback_info_id=77
+    21 agnocast:agnocast_callable_start pid=2 callable=0x92
+    24 agnocast:agnocast_callable_end pid=2 callable=0x92)",
+                        -1, R"yaml(
+callback_groups: []
+chains:
+  - {name: t, callbacks: ["/a@Timer(100)", "/b@Subscription(/t)"], path_latency: 20}
+)yaml");
+  };
+  EXPECT_THAT(of_number("6").chains(), ElementsAre("t: 1"));
+  const auto both = of_number("5");
+  EXPECT_THAT(both.chains(), ElementsAre("t: 0"));
+  EXPECT_TRUE(both.analysis.report.edges.empty());
+  EXPECT_EQ(both.verdict("Q2"), analysis::Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test

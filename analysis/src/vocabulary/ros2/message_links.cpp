@@ -20,6 +20,7 @@ std::shared_ptr<WrittenMessage> MessageLinks::Topic::add(const WrittenMessage& p
     publications.pop_front();
     if (settled > 0) --settled;
   }
+  if (publication.entry) entry_writers.emplace(publication.entry->host, publication.pid);
   publications.push_back({.message = std::make_shared<WrittenMessage>(publication)});
   return publications.back().message;
 }
@@ -132,10 +133,16 @@ MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,
   const auto found = topics_.find(topic);
   if (found == topics_.end()) return {};
   const auto& publications = found->second.publications;
-  const auto each = std::find_if(publications.rbegin(), publications.rend(),
-                                 [&entry](const auto& p) { return p.message->entry == entry; });
+  const auto is_it = [&entry](const Written& p) { return p.message->entry == entry; };
+  const auto each = std::find_if(publications.rbegin(), publications.rend(), is_it);
   if (each == publications.rend()) return {};
-  return {.gid = each->message->gid, .stamp = each->message->stamp};
+  const auto& latest = *each->message;
+  const auto is_anothers = [&](const Written& p) {
+    return is_it(p) && p.message->pid != latest.pid;
+  };
+  if (found->second.entry_writers.size() > 1 && std::any_of(each, publications.rend(), is_anothers))
+    return {.is_undecided = true};
+  return {.gid = latest.gid, .stamp = latest.stamp};
 }
 
 }  // namespace cie::analysis::ros2

@@ -9,8 +9,10 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 namespace cie::analysis::ros2 {
 
@@ -27,13 +29,14 @@ struct WrittenMessage {
   std::optional<std::int64_t> name{};  // by which the model knows it, if not by `stamp`
   std::int64_t from = 0;               // the writing lies between these two (CLOCK_REALTIME)
   std::int64_t until = std::numeric_limits<std::int64_t>::max();
-  // Agnocast's number of the message; each machine counts its own.
+  // Agnocast's number of the message; each IPC namespace of each machine counts its own.
   struct Entry {
     std::uint32_t host = 0;
     std::int64_t number = 0;
     bool operator==(const Entry&) const = default;
   };
   std::optional<Entry> entry{};
+  std::int64_t pid = 0;  // whose publisher it is; only where there is an entry
   // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one
   // message: any other timestamp between its two is of another writer.
   std::optional<std::int64_t> taken_as{};
@@ -63,6 +66,8 @@ class MessageLinks {
   // ahead.
   Origin find(const std::string& topic, std::int64_t source_timestamp,
               std::int64_t told_until = kAll);
+  // The latest publication by that number. Undecided where several processes published by it: they
+  // are in several IPC namespaces, or the topic began anew in between, and no event tells which.
   Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
 
   // A message was published by somebody who was never announced, on whichever topic.
@@ -116,6 +121,7 @@ class MessageLinks {
     }
 
     std::deque<Written> publications{};
+    std::set<std::pair<std::uint32_t, std::int64_t>> entry_writers{};  // host and pid
     std::size_t settled = 0;
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;

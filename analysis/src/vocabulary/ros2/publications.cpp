@@ -72,8 +72,10 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
     }
     case Ros2Event::agnocast_publish: {
       auto publication = in_process(context);
-      if (const auto number = p.integer(1))
+      if (const auto number = p.integer(1)) {
         publication.entry = {.host = context.process.host, .number = *number};
+        publication.pid = context.head.pid.value_or(0);
+      }
       tell_at_once(p.number<Address>(0), publication, context);
       return true;
     }
