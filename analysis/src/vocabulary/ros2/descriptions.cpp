@@ -21,6 +21,7 @@ void enter_agnocast(Ros2Event event, const Telling& telling, const Payload& p, P
   };
   switch (event) {
     case Ros2Event::agnocast_subscription:
+      if (p.integer(6) == 0) break;  // a polling subscription, whose callback nobody calls
       directory.add_subscription({.handle = handle,
                                   .node = p.number<Address>(1),
                                   .topic = p.text(4),
