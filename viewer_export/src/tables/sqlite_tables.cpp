@@ -141,7 +141,9 @@ class SqliteTable final : public TableWriter {
       const bool is_plain = is_ascii(*text);
       const std::string valid = is_plain ? std::string() : valid_utf8(*text);
       const std::string_view bound = is_plain ? *text : valid;
-      sqlite3_bind_text(insert_.get(), place, bound.data(), static_cast<int>(bound.size()),
+      // A null pointer, which an empty view may have, would be NULL.
+      sqlite3_bind_text(insert_.get(), place, bound.empty() ? "" : bound.data(),
+                        static_cast<int>(bound.size()),
                         is_plain ? SQLITE_STATIC : SQLITE_TRANSIENT);
     } else {
       sqlite3_bind_null(insert_.get(), place);
