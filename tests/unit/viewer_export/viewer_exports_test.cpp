@@ -187,6 +187,31 @@ TEST(ViewerExports, OtlpPutsNothingOfAProcessIntoTheSpanOfOneBeforeIt) {
     EXPECT_FALSE(span.contains("parentSpanId")) << span;
 }
 
+// The format has no place for it, so nothing can name it.
+TEST(ViewerExports, OtlpNamesNoParentThatNeverEnded) {
+  const auto viewer = make_viewer_export("otlp", {});
+  const auto unended = test::instance(test::kTimer, 11, 0, -1, 100, -1);
+  viewer->on_publication(test::publication(110, 11, 0, 1));
+  viewer->on_publication(test::publication(120, 11, 0, 2));
+  viewer->on_instance(test::taking(test::instance(test::kTrack, 12, 0, -1, 200, 300), 1));
+  viewer->on_instance(unended);
+  std::ostringstream out;
+  EXPECT_EQ(viewer->write(out, {}).publications, 2U);
+  std::set<std::string> ids;
+  std::set<std::string> traces;
+  std::set<std::string> parents;
+  const auto line = nlohmann::json::parse(out.str());
+  for (const auto& span : line.at("resourceSpans").at(0).at("scopeSpans").at(0).at("spans")) {
+    ids.insert(span.at("spanId"));
+    traces.insert(span.at("traceId"));
+    if (span.contains("parentSpanId")) parents.insert(span.at("parentSpanId"));
+  }
+  EXPECT_EQ(ids.size(), 3U);
+  EXPECT_EQ(traces.size(), 1U) << "that of the run that never ended";
+  ASSERT_EQ(parents.size(), 1U) << "who took the message has the publication";
+  EXPECT_TRUE(ids.contains(*parents.begin()));
+}
+
 // A message of 5 from the desk to the robot, whose clock shows 1 000 less.
 std::string exported_message(std::string_view format) {
   const auto viewer = make_viewer_export(format, {});

@@ -28,7 +28,7 @@ constexpr std::size_t kSpansPerLine = 512;
 // Hexadecimal, as the format has ids in JSON.
 struct Context {
   std::string trace;  // 32 digits
-  std::string span;   // 16 digits
+  std::string span;   // 16 digits; empty: it is not in the file
 };
 
 // The first `digits` of a digest; all zeros would mean "none".
@@ -111,11 +111,12 @@ class OtlpExport final : public RecordingExport {
                       .span = id_of(identity, 16)};
     auto& nesting = nesting_[thread_of(i)];
     nesting.change_process(i.process);
-    nesting.enter(i.start.ns, i.end ? std::optional(i.end->ns) : std::nullopt, own);
     if (!i.end) {
+      nesting.enter(i.start.ns, std::nullopt, {.trace = own.trace, .span = {}});
       ++counts_.unfinished;  // the format demands an end, and we make none up
       return;
     }
+    nesting.enter(i.start.ns, i.end->ns, own);
     Attributes attributes;
     add_thread(attributes, thread_of(i));
     add_notes(attributes, i);
