@@ -17,8 +17,9 @@ std::optional<Isolation> worst_of(std::optional<Isolation> a, std::optional<Isol
   return a && b ? a : std::nullopt;
 }
 
+// A sum of which one part is unknown is unknown.
 void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>& other) {
-  if (other) into = into.value_or(0) + *other;
+  into = into && other ? std::optional(*into + *other) : std::nullopt;
 }
 
 void merge(CallbackSample& into, const CallbackSample& other) {
@@ -32,11 +33,7 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   add(into.exceptions, other.exceptions);
   into.isolation = worst_of(into.isolation, other.isolation);
   add(into.missed_releases, other.missed_releases);
-  if (into.missing_instances && other.missing_instances) {
-    *into.missing_instances += *other.missing_instances;
-  } else {
-    into.missing_instances.reset();
-  }
+  add(into.missing_instances, other.missing_instances);
   add(into.lost_samples, other.lost_samples);
   add(into.overwritten_samples, other.overwritten_samples);
   if (!into.lateness || !other.lateness) {

@@ -293,6 +293,27 @@ TEST(Compare, NoticesMoreLostAndOverwrittenSamples) {
   EXPECT_FALSE(change(overwriting, overwriting).is_regression());
 }
 
+// Of one of two processes a count is known: 60 of 200 runs at least, and nobody knows how many more.
+TEST(Compare, KnowsNoSumOfWhichOnePartIsUnknown) {
+  using Count = std::optional<std::uint64_t> CallbackSample::*;
+  for (const Count count : {&CallbackSample::exceptions, &CallbackSample::missed_releases,
+                            &CallbackSample::missing_instances, &CallbackSample::lost_samples,
+                            &CallbackSample::overwritten_samples}) {
+    const auto sum = [&](std::optional<std::uint64_t> first, std::optional<std::uint64_t> second) {
+      std::vector<CallbackSample> samples;
+      for (const auto& part : {first, second}) {
+        auto of_process = sample(0, 100);
+        of_process.*count = part;
+        add_sample(samples, std::move(of_process));
+      }
+      return samples.at(0).*count;
+    };
+    EXPECT_EQ(sum(0, 60), 60U);
+    EXPECT_EQ(sum(60, std::nullopt), std::nullopt);
+    EXPECT_EQ(sum(std::nullopt, 60), std::nullopt);
+  }
+}
+
 // Half as many runs as before is 500 and not less; 300 are, beyond chance.
 TEST(Compare, NoticesFarFewerRuns) {
   EXPECT_TRUE(change(sample(0, 1'000), sample(0, 300)).runs_less);
