@@ -110,6 +110,14 @@ std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex in
   return longest;
 }
 
+TimeWindow life_of(const Model& model, const CallbackFacts& facts) {
+  TimeWindow life;
+  const bool is_announced = model.processes[at(facts.process)].first_moment != RunMoment::start;
+  if (facts.registered && !is_announced) life.from = facts.registered->time;
+  if (facts.fini) life.to = facts.fini->at.time;
+  return life;
+}
+
 // Its quantities will be asked for soon: they lie far from each other.
 void prefetch(const CallbackFacts& facts) {
   for (const auto* quantity :
@@ -167,6 +175,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.may_lack_runs = context.proof.loss(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(context, index);
+  report.lived = life_of(model, facts);
   if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);

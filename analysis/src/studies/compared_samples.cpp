@@ -1,5 +1,6 @@
 #include <cie/analysis/comparison.hpp>
 #include <cie/analysis/deadline.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include <algorithm>
 #include <map>
@@ -49,27 +50,23 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   }
 }
 
-// From a process's first run of a callback to the end of its last one, by its host's clock.
-struct Life {
-  HostIndex host{};
-  Timestamp begin;
-  Timestamp end;
-};
+using WindowsByHost = std::map<HostIndex, std::vector<TimeWindow>>;  // by the host's clock
 
-std::uint64_t most_at_once(const std::vector<Life>& lives) {
-  std::map<HostIndex, std::vector<std::pair<Timestamp, int>>> changes;
-  for (const auto& life : lives) {
-    changes[life.host].emplace_back(life.begin, 1);
-    changes[life.host].emplace_back(life.end, -1);
-  }
+std::uint64_t most_at_once(const WindowsByHost& windows_by_host) {
   std::uint64_t all = 0;
-  for (auto& [host, times] : changes) {
-    std::ranges::sort(times);
-    int running = 0;
-    int most = 0;
-    for (const auto& [time, change] : times) {
-      running += change;
-      most = std::max(most, running);
+  for (const auto& [host, windows] : windows_by_host) {
+    std::vector<std::pair<Timestamp, bool>>
+        edges;  // and whether it is an end: windows include both
+    for (const auto& window : windows) {
+      edges.emplace_back(window.from, false);
+      edges.emplace_back(window.to, true);
+    }
+    std::ranges::sort(edges);
+    std::int64_t open = 0;
+    std::int64_t most = 0;
+    for (const auto& [time, is_end] : edges) {
+      open += is_end ? -1 : 1;
+      most = std::max(most, open);
     }
     all += static_cast<std::uint64_t>(most);
   }
@@ -91,6 +88,40 @@ void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample) {
   }
 }
 
+// When callbacks of one id lived, for certain and at most.
+struct SampleCollector::Lives {
+  WindowsByHost at_least;
+  WindowsByHost at_most;
+
+  std::optional<std::uint64_t> most_at_once() const {
+    const auto least = analysis::most_at_once(at_least);
+    return least == analysis::most_at_once(at_most) ? std::optional(least) : std::nullopt;
+  }
+};
+
+std::map<std::string_view, SampleCollector::Lives> SampleCollector::lives_by_id(
+    const Report& report) const {
+  const ReportRows rows(report);
+  const TimeWindow unknown;
+  std::map<std::string_view, Lives> lives_by_id;
+  for (const auto& callback : report.callbacks) {
+    auto& lives = lives_by_id[callback.logical_id];
+    const auto& process = rows.process_of(callback);
+    const TimeWindow at_most{.from = std::max(callback.lived.from, process.lived.from),
+                             .to = std::min(callback.lived.to, process.lived.to)};
+    lives.at_most[process.host_index].push_back(at_most);
+    const auto number = at(callback.index);
+    const bool has_run = number < measured_.size() && !measured_[number].logical_id.empty();
+    auto at_least = TimeWindow{.from = callback.lived.from, .to = at_most.to};
+    if (has_run && at_least.from == unknown.from) at_least.from = measured_[number].first_start;
+    if (at_least.from == unknown.from) continue;
+    if (at_least.to == unknown.to)
+      at_least.to = has_run ? measured_[number].last_end : at_least.from;
+    lives.at_least[process.host_index].push_back(at_least);
+  }
+  return lives_by_id;
+}
+
 void SampleCollector::on_instance(const Instance& instance) {
   if (instance.state != InstanceState::complete || !instance.end || instance.logical_id.empty()) {
     return;
@@ -100,7 +131,6 @@ void SampleCollector::on_instance(const Instance& instance) {
   auto& measured = measured_[number];
   if (measured.logical_id.empty()) {
     measured.logical_id = instance.logical_id;
-    measured.host = instance.host;
     measured.first_start = instance.start;
     measured.last_end = *instance.end;
   }
@@ -150,18 +180,16 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     }
   }
   std::map<std::string_view, Measured> by_id;
-  std::map<std::string_view, std::vector<Life>> lives;
+  const auto lives = lives_by_id(report);
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const auto& measured = measured_[i];
-    lives[measured.logical_id].push_back(
-        {.host = measured.host, .begin = measured.first_start, .end = measured.last_end});
     auto& sum = by_id[measured.logical_id];
     sum.merge_quantities(has_no_releases[i] ? measured.without_releases() : measured);
   }
   std::vector<CallbackSample> samples;
   for (const auto& callback : report.callbacks) {
     CallbackSample sample{.logical_id = callback.logical_id,
-                          .processes_at_once = most_at_once(lives[callback.logical_id]),
+                          .processes_at_once = lives.at(callback.logical_id).most_at_once(),
                           .instances = callback.instances,
                           .incomplete = callback.incomplete,
                           .exceptions = callback.exceptions,

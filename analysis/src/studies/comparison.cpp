@@ -108,7 +108,8 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
                          const Records& records, double tolerance) {
   constexpr double kHalf = 0.5;
   const auto absence = absence_of(before, after, records.ratio);
-  const bool is_known = absence != Absence::gone_from_process || after.processes_at_once;
+  const bool is_known = absence != Absence::gone_from_process ||
+                        (before.processes_at_once && after.processes_at_once);
   return {.logical_id = before.logical_id,
           .is_before = true,
           .is_after = true,

@@ -243,6 +243,8 @@ TEST(Compare, MissesAProcessAndNotARestart) {
   const auto of_reports = change(in_processes(2, std::nullopt), in_processes(1, std::nullopt));
   EXPECT_EQ(of_reports.absence, Absence::gone_from_process);
   EXPECT_FALSE(of_reports.is_regression()) << "a report does not say whether they ran at once";
+  EXPECT_FALSE(change(in_processes(2, std::nullopt), in_processes(1, 1)).is_regression())
+      << "they may have been one, started twice";
 }
 
 // One delay of 20 periods misses 20 releases and is one event.
@@ -483,6 +485,62 @@ TEST(SampleCollector, BoundsWhatHasNoRelease) {
   EXPECT_EQ(sample.response_time.at_most.rbegin()->first, 20U);
   EXPECT_EQ(sample.start_latency.at_least.at(20), 0);
   EXPECT_EQ(sample.start_latency.at_most.at(20), 50);
+}
+
+// A process, and when its callback was made, ran once for 100 ns, and ended.
+struct OneRun {
+  TimeWindow process;
+  TimeWindow callback;
+  std::optional<std::int64_t> start;
+};
+
+CallbackSample sample_of(const std::vector<OneRun>& processes) {
+  SampleCollector collector;
+  Report report;
+  for (std::uint32_t i = 0; i < processes.size(); ++i) {
+    auto& process = report.processes.emplace_back();
+    process.index = ProcessIndex{i};
+    process.lived = processes[i].process;
+    auto& callback = report.callbacks.emplace_back();
+    callback.index = CallbackIndex{i};
+    callback.process = ProcessIndex{i};
+    callback.logical_id = "/a";
+    callback.lived = processes[i].callback;
+    if (!processes[i].start) continue;
+    auto instance = instance_at(*processes[i].start, ReleaseSource::exact, 20);
+    instance.callback = callback.index;
+    instance.process = callback.process;
+    collector.on_instance(instance);
+  }
+  return collector.samples(report).at(0);
+}
+
+TEST(SampleCollector, CountsProcessesThatHadACallbackAtOneTime) {
+  const auto at_once = [](const std::vector<OneRun>& processes) {
+    return sample_of(processes).processes_at_once;
+  };
+  const auto window = [](std::int64_t from, std::int64_t to) {
+    return TimeWindow{.from = Timestamp{from}, .to = Timestamp{to}};
+  };
+  const auto since = [](std::int64_t from) { return TimeWindow{.from = Timestamp{from}}; };
+  const auto until = [](std::int64_t to) { return TimeWindow{.to = Timestamp{to}}; };
+  const auto all = window(0, 9'000);
+  EXPECT_EQ(at_once({{all, all, 1'000}, {all, all, 1'000}}), 2U);
+  EXPECT_EQ(at_once({{all, all, 1'000}, {all, all, 2'000}}), 2U) << "whenever it runs";
+  EXPECT_EQ(at_once({{all, all, 1'000}, {all, all, std::nullopt}}), 2U) << "or never";
+  EXPECT_EQ(
+      at_once({{window(0, 1'500), since(1), 1'000}, {window(1'600, 9'000), since(1'601), 2'000}}),
+      1U)
+      << "restarted";
+  EXPECT_EQ(at_once({{all, window(1, 1'500), 1'000}, {all, window(1'600, 8'000), 2'000}}), 1U)
+      << "unloaded from one, then loaded into the other";
+  EXPECT_EQ(at_once({{until(9'000), until(8'000), 1'000}, {until(9'000), until(8'000), 2'000}}), 2U)
+      << "attached to: they ended together";
+  EXPECT_EQ(at_once({{since(0), since(1), 1'000}, {since(0), since(2), 1'050}}), 2U)
+      << "their ends were not seen, and their runs overlap";
+  EXPECT_EQ(at_once({{since(0), since(1), 1'000}, {since(1'500), since(1'600), 2'000}}),
+            std::nullopt)
+      << "the first may have been killed";
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {

@@ -101,7 +101,7 @@ struct Lateness {
 struct CallbackSample {
   std::string logical_id;
   std::uint64_t processes = 1;  // that had it
-  // Most of those that ran it at one time; empty: not known, a report does not say.
+  // Most of those that had it at one time; empty: not known, a report does not say.
   std::optional<std::uint64_t> processes_at_once{};
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;               // open or cut by an edge
@@ -158,13 +158,13 @@ class SampleCollector final : public Observer {
   std::vector<CallbackSample> samples(const Report& report) const;
 
  private:
+  struct Lives;
   struct Bounded {
     Statistics at_least;
     Statistics at_most;
   };
   struct Measured {
     std::string logical_id;
-    HostIndex host{};
     Timestamp first_start{};
     Timestamp last_end{};
     Bounded response_time;
@@ -175,6 +175,8 @@ class SampleCollector final : public Observer {
     void merge_quantities(const Measured& other);
     Measured without_releases() const;
   };
+  std::map<std::string_view, Lives> lives_by_id(const Report& report) const;
+
   std::vector<Measured> measured_;  // by Instance::callback
 };
 
