@@ -54,6 +54,7 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
   return {.logical_id = callback.logical_id,
           .instances = callback.instances,
           .incomplete = callback.incomplete,
+          .runs_not_seen = callback.runs_not_seen,
           .exceptions = callback.exceptions,
           .missed_releases = callback.missed_releases,
           .isolation = callback.isolation,

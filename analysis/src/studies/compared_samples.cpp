@@ -28,6 +28,7 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   if (!other.processes_at_once) into.processes_at_once.reset();
   into.instances += other.instances;
   into.incomplete += other.incomplete;
+  into.runs_not_seen += other.runs_not_seen;
   into.response_time = merged(into.response_time, other.response_time);
   into.start_latency = merged(into.start_latency, other.start_latency);
   into.duration = merged(into.duration, other.duration);
@@ -192,6 +193,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .processes_at_once = lives.at(callback.logical_id).most_at_once(),
                           .instances = callback.instances,
                           .incomplete = callback.incomplete,
+                          .runs_not_seen = callback.runs_not_seen,
                           .exceptions = callback.exceptions,
                           .missed_releases = callback.missed_releases,
                           .isolation = callback.isolation,

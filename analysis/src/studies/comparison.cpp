@@ -104,12 +104,25 @@ Change change_of_missed(const CallbackSample& before, const CallbackSample& afte
                    after.instances, tolerance);
 }
 
+// Whether a complete record after proves it: not where it tells of runs before it began.
+bool can_be_proved(Absence absence, const CallbackSample& before, const CallbackSample& after) {
+  switch (absence) {
+    case Absence::gone_from_process:
+      return before.processes_at_once && after.processes_at_once;
+    case Absence::never_runs:
+      return after.runs_not_seen == 0;
+    case Absence::gone:
+      return true;
+    case Absence::none:
+      break;
+  }
+  return false;
+}
+
 CallbackChange change_of(const CallbackSample& before, const CallbackSample& after,
                          const Records& records, double tolerance) {
   constexpr double kHalf = 0.5;
   const auto absence = absence_of(before, after, records.ratio);
-  const bool is_known = absence != Absence::gone_from_process ||
-                        (before.processes_at_once && after.processes_at_once);
   return {.logical_id = before.logical_id,
           .is_before = true,
           .is_after = true,
@@ -120,7 +133,7 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .incomplete_before = before.incomplete,
           .incomplete_after = after.incomplete,
           .absence = absence,
-          .is_absence_proved = absence != Absence::none && is_known && records.is_after_complete,
+          .is_absence_proved = records.is_after_complete && can_be_proved(absence, before, after),
           .never_ends = records.is_after_complete && before.incomplete == 0 && after.incomplete > 0,
           .runs_less = after.has_run() && runs_less(before, after, records.ratio, kHalf),
           .quantities = quantities(before, after, tolerance),

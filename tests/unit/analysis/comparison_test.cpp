@@ -205,6 +205,17 @@ TEST(Compare, MissesWhatNeverRunsAnyMoreBeyondChance) {
   EXPECT_EQ(change(sample(0, 10), open).absence, Absence::none) << "it runs";
 }
 
+// As of a process that was attached to after its start-up: whether it would run again nobody knows.
+TEST(Compare, OfWhatRanBeforeTheRecordItIsUndecidedWhetherItRunsAnyMore) {
+  auto attached = sample(0, 0);
+  attached.runs_not_seen = 20;
+  const auto comparison = compared(sample(0, 20), attached);
+  EXPECT_EQ(comparison.callbacks.at(0).absence, Absence::never_runs);
+  EXPECT_FALSE(comparison.callbacks.at(0).is_absence_proved);
+  EXPECT_FALSE(comparison.callbacks.at(0).is_regression());
+  EXPECT_EQ(comparison.outcome(), Outcome::undecided);
+}
+
 // A record a ninth as long has 0 of 10 runs with probability 0.9^10.
 TEST(Compare, ExpectsFewerRunsOfAShorterRecord) {
   ComparedSide before{.record = {.is_complete = true, .losses = {}, .length = Duration{9'000}},

@@ -105,6 +105,7 @@ struct CallbackSample {
   std::optional<std::uint64_t> processes_at_once{};
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;               // open or cut by an edge
+  std::uint64_t runs_not_seen = 0;            // as in CallbackReport
   std::optional<std::uint64_t> exceptions{};  // empty: not told
   std::optional<std::uint64_t> missed_releases;
   // Before how many instances they were missed: one delay misses several. Empty: a report does not say.
@@ -208,7 +209,7 @@ struct CallbackChange {
   std::uint64_t incomplete_before = 0;
   std::uint64_t incomplete_after = 0;
   Absence absence = Absence::none;
-  bool is_absence_proved = false;          // the record after it is complete
+  bool is_absence_proved = false;          // by a complete record after, in which no run is unseen
   bool never_ends = false;                 // proved of a run after, and that there was none before
   bool runs_less = false;                  // less than half as often as before, beyond chance
   std::vector<QuantityChange> quantities;  // empty unless it is on both sides
