@@ -50,11 +50,18 @@ analysis::ComparedRecord record_in(const Json& report) {
                                       !report.at("callbacks").empty());
 }
 
-analysis::CallbackSample sample_of(const CallbackReport& callback) {
+// A complete record has the end of each run that ended.
+std::optional<bool> never_ends(const CallbackReport& callback, bool is_complete) {
+  if (callback.incomplete == 0) return false;
+  return is_complete ? std::optional(true) : std::nullopt;
+}
+
+analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_complete) {
   return {.logical_id = callback.logical_id,
           .instances = callback.instances,
           .incomplete = callback.incomplete,
           .runs_not_seen = callback.runs_not_seen,
+          .never_ends = never_ends(callback, is_complete),
           .exceptions = callback.exceptions,
           .missed_releases = callback.missed_releases,
           .isolation = callback.isolation,
@@ -92,7 +99,7 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
     }
     side.record = record_in(report);
     for (const auto& callback : report.at("callbacks"))
-      add_sample(side.callbacks, sample_of(callback_in(callback)));
+      add_sample(side.callbacks, sample_of(callback_in(callback), side.record.is_complete));
   } catch (const std::exception& error) {
     throw fail(without_number(error.what()));
   }

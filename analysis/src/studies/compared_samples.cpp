@@ -18,6 +18,16 @@ std::optional<Isolation> worst_of(std::optional<Isolation> a, std::optional<Isol
   return a && b ? a : std::nullopt;
 }
 
+std::optional<bool> any_of(std::optional<bool> a, std::optional<bool> b) {
+  if (a == true || b == true) return true;
+  return a && b ? a : std::nullopt;
+}
+
+// A run that an edge of the recording cut is none.
+bool never_ends(const CallbackReport& callback) {
+  return callback.longest_open && callback.longest_open->response_least;
+}
+
 // A sum of which one part is unknown is unknown.
 void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>& other) {
   into = into && other ? std::optional(*into + *other) : std::nullopt;
@@ -29,6 +39,7 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.instances += other.instances;
   into.incomplete += other.incomplete;
   into.runs_not_seen += other.runs_not_seen;
+  into.never_ends = any_of(into.never_ends, other.never_ends);
   into.response_time = merged(into.response_time, other.response_time);
   into.start_latency = merged(into.start_latency, other.start_latency);
   into.duration = merged(into.duration, other.duration);
@@ -194,6 +205,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .instances = callback.instances,
                           .incomplete = callback.incomplete,
                           .runs_not_seen = callback.runs_not_seen,
+                          .never_ends = never_ends(callback),
                           .exceptions = callback.exceptions,
                           .missed_releases = callback.missed_releases,
                           .isolation = callback.isolation,

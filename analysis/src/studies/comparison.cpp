@@ -134,7 +134,7 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .incomplete_after = after.incomplete,
           .absence = absence,
           .is_absence_proved = records.is_after_complete && can_be_proved(absence, before, after),
-          .never_ends = records.is_after_complete && before.incomplete == 0 && after.incomplete > 0,
+          .never_ends = before.never_ends == false && after.never_ends == true,
           .runs_less = after.has_run() && runs_less(before, after, records.ratio, kHalf),
           .quantities = quantities(before, after, tolerance),
           .exceptions_before = before.exceptions,

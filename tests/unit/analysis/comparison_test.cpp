@@ -26,6 +26,7 @@ CallbackSample sample(std::int64_t first, std::int64_t count) {
   CallbackSample result;
   result.logical_id = "/a";
   result.instances = static_cast<std::uint64_t>(count);
+  result.never_ends = false;
   result.isolation = Isolation::isolated;
   result.response_time = OrderStatistics::of(ramp(first, count));
   return result;
@@ -277,8 +278,16 @@ TEST(Compare, CountsADelayOnceHoweverManyReleasesItMissed) {
 TEST(Compare, NoticesWhatNeverEndsAndExceptions) {
   auto hanging = sample(0, 900);
   hanging.incomplete = 1;
+  hanging.never_ends = true;
   EXPECT_TRUE(change(sample(0, 1'000), hanging).never_ends);
   EXPECT_FALSE(change(hanging, hanging).never_ends) << "as before";
+  auto cut = hanging;
+  cut.never_ends = false;
+  EXPECT_TRUE(change(cut, hanging).never_ends) << "an edge of the recording is no hang";
+  EXPECT_FALSE(change(sample(0, 1'000), cut).never_ends);
+  cut.never_ends.reset();
+  EXPECT_FALSE(change(cut, hanging).never_ends) << "it may have hung before";
+  EXPECT_FALSE(change(sample(0, 1'000), cut).never_ends) << "it may go on";
   auto ended = sample(0, 1'000);
   ended.exceptions = 0;
   auto thrown = ended;
@@ -552,6 +561,22 @@ TEST(SampleCollector, CountsProcessesThatHadACallbackAtOneTime) {
   EXPECT_EQ(at_once({{since(0), since(1), 1'000}, {since(1'500), since(1'600), 2'000}}),
             std::nullopt)
       << "the first may have been killed";
+}
+
+TEST(SampleCollector, KnowsWhatNeverEndsByTotals) {
+  Report report;
+  auto& callback = report.callbacks.emplace_back();
+  callback.logical_id = "/a";
+  const auto never_ends = [&report] { return SampleCollector().samples(report).at(0).never_ends; };
+  EXPECT_EQ(never_ends(), false);
+  callback.incomplete = 1;
+  callback.longest_open = OpenRun{.until_end = Duration{100}};
+  EXPECT_EQ(never_ends(), false) << "cut by the end of the recording";
+  callback.longest_open->response_least = Duration{100};
+  EXPECT_EQ(never_ends(), true) << "as totals prove";
+  report.callbacks.push_back(callback);
+  report.callbacks[0].longest_open->response_least.reset();
+  EXPECT_EQ(never_ends(), true) << "of one of two processes";
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {

@@ -104,8 +104,10 @@ struct CallbackSample {
   // Most of those that had it at one time; empty: not known, a report does not say.
   std::optional<std::uint64_t> processes_at_once{};
   std::uint64_t instances = 0;
-  std::uint64_t incomplete = 0;               // open or cut by an edge
-  std::uint64_t runs_not_seen = 0;            // as in CallbackReport
+  std::uint64_t incomplete = 0;     // open or cut by an edge
+  std::uint64_t runs_not_seen = 0;  // as in CallbackReport
+  // Whether totals prove of one of its runs that it did not end. Empty: one may not have ended.
+  std::optional<bool> never_ends{};
   std::optional<std::uint64_t> exceptions{};  // empty: not told
   std::optional<std::uint64_t> missed_releases;
   // Before how many instances they were missed: one delay misses several. Empty: a report does not say.
