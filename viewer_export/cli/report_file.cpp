@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace cie::cli {
@@ -56,6 +57,24 @@ std::optional<bool> never_ends(const CallbackReport& callback, bool is_complete)
   return is_complete ? std::optional(true) : std::nullopt;
 }
 
+// As in SampleCollector's samples. Rows have a host where there are several.
+bool is_isolation_claimed(const Json& report, const Json& callback) {
+  const auto is_of_its_process = [&callback](const Json& row) {
+    return row.at("pid") == callback.at("pid") &&
+           (!callback.contains("host") || row.value("host", Json()) == callback.at("host"));
+  };
+  return std::ranges::any_of(report.at("processes"),
+                             [&](const Json& process) {
+                               return is_of_its_process(process) &&
+                                      process.value("executor", Json()) == "isolated";
+                             }) ||
+         std::ranges::any_of(report.at("threads"), [&](const Json& thread) {
+           const auto& ran = thread.at("callbacks");
+           return is_of_its_process(thread) && thread.value("role", Json()) == "callback" &&
+                  std::ranges::find(ran, callback.at("logical_id")) != ran.end();
+         });
+}
+
 analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_complete) {
   return {.logical_id = callback.logical_id,
           .instances = callback.instances,
@@ -98,8 +117,11 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
       throw std::runtime_error("its schema is neither cie.report/1 nor cie.report/2");
     }
     side.record = record_in(report);
-    for (const auto& callback : report.at("callbacks"))
-      add_sample(side.callbacks, sample_of(callback_in(callback), side.record.is_complete));
+    for (const auto& callback : report.at("callbacks")) {
+      auto sample = sample_of(callback_in(callback), side.record.is_complete);
+      sample.is_isolation_claimed = is_isolation_claimed(report, callback);
+      add_sample(side.callbacks, std::move(sample));
+    }
   } catch (const std::exception& error) {
     throw fail(without_number(error.what()));
   }

@@ -28,6 +28,14 @@ bool never_ends(const CallbackReport& callback) {
   return callback.longest_open && callback.longest_open->response_least;
 }
 
+bool is_isolation_claimed(const CallbackReport& callback, const ReportRows& rows) {
+  return rows.process_of(callback).executor == "isolated" ||
+         std::ranges::any_of(callback.threads, [&rows](const CallbackThread& ran_on) {
+           const auto* thread = rows.find(ran_on.thread);
+           return thread != nullptr && thread->role == ThreadRole::callback;
+         });
+}
+
 // A sum of which one part is unknown is unknown.
 void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>& other) {
   into = into && other ? std::optional(*into + *other) : std::nullopt;
@@ -45,6 +53,7 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.duration = merged(into.duration, other.duration);
   add(into.exceptions, other.exceptions);
   into.isolation = worst_of(into.isolation, other.isolation);
+  into.is_isolation_claimed = into.is_isolation_claimed && other.is_isolation_claimed;
   add(into.missed_releases, other.missed_releases);
   add(into.missing_instances, other.missing_instances);
   add(into.lost_samples, other.lost_samples);
@@ -198,6 +207,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     auto& sum = by_id[measured.logical_id];
     sum.merge_quantities(has_no_releases[i] ? measured.without_releases() : measured);
   }
+  const ReportRows rows(report);
   std::vector<CallbackSample> samples;
   for (const auto& callback : report.callbacks) {
     CallbackSample sample{.logical_id = callback.logical_id,
@@ -209,6 +219,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .exceptions = callback.exceptions,
                           .missed_releases = callback.missed_releases,
                           .isolation = callback.isolation,
+                          .is_isolation_claimed = is_isolation_claimed(callback, rows),
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},

@@ -144,8 +144,9 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .missed_before = before.missed_releases,
           .missed_after = after.missed_releases,
           .missed = change_of_missed(before, after, tolerance),
-          .lost_isolation =
-              before.isolation == Isolation::isolated && after.isolation == Isolation::not_isolated,
+          .lost_isolation = before.is_isolation_claimed &&
+                            before.isolation == Isolation::isolated &&
+                            after.isolation == Isolation::not_isolated,
           .lateness_before = before.lateness,
           .lateness_after = after.lateness,
           .lost_before = before.lost_samples,

@@ -28,6 +28,7 @@ CallbackSample sample(std::int64_t first, std::int64_t count) {
   result.instances = static_cast<std::uint64_t>(count);
   result.never_ends = false;
   result.isolation = Isolation::isolated;
+  result.is_isolation_claimed = true;
   result.response_time = OrderStatistics::of(ramp(first, count));
   return result;
 }
@@ -166,6 +167,9 @@ TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
   auto shared = sample(0, 10);
   shared.isolation = Isolation::not_isolated;
   EXPECT_TRUE(change(sample(0, 10), shared).lost_isolation);
+  auto by_chance = sample(0, 10);
+  by_chance.is_isolation_claimed = false;
+  EXPECT_FALSE(change(by_chance, shared).lost_isolation) << "of a pool, whose threads ran one each";
 }
 
 TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
@@ -577,6 +581,27 @@ TEST(SampleCollector, KnowsWhatNeverEndsByTotals) {
   report.callbacks.push_back(callback);
   report.callbacks[0].longest_open->response_least.reset();
   EXPECT_EQ(never_ends(), true) << "of one of two processes";
+}
+
+TEST(SampleCollector, KnowsWhoClaimsIsolation) {
+  Report report;
+  report.processes.emplace_back();
+  auto& thread = report.threads.emplace_back();
+  auto& callback = report.callbacks.emplace_back();
+  callback.logical_id = "/a";
+  callback.threads = {CallbackThread{.thread = {}, .tid = 7, .name = "a", .instances = 1}};
+  const auto is_claimed = [&report] {
+    return SampleCollector().samples(report).at(0).is_isolation_claimed;
+  };
+  thread.role = ThreadRole::pool;
+  EXPECT_FALSE(is_claimed());
+  thread.role = ThreadRole::callback;
+  EXPECT_TRUE(is_claimed());
+  thread.role.reset();
+  report.processes.front().executor = "multi_threaded";
+  EXPECT_FALSE(is_claimed());
+  report.processes.front().executor = "isolated";
+  EXPECT_TRUE(is_claimed());
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {
