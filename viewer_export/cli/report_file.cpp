@@ -63,11 +63,15 @@ bool is_isolation_claimed(const Json& report, const Json& callback) {
     return row.at("pid") == callback.at("pid") &&
            (!callback.contains("host") || row.value("host", Json()) == callback.at("host"));
   };
-  return std::ranges::any_of(report.at("processes"),
-                             [&](const Json& process) {
-                               return is_of_its_process(process) &&
-                                      process.value("executor", Json()) == "isolated";
-                             }) ||
+  Json executor;
+  for (const auto& process : report.at("processes"))
+    if (is_of_its_process(process)) executor = process.value("executor", Json());
+  if (executor.is_null()) {
+    return std::ranges::none_of(report.at("callbacks"), [&](const Json& other) {
+      return is_of_its_process(other) && other.value("isolation", Json()) == "not_isolated";
+    });
+  }
+  return executor == "isolated" ||
          std::ranges::any_of(report.at("threads"), [&](const Json& thread) {
            const auto& ran = thread.at("callbacks");
            return is_of_its_process(thread) && thread.value("role", Json()) == "callback" &&

@@ -28,8 +28,15 @@ bool never_ends(const CallbackReport& callback) {
   return callback.longest_open && callback.longest_open->response_least;
 }
 
-bool is_isolation_claimed(const CallbackReport& callback, const ReportRows& rows) {
-  return rows.process_of(callback).executor == "isolated" ||
+// ROS 2's events name no executor: there it is if no callback of the process shares its thread.
+bool is_isolation_claimed(const Report& report, const CallbackReport& callback,
+                          const ReportRows& rows) {
+  const auto& executor = rows.process_of(callback).executor;
+  const auto shares = [&callback](const CallbackReport& other) {
+    return other.process == callback.process && other.isolation == Isolation::not_isolated;
+  };
+  if (!executor) return std::ranges::none_of(report.callbacks, shares);
+  return executor == "isolated" ||
          std::ranges::any_of(callback.threads, [&rows](const CallbackThread& ran_on) {
            const auto* thread = rows.find(ran_on.thread);
            return thread != nullptr && thread->role == ThreadRole::callback;
@@ -219,7 +226,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .exceptions = callback.exceptions,
                           .missed_releases = callback.missed_releases,
                           .isolation = callback.isolation,
-                          .is_isolation_claimed = is_isolation_claimed(callback, rows),
+                          .is_isolation_claimed = is_isolation_claimed(report, callback, rows),
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},

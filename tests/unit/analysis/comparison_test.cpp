@@ -593,15 +593,22 @@ TEST(SampleCollector, KnowsWhoClaimsIsolation) {
   const auto is_claimed = [&report] {
     return SampleCollector().samples(report).at(0).is_isolation_claimed;
   };
+  report.processes.front().executor = "multi_threaded";
   thread.role = ThreadRole::pool;
   EXPECT_FALSE(is_claimed());
   thread.role = ThreadRole::callback;
   EXPECT_TRUE(is_claimed());
   thread.role.reset();
-  report.processes.front().executor = "multi_threaded";
   EXPECT_FALSE(is_claimed());
   report.processes.front().executor = "isolated";
   EXPECT_TRUE(is_claimed());
+  report.processes.front().executor.reset();  // ROS 2 names none
+  EXPECT_TRUE(is_claimed()) << "no callback of the process shared its thread";
+  auto other = callback;
+  other.logical_id = "/b";
+  other.isolation = Isolation::not_isolated;
+  report.callbacks.push_back(other);
+  EXPECT_FALSE(is_claimed());
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {

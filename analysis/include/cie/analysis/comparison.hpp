@@ -113,7 +113,8 @@ struct CallbackSample {
   // Before how many instances they were missed: one delay misses several. Empty: a report does not say.
   std::optional<std::uint64_t> missing_instances{};
   std::optional<Isolation> isolation;  // empty: unknown
-  // Its executor is the isolated one, or threads for callbacks ran it: not by chance alone.
+  // Its executor is the isolated one, threads for callbacks ran it, or no callback of its process shared
+  // a thread, where nobody names the executor (ROS 2): not by chance alone.
   bool is_isolation_claimed = false;
   OrderStatistics response_time;
   OrderStatistics start_latency;
