@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <exception>
 #include <fstream>
+#include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -57,27 +59,44 @@ std::optional<bool> never_ends(const CallbackReport& callback, bool is_complete)
   return is_complete ? std::optional(true) : std::nullopt;
 }
 
-// As in SampleCollector's samples. Rows have a host where there are several.
-bool is_isolation_claimed(const Json& report, const Json& callback) {
-  const auto is_of_its_process = [&callback](const Json& row) {
-    return row.at("pid") == callback.at("pid") &&
-           (!callback.contains("host") || row.value("host", Json()) == callback.at("host"));
-  };
-  Json executor;
-  for (const auto& process : report.at("processes"))
-    if (is_of_its_process(process)) executor = process.value("executor", Json());
-  if (executor.is_null()) {
-    return std::ranges::none_of(report.at("callbacks"), [&](const Json& other) {
-      return is_of_its_process(other) && other.value("isolation", Json()) == "not_isolated";
-    });
-  }
-  return executor == "isolated" ||
-         std::ranges::any_of(report.at("threads"), [&](const Json& thread) {
-           const auto& ran = thread.at("callbacks");
-           return is_of_its_process(thread) && thread.value("role", Json()) == "callback" &&
-                  std::ranges::find(ran, callback.at("logical_id")) != ran.end();
-         });
+bool has_several_hosts(const Json& report) {
+  const auto& callbacks = report.at("callbacks");
+  return !callbacks.empty() && callbacks.front().contains("host");
 }
+
+// As SampleCollector has them, of rows, which have a host where there are several.
+class IsolationClaims {
+ public:
+  explicit IsolationClaims(const Json& report) : has_hosts_(has_several_hosts(report)) {
+    for (const auto& process : report.at("processes"))
+      executors_[name_of(process)] = process.value("executor", Json());
+    for (const auto& callback : report.at("callbacks"))
+      if (callback.value("isolation", Json()) == "not_isolated") sharing_.insert(name_of(callback));
+    for (const auto& thread : report.at("threads")) {
+      if (thread.value("role", Json()) != "callback") continue;
+      for (const auto& id : thread.at("callbacks"))
+        given_.emplace(name_of(thread), id);
+    }
+  }
+  bool of(const Json& callback) const {
+    const auto process = name_of(callback);
+    const auto executor = executors_.find(process);
+    if (executor == executors_.end() || executor->second.is_null())
+      return !sharing_.contains(process);
+    return executor->second == "isolated" || given_.contains({process, callback.at("logical_id")});
+  }
+
+ private:
+  using Name = std::pair<Json, Json>;  // host and pid
+  Name name_of(const Json& row) const {
+    return {has_hosts_ ? row.value("host", Json()) : Json(), row.at("pid")};
+  }
+
+  bool has_hosts_;
+  std::map<Name, Json> executors_;
+  std::set<Name> sharing_;
+  std::set<std::pair<Name, Json>> given_;
+};
 
 analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_complete) {
   return {.logical_id = callback.logical_id,
@@ -121,9 +140,10 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
       throw std::runtime_error("its schema is neither cie.report/1 nor cie.report/2");
     }
     side.record = record_in(report);
+    const IsolationClaims claims(report);
     for (const auto& callback : report.at("callbacks")) {
       auto sample = sample_of(callback_in(callback), side.record.is_complete);
-      sample.is_isolation_claimed = is_isolation_claimed(report, callback);
+      sample.is_isolation_claimed = claims.of(callback);
       add_sample(side.callbacks, std::move(sample));
     }
   } catch (const std::exception& error) {

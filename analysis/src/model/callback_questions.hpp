@@ -19,6 +19,16 @@ inline bool is_of_its_own(const CallbackFacts& callback) {
   return callback.registered || callback.is_accounted;
 }
 
+// Totals prove that one of its instances did not end.
+inline bool has_unended(const CallbackFacts& callback) {
+  return callback.fini && callback.fini->ended < callback.fini->started;
+}
+
+// It was released by then: when it was, if that is known, else when it started.
+inline Timestamp latest_release(const OpenInstance& open) {
+  return open.release && open.release_exact ? *open.release : open.start.time;
+}
+
 // Of the channel that the stream belongs to, by its host's clock.
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream);
 

@@ -94,8 +94,8 @@ bool has_ended_unseen(const CallbackFacts& facts, const OpenInstance& open) {
 std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
-  const bool is_proven = facts.fini && facts.fini->ended < facts.fini->started &&
-                         !context.proof.loss(index) && !context.proof.is_interrupted(facts.process);
+  const bool is_proven = has_unended(facts) && !context.proof.loss(index) &&
+                         !context.proof.is_interrupted(facts.process);
   std::optional<OpenRun> longest;
   for (const auto& open : facts.open) {
     if (has_ended_unseen(facts, open)) continue;
@@ -103,8 +103,7 @@ std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex in
     if (!end || *end < open.start.time) continue;
     const auto until_end = *end - open.start.time;
     if (longest && until_end <= longest->until_end) continue;
-    const auto since = open.release && open.release_exact ? *open.release : open.start.time;
-    const auto response = is_proven ? std::optional(*end - since) : std::nullopt;
+    const auto response = is_proven ? std::optional(*end - latest_release(open)) : std::nullopt;
     longest.emplace(OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response});
   }
   return longest;

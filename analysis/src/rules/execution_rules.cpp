@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -99,8 +100,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
       report(*callback.overlap, judgement);
     } else if (callback.overlap_unproven) {
       // Without its end the first instance proves nothing, unless the totals say it never ended.
-      const auto& fini = callback.fini;
-      if (fini && fini->ended < fini->started) {
+      if (has_unended(callback)) {
         report(*callback.overlap_unproven, judgement);
       } else {
         judgement.doubt(evidence("callback_start", callback.overlap_unproven->first_start,
@@ -135,8 +135,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     if (thread.nesting) {
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
-      const auto& fini = model.callbacks[at(thread.nesting_unproven->outer)].fini;
-      if (fini && fini->ended < fini->started) {
+      if (has_unended(model.callbacks[at(thread.nesting_unproven->outer)])) {
         report(model, *thread.nesting_unproven, judgement);
       } else {
         judgement.doubt(evidence("callback_start", thread.nesting_unproven->outer_start,

@@ -99,8 +99,7 @@ bool specifies_any(const RuleContext& context, const Predicate& predicate) {
 
 // Of an instance that never ended, as the totals say, and the next one was released all the same.
 const OpenInstance* released_after(const CallbackFacts& callback) {
-  const auto& fini = callback.fini;
-  if (!fini || fini->ended >= fini->started) return nullptr;
+  if (!has_unended(callback)) return nullptr;
   const auto found = std::ranges::find_if(
       callback.open, [](const OpenInstance& open) { return open.next_release.has_value(); });
   return found != callback.open.end() ? &*found : nullptr;
@@ -205,7 +204,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
 void judge_never_ended(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
                        std::int64_t deadline, Judgement& judgement) {
   const auto& fini = callback.fini;
-  if (is_lost || !fini || fini->ended >= fini->started) return;
+  if (is_lost || !has_unended(callback)) return;
   for (const auto& open : callback.open) {
     auto window_end = end_of_window(context.model, open.start.stream);
     if (!window_end) continue;
@@ -213,7 +212,7 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
     if (context.proof.is_interrupted(callback.process)) {
       window_end = std::min(*window_end, fini->at.time);
     }
-    const auto since = open.release && open.release_exact ? *open.release : open.start.time;
+    const auto since = latest_release(open);
     judgement.check();
     if ((*window_end - since).ns <= deadline) {
       judgement.doubt(evidence("callback_start", open.start,

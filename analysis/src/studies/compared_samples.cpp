@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -28,20 +29,28 @@ bool never_ends(const CallbackReport& callback) {
   return callback.longest_open && callback.longest_open->response_least;
 }
 
-// ROS 2's events name no executor: there it is if no callback of the process shares its thread.
-bool is_isolation_claimed(const Report& report, const CallbackReport& callback,
-                          const ReportRows& rows) {
-  const auto& executor = rows.process_of(callback).executor;
-  const auto shares = [&callback](const CallbackReport& other) {
-    return other.process == callback.process && other.isolation == Isolation::not_isolated;
-  };
-  if (!executor) return std::ranges::none_of(report.callbacks, shares);
-  return executor == "isolated" ||
-         std::ranges::any_of(callback.threads, [&rows](const CallbackThread& ran_on) {
-           const auto* thread = rows.find(ran_on.thread);
-           return thread != nullptr && thread->role == ThreadRole::callback;
-         });
-}
+// Who is given threads of its own. ROS 2's events name no executor: there it is whose process has no
+// callback that shares its thread.
+class IsolationClaims {
+ public:
+  IsolationClaims(const Report& report, const ReportRows& rows) : rows_(rows) {
+    for (const auto& callback : report.callbacks)
+      if (callback.isolation == Isolation::not_isolated) sharing_.insert(callback.process);
+  }
+  bool of(const CallbackReport& callback) const {
+    const auto& executor = rows_.process_of(callback).executor;
+    if (!executor) return !sharing_.contains(callback.process);
+    return executor == "isolated" ||
+           std::ranges::any_of(callback.threads, [this](const CallbackThread& ran_on) {
+             const auto* thread = rows_.find(ran_on.thread);
+             return thread != nullptr && thread->role == ThreadRole::callback;
+           });
+  }
+
+ private:
+  const ReportRows& rows_;
+  std::set<ProcessIndex> sharing_;
+};
 
 // A sum of which one part is unknown is unknown.
 void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>& other) {
@@ -128,8 +137,7 @@ struct SampleCollector::Lives {
 };
 
 std::map<std::string_view, SampleCollector::Lives> SampleCollector::lives_by_id(
-    const Report& report) const {
-  const ReportRows rows(report);
+    const Report& report, const ReportRows& rows) const {
   const TimeWindow unknown;
   std::map<std::string_view, Lives> lives_by_id;
   for (const auto& callback : report.callbacks) {
@@ -208,13 +216,14 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     }
   }
   std::map<std::string_view, Measured> by_id;
-  const auto lives = lives_by_id(report);
+  const ReportRows rows(report);
+  const IsolationClaims claims(report, rows);
+  const auto lives = lives_by_id(report, rows);
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const auto& measured = measured_[i];
     auto& sum = by_id[measured.logical_id];
     sum.merge_quantities(has_no_releases[i] ? measured.without_releases() : measured);
   }
-  const ReportRows rows(report);
   std::vector<CallbackSample> samples;
   for (const auto& callback : report.callbacks) {
     CallbackSample sample{.logical_id = callback.logical_id,
@@ -226,7 +235,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .exceptions = callback.exceptions,
                           .missed_releases = callback.missed_releases,
                           .isolation = callback.isolation,
-                          .is_isolation_claimed = is_isolation_claimed(report, callback, rows),
+                          .is_isolation_claimed = claims.of(callback),
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},

@@ -68,7 +68,7 @@ bool is_one_in_progress(const CallbackReport& callback) {
 constexpr const char* kLacksRuns = "runs of it are missing from the recording";
 
 // Runs of which nobody knows how long they executed or waited; empty: none.
-std::string runs_not_seen(const Task& task) {
+std::string unknown_runs(const Task& task) {
   const auto& callback = *task.callback;
   if (callback.may_lack_runs) return kLacksRuns;
   const bool is_open_within = is_one_in_progress(callback) &&
@@ -163,7 +163,7 @@ std::uint64_t known_runs(const CallbackReport& callback) noexcept {
 
 std::string longer_execution(const Task& task) {
   if (is_declared(task.result.execution)) return {};
-  if (auto unseen = runs_not_seen(task); !unseen.empty()) return unseen;
+  if (auto unseen = unknown_runs(task); !unseen.empty()) return unseen;
   const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
   return "a run that took longer was not measured";
@@ -171,7 +171,7 @@ std::string longer_execution(const Task& task) {
 
 std::string unmeasured_waiting(const Task& task) {
   if (!is_declared(task.result.execution)) return {};  // longer_execution() tells
-  if (const auto unseen = runs_not_seen(task); !unseen.empty())
+  if (const auto unseen = unknown_runs(task); !unseen.empty())
     return unseen + "; record without losses, until its process ends";
   const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};

@@ -165,9 +165,9 @@ class InstanceMeasurer {
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
-  // `is_inside`: it began and ended in the window.
   // It ended in a session that began when the one ended in which it began, or before: `window`.
   bool goes_on_in_next(const Window& window, const PendingInstance& pending) const;
+  // `is_inside`: it began and ended in the window.
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const PendingInstance& pending, const Measured& measured) const;

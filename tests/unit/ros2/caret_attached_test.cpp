@@ -109,22 +109,20 @@ void expect_of(const Tellings& tellings, const std::string& callback, const std:
   }
 }
 
-TEST(Ros2CaretAttached, AHandleIsThatOfWhatWasMadeLast) {
-  const auto timer = timer_made(100, "0x60", "0x61", 50);
-  expect_of(kCaretNode + timer + subscription_made(300, "0x60", "0x70", "0x71", "/scan"), "0x71",
-            "/n@Subscription(/scan)", "take");
-  const auto subscription = subscription_made(100, "0x60", "0x70", "0x71", "/scan");
-  expect_of(kCaretNode + subscription + timer_made(300, "0x60", "0x61", 50), "0x61", "/n@Timer(50)",
-            "tick");
+// Of a timer and a subscription, whichever was made last, asked by the address of its callback.
+void expect_last_made_of_two(const std::string& timer_handle, const std::string& timer_callback) {
+  const auto timer = [&](int made) { return timer_made(made, timer_handle, timer_callback, 50); };
+  const auto subscription = [](int made) {
+    return subscription_made(made, "0x60", "0x70", "0x71", "/scan");
+  };
+  expect_of(kCaretNode + timer(100) + subscription(300), "0x71", "/n@Subscription(/scan)", "take");
+  expect_of(kCaretNode + subscription(100) + timer(300), timer_callback, "/n@Timer(50)", "tick");
 }
 
+TEST(Ros2CaretAttached, AHandleIsThatOfWhatWasMadeLast) { expect_last_made_of_two("0x60", "0x61"); }
+
 TEST(Ros2CaretAttached, AnAddressIsThatOfWhatWasMadeLast) {
-  const auto timer = timer_made(100, "0x50", "0x71", 50);
-  expect_of(kCaretNode + timer + subscription_made(300, "0x60", "0x70", "0x71", "/scan"), "0x71",
-            "/n@Subscription(/scan)", "take");
-  const auto subscription = subscription_made(100, "0x60", "0x70", "0x71", "/scan");
-  expect_of(kCaretNode + subscription + timer_made(300, "0x50", "0x71", 50), "0x71", "/n@Timer(50)",
-            "tick");
+  expect_last_made_of_two("0x50", "0x71");
 }
 
 TEST(Ros2CaretAttached, BothAreThoseOfWhatWasMadeLast) {

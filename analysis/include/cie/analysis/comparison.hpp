@@ -15,6 +15,8 @@
 
 namespace cie::analysis {
 
+class ReportRows;
+
 // Every single statement about a quantile or a rate is wrong with at most this probability, if
 // instances are independent: 0.1 %, small because there is a statement for every callback.
 inline constexpr double kComparisonError = 0.001;
@@ -181,7 +183,7 @@ class SampleCollector final : public Observer {
     void merge_quantities(const Measured& other);
     Measured without_releases() const;
   };
-  std::map<std::string_view, Lives> lives_by_id(const Report& report) const;
+  std::map<std::string_view, Lives> lives_by_id(const Report& report, const ReportRows& rows) const;
 
   std::vector<Measured> measured_;  // by Instance::callback
 };
