@@ -74,7 +74,8 @@ inline bool InstanceMeasurer::is_woken_last(const PendingInstance& pending) cons
 }
 
 // The first sign of its release: of a thread that waited again for something else that is the nearer
-// one. Empty: there is none that is not of an instance which nobody saw.
+// one. Of the kernel's only what a thread_wakeup followed: others ended no wait of the executor but
+// one for a lock, say. Empty: there is none that is not of an instance which nobody saw.
 inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
                                             const Measured& measured) {
   const auto its_own = [&pending](const OptionalTime& wake) {
@@ -82,7 +83,7 @@ inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
   };
   const auto waking = its_own(measured.waking);
   const auto wakeup = its_own(pending.wakeup);
-  if (!waking || !wakeup) return waking ? waking : wakeup;
+  if (!wakeup || !waking) return wakeup;
   return std::min(*waking, *wakeup);
 }
 

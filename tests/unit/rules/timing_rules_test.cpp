@@ -213,6 +213,30 @@ TEST(Deadline, UsesBothBoundsWhereTheReleaseIsUnknown) {
               HasSubstr("1 instance without an upper bound of the response time"));
 }
 
+// The kernel shows who was woken up, not for what: here it is a lock, and the instance is released while its thread is
+// busy. Of a wait that the executor had, its thread_wakeup tells.
+TEST(Deadline, DoesNotTakeAWakeUpThatEndedNoWaitForTheRelease) {
+  const auto woken_for = [](const std::string& thread_wakeup) {
+    return Verified(R"(
+    callback fusion
+    kernel
+    0 switch 0 idle fusion
+    1 wakeup fusion
+    2 start fusion release=none
+    5 end fusion
+    7 switch 0 fusion idle state=1
+    10 waking fusion
+    11 switch 0 idle fusion
+    )" + thread_wakeup + R"(
+    60 start fusion release=none
+    62 end fusion
+    64 switch 0 fusion idle state=1)",
+                    spec("response_deadline: 20"));
+  };
+  EXPECT_EQ(woken_for("")["R3"], Verdict::inconclusive);
+  EXPECT_EQ(woken_for("12 wakeup fusion")["R3"], Verdict::fail) << "62 - 10";
+}
+
 TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
   // Written at 5, started at 12, ended at 20: between 8 and 15.
   constexpr auto kWritten = R"(
