@@ -154,7 +154,7 @@ void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
     view.total_instances = known.instances;
     view.total_missed = known.missed_releases;
     view.is_missing_too_many = missing_too_many.contains(view.index);
-    view.total_response = known.response_time ? known.response_time : known.response_time_lower;
+    view.total_response = known.response_time_or_bound();
     view.is_exact = mine.is_exact;
     view.counts = mine.counts;
     view.response_sum_ns = mine.response_sum_ns;

@@ -206,15 +206,15 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
   const auto& fini = callback.fini;
   if (is_lost || !has_unended(callback)) return;
   for (const auto& open : callback.open) {
-    auto window_end = end_of_window(context.model, open.start.stream);
-    if (!window_end) continue;
-    // Of what came after its totals nothing is known then.
-    if (context.proof.is_interrupted(callback.process)) {
-      window_end = std::min(*window_end, fini->at.time);
-    }
+    const auto window_end = end_of_window(context.model, open.start.stream);
+    // While it is still recorded, and of what came after an interruption, no more is known than that
+    // its totals were told.
+    const bool is_told_last = !window_end || (context.proof.is_interrupted(callback.process) &&
+                                              fini->at.time < *window_end);
+    const auto until = is_told_last ? fini->at.time : *window_end;
     const auto since = latest_release(open);
     judgement.check();
-    if ((*window_end - since).ns <= deadline) {
+    if ((until - since).ns <= deadline) {
       judgement.doubt(evidence("callback_start", open.start,
                                "seq " + std::to_string(open.seq) +
                                    " never ended, and its deadline lies beyond the window"));
@@ -223,9 +223,17 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
     judgement.fail(evidence("callback_start", open.start,
                             "seq " + std::to_string(open.seq) + " starts, released at " +
                                 std::to_string(since.ns) + " at the latest, and never ends"));
-    judgement.fail(evidence("window", moment(*window_end),
-                            "end of the window, " + nanoseconds(*window_end - since) +
-                                " later; the deadline is " + nanoseconds(deadline)));
+    const auto later =
+        nanoseconds(until - since) + " later; the deadline is " + nanoseconds(deadline);
+    judgement.fail(is_told_last
+                       ? evidence("callback_fini", fini->at, "its totals are told, " + later)
+                       : evidence("window", moment(until), "end of the window, " + later));
+  }
+  const auto unended = fini->started - fini->ended;
+  if (callback.open.size() < unended) {
+    judgement.doubt(evidence(
+        "callback_fini", fini->at,
+        counted(unended, "instance") + " never ended; when they were released is not known"));
   }
 }
 

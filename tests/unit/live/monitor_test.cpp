@@ -212,6 +212,45 @@ TEST(Monitor, AnInstanceWithoutReleaseCountsWithItsLowerBound) {
   EXPECT_EQ(plan.total_late, 1U);  // more than five is certain
 }
 
+TEST(Monitor, TotalsAreOfEveryInstanceWhetherItsReleaseIsKnownOrNot) {
+  Watched watched(R"(
+    callback plan subscription
+    100 start plan release=100
+    110 end plan
+    200 start plan release=none
+    240 end plan)");
+  const auto snapshot = watched.until(300);
+  const auto& plan = watched.callback(snapshot, "plan");
+  ASSERT_TRUE(plan.total_response);
+  EXPECT_EQ(plan.total_response->count, 2U);
+  EXPECT_EQ(plan.total_response->max, 40);
+  EXPECT_EQ(plan.response->max, 40) << "of the window, which is a part of all";
+}
+
+// Which one never ended is settled when all is over.
+TEST(Monitor, PassesNoDeadlineWhereTheTotalsSayThatAnInstanceNeverEnded) {
+  const auto spec = SchedulingSpec::parse(R"(
+callback_groups:
+  - id: plan
+    response_deadline: 20
+)",
+                                          "spec.yaml");
+  Watched watched(R"(
+    callback plan subscription id=plan
+    100 start plan release=100
+    110 end plan
+    200 start plan release=200
+    300 finish plan)",
+                  &spec);
+  const auto verdict = [](const Snapshot& snapshot) {
+    const auto found = std::ranges::find(snapshot.verdicts, "R3", &VerdictView::rule);
+    return found != snapshot.verdicts.end() ? found->verdict : Verdict::pass;
+  };
+  EXPECT_EQ(verdict(watched.until(220)), Verdict::pass) << "it may have ended meanwhile";
+  EXPECT_EQ(verdict(watched.until(1000)), Verdict::inconclusive) << "2 started, 1 ended";
+  EXPECT_EQ(verdict(watched.monitor.describe(watched.analyzer.finish(), {})), Verdict::fail);
+}
+
 TEST(Monitor, WhatEndedIsForgottenAfterAWhile) {
   Watched watched(kTwoCallbacks);
   Monitor& monitor = watched.monitor;

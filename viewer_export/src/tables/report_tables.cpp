@@ -336,10 +336,8 @@ TextCell response_cell(const CallbackReport& callback, std::int64_t Summary::*pa
                        std::string (*format)(std::int64_t ns)) {
   const auto longest = analysis::longest_response(callback);
   if (!longest) return not_measured();
-  const auto& exact = callback.response_time;
-  const auto& lower = callback.response_time_lower;
-  const auto& all = exact && lower ? callback.response_time_at_least : exact ? exact : lower;
-  const auto text = format(part == &Summary::max ? longest->ns : (*all).*part);
+  const auto& all = *callback.response_time_or_bound();
+  const auto text = format(part == &Summary::max ? longest->ns : all.*part);
   return is_lower_bound(callback, part) ? TextCell{">" + text, Look::doubtful} : TextCell{text};
 }
 

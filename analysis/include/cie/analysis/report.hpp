@@ -248,6 +248,11 @@ struct CallbackReport {
   bool has_run() const noexcept { return instances + partly_seen() > 0; }
   // No instance was seen, and nothing proves that there was one.
   bool never_ran() const noexcept { return !has_run() && runs_not_seen == 0; }
+  // Response times of all instances, with the lower bounds of those whose release is not known.
+  const std::optional<Summary>& response_time_or_bound() const noexcept {
+    if (response_time_at_least) return response_time_at_least;
+    return response_time ? response_time : response_time_lower;
+  }
 };
 
 // Parameters of a thread, as they were read back.
