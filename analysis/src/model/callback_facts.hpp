@@ -293,6 +293,8 @@ struct ChainFacts {
   // Their first release is not exact, or the clocks of its hosts cannot be related.
   std::uint64_t inexact = 0;
   std::uint64_t without_upper_bound = 0;   // of them: not even bounds of the release are known
+  std::uint64_t unrelated = 0;             // the clocks of their hosts cannot be related
+  EventRef first_unrelated{};              // its end
   std::set<CallbackIndex> bounded_from{};  // first callbacks of those with an upper bound
   Statistics path_latency{};
   Statistics reaction_time{};

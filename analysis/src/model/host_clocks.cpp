@@ -122,13 +122,24 @@ bool HostClocks::may_be_set_between(HostIndex host, std::int64_t realtime_ns,
   });
 }
 
+const std::optional<std::int64_t>& HostClocks::latest(HostIndex host) const noexcept {
+  const auto* offsets = offsets_.find(host);
+  if (offsets == nullptr) return kNoOffset;
+  return offsets->of_process ? offsets->of_process : offsets->of_metadata;
+}
+
 std::optional<Timestamp> HostClocks::local(HostIndex host,
                                            std::int64_t realtime_ns) const noexcept {
-  const auto* offsets = offsets_.find(host);
-  if (offsets == nullptr) return std::nullopt;
-  const auto& offset = offsets->of_process ? offsets->of_process : offsets->of_metadata;
+  const auto& offset = latest(host);
   if (!offset) return std::nullopt;
   return Timestamp{detail::wrapping_sub(realtime_ns, *offset)};
+}
+
+std::optional<Timestamp> HostClocks::local(HostIndex host, HostIndex other,
+                                           Timestamp time) const noexcept {
+  const auto& offset = latest(other);
+  if (!offset) return std::nullopt;
+  return local(host, detail::wrapping_add(time.ns, *offset));
 }
 
 void HostClocks::note_message(HostIndex from, HostIndex to, Duration shown) {

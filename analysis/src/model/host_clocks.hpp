@@ -41,6 +41,9 @@ class HostClocks {
   // When the host's own clock, CLOCK_MONOTONIC, showed a time that CLOCK_REALTIME showed somewhere.
   // Empty: nothing relates the host's two clocks.
   std::optional<Timestamp> local(HostIndex host, std::int64_t realtime_ns) const noexcept;
+  // What its clock showed when that of another host showed `time`, as both hosts' CLOCK_REALTIME relate
+  // them. Empty: nothing relates one of them to that.
+  std::optional<Timestamp> local(HostIndex host, HostIndex other, Timestamp time) const noexcept;
   // A message took so long from one host to another, as their clocks show.
   void note_message(HostIndex from, HostIndex to, Duration shown);
 
@@ -59,8 +62,11 @@ class HostClocks {
     std::deque<Step> steps;  // the latest kMostSteps
   };
   static constexpr std::size_t kMostSteps = 64;
+  static constexpr std::optional<std::int64_t> kNoOffset{};
   // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
   static constexpr Duration kLeastStep{100'000};
+  // CLOCK_REALTIME - CLOCK_MONOTONIC, by the latest that is known of it.
+  const std::optional<std::int64_t>& latest(HostIndex host) const noexcept;
   static bool is_step(std::int64_t one_offset, std::int64_t other_offset) noexcept;
   void sync(HostIndex host, std::int64_t monotonic_ns, std::int64_t realtime_ns);
 

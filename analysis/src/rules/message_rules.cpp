@@ -288,6 +288,12 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
         if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
       }
       judge_unmeasured(context, asked, *chain, error, judgement);
+      if (chain->unrelated > 0 && (asked.reaction_time_ns || asked.data_age_ns)) {
+        judgement.doubt(without_event(chain->first_unrelated,
+                                      counted(chain->unrelated, "instance") +
+                                          " of the chain on hosts whose clocks nothing relates: no "
+                                          "reaction time or data age is known of them"));
+      }
       if (chain->incomplete != 0) {
         judgement.overrule(without_event(chain->first_incomplete.value_or(EventRef{}),
                                          "the publish of the message taken here is not known; " +

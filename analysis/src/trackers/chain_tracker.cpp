@@ -100,6 +100,16 @@ std::optional<std::uint32_t> ChainTracker::writer_of(const ChainNode& node) {
   return publisher;
 }
 
+// Not by its source timestamp, as long as anything else tells: what passed between the publication and
+// that would belong to no part of the path.
+std::optional<Timestamp> ChainTracker::sent(HostIndex reader, HostIndex writer, Timestamp published,
+                                            std::int64_t source_timestamp) const noexcept {
+  if (writer == reader) return published;
+  const auto related = clocks_.local(reader, writer, published);
+  if (related || source_timestamp <= 0) return related;
+  return clocks_.local(reader, source_timestamp);
+}
+
 void ChainTracker::resolve(ChainNode& node) {
   if (node.writer_gid == 0 || node.source_timestamp == 0) return;
   if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside ||
@@ -124,11 +134,7 @@ void ChainTracker::resolve(ChainNode& node) {
   }
   node.published = found->time;
   node.writer_host = publishers_.find(*publisher)->host;
-  if (node.writer_host == node.host) {
-    node.sent = found->time;
-  } else if (node.source_timestamp > 0) {
-    node.sent = clocks_.local(node.host, node.source_timestamp);
-  }
+  node.sent = sent(node.host, node.writer_host, found->time, node.source_timestamp);
   if (!found->node) {
     node.link = ChainNode::Link::outside;
     return;
@@ -201,11 +207,10 @@ void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Times
   const auto* response = find_message(*publisher, event.source_timestamp_realtime_ns);
   if (response == nullptr || !response->node) return;
   auto& node = *response->node;
-  const auto sent =
-      node.host == host ? response->time : clocks_.local(host, event.source_timestamp_realtime_ns);
-  if (!sent) return;
+  const auto begin = sent(host, node.host, response->time, event.source_timestamp_realtime_ns);
+  if (!begin) return;
   resolve(node);
-  const auto add = [&](Chain& chain) { chain.facts.response.add(taken - *sent); };
+  const auto add = [&](Chain& chain) { chain.facts.response.add(taken - *begin); };
   if (has_spec_) {
     for (auto& chain : specified_) {
       if (walk(node, chain) == Walk::whole) add(chain);
@@ -233,11 +238,20 @@ void ChainTracker::note_edge(const ChainNode& node) {
     edge->handover.add(node.start.time - *node.sent);
   }
   if (!node.release) return;
-  const auto shown = *node.release - *node.sent;
-  if (from) edge->communication.add(shown);
-  if (node.writer_host == node.host) return;
+  if (node.writer_host == node.host) {
+    if (from) edge->communication.add(*node.release - *node.sent);
+    return;
+  }
   edge->crosses = HostPair{node.writer_host, node.host};
-  clocks_.note_message(node.writer_host, node.host, shown);
+  OptionalTime written;
+  if (node.source_timestamp > 0) written = clocks_.local(node.host, node.source_timestamp);
+  // That of a request in ROS 2 is no more than a time that it was not written before.
+  const auto& reader = model_.callbacks[at(node.callback)];
+  const bool is_request = reader.kind == CallbackKind::service && !reader.is_accounted;
+  if (from)
+    edge->communication.add(*node.release - (written && !is_request ? *written : *node.sent));
+  // A publication may be told after its message has arrived: only what came before relates clocks.
+  if (written) clocks_.note_message(node.writer_host, node.host, *node.release - *written);
 }
 
 ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
@@ -451,6 +465,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
 
   auto& progress = chain.progress;
   if (!shift) {
+    if (facts.unrelated++ == 0) facts.first_unrelated = end;
     progress.has_last = false;
     return;
   }

@@ -68,6 +68,9 @@ class ChainTracker {
   void finish();
 
  private:
+  // When a message was published, by its reader's clock. Empty: nothing relates that to its writer's.
+  std::optional<Timestamp> sent(HostIndex reader, HostIndex writer, Timestamp published,
+                                std::int64_t source_timestamp) const noexcept;
   static constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
   static constexpr std::size_t kMaxReads = 8192;     // per callback, waiting for an answer
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -116,6 +117,26 @@ TEST(HostClocks, CancelOutOnTheWayThereAndBack) {
   EXPECT_EQ(chain.path_latency->max, 128 - 110);
   EXPECT_FALSE(chain.clock_error);
   EXPECT_EQ(chain.data_age->max, 128 - 10);  // of what plan read at 10
+}
+
+// What passes between a publication and its source timestamp belongs to the way, as on one host.
+TEST(HostClocks, CancelOutWheneverItsMessagesWereWritten) {
+  for (const std::int64_t later : {-2, 1}) {
+    auto trace = on_two_hosts(kThereAndBack);
+    const auto shift = [later](auto& event) {
+      if (event.source_timestamp_realtime_ns != 0) event.source_timestamp_realtime_ns += later;
+    };
+    for (auto& event : trace.events) {
+      if (auto* publish = std::get_if<Publish>(&event.body)) shift(*publish);
+      if (auto* start = std::get_if<CallbackStart>(&event.body)) shift(*start);
+    }
+    const auto report = analyze(trace).report;
+    const auto& chain = report.chains.front();
+    EXPECT_EQ(chain.path_latency->min, 24 - 10) << later;
+    EXPECT_EQ(chain.path_latency->max, 128 - 110) << later;
+    EXPECT_EQ(chain.data_age->max, 128 - 10) << later;
+    EXPECT_EQ(edge_to(report, "show").communication->min, 3 + 300 - later) << "D - S";
+  }
 }
 
 TEST(HostClocks, MatterToAChainThatOnlyOnceWentToAnotherHost) {

@@ -1,7 +1,9 @@
 // Requests and responses: whose request a service's callback serves, and how long its response took.
 #include "ros2_text.hpp"
 
+#include <sstream>
 #include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,6 +66,34 @@ TEST(Ros2Services, TheResponsesWayIsTheChainsLastHop) {
   ASSERT_TRUE(response);
   EXPECT_EQ(response->count, 1U);
   EXPECT_EQ(response->sum, 33 - 28);
+}
+
+// No event tells when a request was written: between hosts, too, it took its way from when it was sent, whichever of
+// the two events comes first by their clocks.
+TEST(Ros2Services, ARequestToAnotherHostIsSentWhenThatIsTold) {
+  const auto on_two_hosts = [](const std::string& text) {
+    std::string moved;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      moved += line + (line.find("pid=2") != std::string::npos ? " boot=other\n" : "\n");
+    return moved;
+  };
+  constexpr const char* kToldLate = R"(
+  10 callback_start pid=1 callback=0x30
+  18 rmw_take_request pid=2 tid=2 rmw_service_handle=0x72 request=0x88 client_gid=1.15.3 sequence_number=5 taken=1
+  19 rmw_send_request pid=1 rmw_client_handle=0x71 request=0x99 sequence_number=5
+  19 callback_end pid=1 callback=0x30
+  20 callback_start pid=2 tid=2 callback=0x50
+  27 callback_end pid=2 tid=2 callback=0x50
+)";
+  for (const auto& [call, sent] : {std::pair{kServiceCall, 12}, std::pair{kToldLate, 19}}) {
+    const auto result = analyze_ros2(on_two_hosts(std::string(kClientAndService) + call));
+    ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+    const auto& chain = result.analysis.report.chains.front();
+    EXPECT_EQ(chain.from_start->max, 27 - 10) << sent;
+    EXPECT_EQ(chain.hop_table.front().start_to_publish->max, sent - 10);
+    EXPECT_EQ(chain.hop_table.front().publish_to_start->max, 20 - sent);
+  }
 }
 
 TEST(Ros2Services, AResponseMayBeSentInsideTheCallback) {
