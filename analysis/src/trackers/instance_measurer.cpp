@@ -170,7 +170,7 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
     instance.missed = is_told ? std::optional(pending.missed) : std::nullopt;
   }
   instance.response_deadline = facts.response_deadline;
-  instance.source_timestamp_realtime_ns = std::max<std::int64_t>(pending.source_timestamp, 0);
+  instance.source_timestamp_realtime_ns = pending.source_timestamp;
   instance.writer_gid = pending.writer_gid;
   instance.host = pending.host;
   return instance;

@@ -32,6 +32,7 @@ class Rows final : public Observer {
     if (is_known(instance.release_source)) row.release = instance.release->ns;
     if (instance.wakeup) row.wakeup = instance.wakeup->ns;
     row.is_from_known_publisher = instance.writer_gid != 0;
+    row.message = instance.source_timestamp_realtime_ns;
     row.missed = instance.missed;
     rows.push_back(row);
   }

@@ -64,6 +64,7 @@ struct InstanceRow {
   std::int64_t release = -1;  // not known
   std::int64_t wakeup = -1;
   bool is_from_known_publisher = false;
+  std::int64_t message = 0;  // its source timestamp or name
   std::optional<std::uint32_t> missed{};
 };
 

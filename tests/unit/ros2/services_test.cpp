@@ -1,6 +1,8 @@
 // Requests and responses: whose request a service's callback serves, and how long its response took.
 #include "ros2_text.hpp"
 
+#include <cstdint>
+#include <set>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -130,6 +132,27 @@ TEST(Ros2Services, ALaterRequestMayBeToldAfterItWasServed) {
     74 rmw_send_request pid=1 tid=3 rmw_client_handle=0x71 sequence_number=6
     76 callback_end pid=1 tid=3 callback=0x30)");
   EXPECT_THAT(result.chains(), ElementsAre(std::string(kServiceChain) + ": 2"));
+}
+
+// Viewers join messages by these.
+TEST(Ros2Services, RequestsThatAreToldAfterTheyWereServedAreToldApart) {
+  const auto late = [](std::int64_t begin, const std::string& number) {
+    const auto at = [begin](std::int64_t later) { return std::to_string(begin + later); };
+    return at(0) + " callback_start pid=1 tid=3 callback=0x30\n" + at(8) +
+           " rmw_take_request pid=2 tid=2 rmw_service_handle=0x72 request=0x88 client_gid=1.15.3 sequence_number=" +
+           number + " taken=1\n" + at(10) + " callback_start pid=2 tid=2 callback=0x50\n" + at(17) +
+           " callback_end pid=2 tid=2 callback=0x50\n" + at(24) +
+           " rmw_send_request pid=1 tid=3 rmw_client_handle=0x71 sequence_number=" + number + "\n" +
+           at(26) + " callback_end pid=1 tid=3 callback=0x30\n";
+  };
+  const auto result = analyze_ros2(std::string(kClientAndService) + late(50, "5") + late(150, "6"));
+  EXPECT_THAT(result.chains(), ElementsAre(std::string(kServiceChain) + ": 2"));
+  std::set<std::int64_t> taken;
+  for (const auto& row : result.instances) {
+    if (row.logical_id == kServiceId) taken.insert(row.message);
+  }
+  EXPECT_EQ(taken.size(), 2U);
+  EXPECT_FALSE(taken.contains(0));
 }
 
 TEST(Ros2Services, ClientsCountTheirRequestsThemselves) {

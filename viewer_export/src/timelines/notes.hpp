@@ -6,6 +6,7 @@
 #include <cie/analysis/instance.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -90,7 +91,8 @@ void visit_notes(const analysis::Publication& p, const Visit& visit) {
   visit(Note::seq, p.seq);
   visit(Note::publisher_id, std::uint64_t{p.publisher_id});
   visit(Note::writer_gid, p.writer_gid);
-  visit(Note::source_timestamp_realtime_ns, p.source_timestamp_realtime_ns);
+  visit(Note::source_timestamp_realtime_ns,
+        std::max<std::int64_t>(p.source_timestamp_realtime_ns, 0));
 }
 
 // A note's value as number or text.

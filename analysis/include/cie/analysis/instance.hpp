@@ -50,7 +50,8 @@ struct Instance {
   std::optional<std::uint32_t> missed = 0;
   std::optional<Duration> response_deadline;  // of its callback: the spec's, else its own
 
-  std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
+  // With writer_gid: the message taken; 0 none; below 0: a name that tells no time.
+  std::int64_t source_timestamp_realtime_ns = 0;
   std::uint64_t writer_gid = 0;
   HostIndex host{};  // as ProcessReport::host_index
 };
@@ -65,7 +66,7 @@ struct Publication {
   std::uint32_t publisher_id = 0;
   std::uint64_t seq = 0;
   std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
-  std::int64_t source_timestamp_realtime_ns = 0;
+  std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
   HostIndex host{};
   ProcessIndex process{};  // as Instance::process
 };
