@@ -9,6 +9,12 @@ struct Analyzer::Pipeline::StateEventVisitor {
   Pipeline& pipeline;
   const EventHead& head;
 
+  // Totals: as they were at the window's end.
+  template <typename Totals>
+  auto apply_cut(const Totals& e) const {
+    return pipeline.registry.apply(head, pipeline.cut ? pipeline.cut->cut(head, e) : e);
+  }
+
   void operator()(const RunBegin& e) const {
     auto& registry = pipeline.registry;
     registry.apply(head, e);
@@ -27,8 +33,8 @@ struct Analyzer::Pipeline::StateEventVisitor {
     if (facts.ran.empty()) pipeline.instances->thread_began(host, *thread);
   }
   void operator()(const ThreadFini& e) const {
-    pipeline.enforcement.on_thread_fini(head, pipeline.registry.host_of(head), e.tid);
-    apply_cut(e);
+    const auto thread = apply_cut(e);
+    if (thread) pipeline.enforcement.on_thread_fini(head, *thread);
   }
   void operator()(const ThreadSched& e) const {
     const auto thread = pipeline.registry.apply(head, e);
@@ -43,12 +49,6 @@ struct Analyzer::Pipeline::StateEventVisitor {
   template <typename Other>
   void operator()(const Other& e) const {
     if constexpr (requires { pipeline.registry.apply(head, e); }) pipeline.registry.apply(head, e);
-  }
-
-  // Totals: as they were at the window's end.
-  template <typename Totals>
-  void apply_cut(const Totals& e) const {
-    pipeline.registry.apply(head, pipeline.cut ? pipeline.cut->cut(head, e) : e);
   }
 };
 

@@ -330,7 +330,7 @@ const Rule kAllowedCpusOnly{
     "S4",
     "allowed-cpus-only",
     "A thread ran only on CPUs of the mask that was last read back before; until its first parameters "
-    "are applied, also of those that they give. Without kernel "
+    "are applied, also of those that they give, and until it ends for the executor. Without kernel "
     "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
     "record not all others: PASS then says \"sampled\". Threads of ROS 2, which nobody reads back, "
     "are judged by the spec's affinity: by their switches and by the CPUs of their starts and ends.\n"

@@ -347,9 +347,10 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
   if (tid.fork) model_.forks[*tid.fork].child = index;
 }
 
-void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
-  const auto index = registry_.thread_by_tid(host, tid);
-  if (index && !is_totalled_) total_foreign_work(*index, host, head.time);
+void EnforcementTracker::on_thread_fini(const EventHead& head, ThreadIndex index) {
+  threads_[index].has_cpus = false;
+  const auto host = model_.processes[at(model_.threads[at(index)].process)].host;
+  if (!is_totalled_) total_foreign_work(index, host, head.time);
 }
 
 // Nothing was applied to those that still run with what they inherited.

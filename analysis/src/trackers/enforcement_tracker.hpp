@@ -58,7 +58,8 @@ class EnforcementTracker {
   void on_pi_setprio(const EventHead& head, HostIndex host, const SchedPiSetprio& event);
   // A thread_init that begins a new incarnation: what the tid ran before is not its own.
   void on_thread_began(HostIndex host, ThreadIndex thread);
-  void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
+  // Nobody reads it back any more, whatever it runs for others.
+  void on_thread_fini(const EventHead& head, ThreadIndex thread);
   // Nothing is judged before the one and after the other.
   void await_window() noexcept { is_judging_ = false; }
   // It may begin now: of a snapshot that turns out later, and what ran since then is in it.

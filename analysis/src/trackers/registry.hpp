@@ -163,7 +163,7 @@ class Registry {
   void apply(const EventHead& head, const PublisherFini& event);
   // Returns the incarnation that the event announces (again).
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadInit& event);
-  void apply(const EventHead& head, const ThreadFini& event);
+  std::optional<ThreadIndex> apply(const EventHead& head, const ThreadFini& event);
   // Returns the thread whose parameters were read back.
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadSched& event);
   void apply(const EventHead& head, const SchedProcessExit& event);

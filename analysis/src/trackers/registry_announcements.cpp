@@ -246,14 +246,15 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   return index;
 }
 
-void Registry::apply(const EventHead& head, const ThreadFini& event) {
+std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadFini& event) {
   const auto process = process_of(head);
-  if (!process) return;
+  if (!process) return std::nullopt;
   const auto index = find_thread(*process, event.tid);
-  if (!index) return;
+  if (!index) return std::nullopt;
   auto& thread = model_.threads[at(*index)];
   thread.fini = ref(head);
   thread.fini_read_backs += event.read_backs;
+  return index;
 }
 
 std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSched& event) {

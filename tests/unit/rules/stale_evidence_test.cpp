@@ -302,5 +302,23 @@ TEST(AThread, ThatSpinsAgainMayBeSentElsewhereBeforeItIsReadBack) {
   EXPECT_THAT(applied("0").evidence("S4", "thread 101"), testing::HasSubstr("41 thread_sched"));
 }
 
+// What it read back last tells where it may run while it spins: behind thread_fini nobody reads it back.
+TEST(AThread, ThatSpinsNoMoreMayRunAnywhere) {
+  const std::string spun = R"(
+    callback plan
+    publisher path
+    -60 initial plan n=0 cpus=0,1
+    -50 applied plan n=1 cpus=0
+    10 start plan
+    12 end plan
+    )";
+  const auto publishes = "\n20 publish path on=plan cpu=1";
+  EXPECT_EQ(Verified(spun + "25 finish plan" + publishes)["S4"], Verdict::fail);
+  auto ended = trace_of(spun + "15 finish plan" + publishes);
+  EXPECT_EQ(Verified(ended)["S4"], Verdict::pass);
+  ended.erase<ThreadFini>();
+  EXPECT_EQ(Verified(ended)["S4"], Verdict::inconclusive) << "L2: it may have ended";
+}
+
 }  // namespace
 }  // namespace cie::test
