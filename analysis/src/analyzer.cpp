@@ -149,7 +149,7 @@ AnalysisResult Analyzer::look() {
   pipeline.registry.finish();
   pipeline.recording.finish();
   pipeline.chains->look();
-  pipeline.enforcement.look(pipeline.now);
+  pipeline.enforcement.look();
   return pipeline.judge();
 }
 

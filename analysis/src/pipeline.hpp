@@ -118,6 +118,7 @@ struct Analyzer::Pipeline {
 
   // Of structure.
   void begin_stream(const EventHead& head, const StreamBegin& e);
+  void end_stream(const EventHead& head, const StreamEnd& e);
   void begin_packet(const EventHead& head, const PacketBegin& e);
   void note_hole(const EventHead& head, Timestamp begin, Timestamp end);
 

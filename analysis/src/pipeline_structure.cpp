@@ -22,6 +22,10 @@ void Analyzer::Pipeline::begin_stream(const EventHead& head, const StreamBegin& 
   note_possible_begin(head);
 }
 
+void Analyzer::Pipeline::end_stream(const EventHead& head, const StreamEnd& e) {
+  if (recording.apply(head, e)) enforcement.on_record_end(head.stream, head.time);
+}
+
 void Analyzer::Pipeline::begin_packet(const EventHead& head, const PacketBegin& e) {
   if (const auto cpu = recording.apply(head, e)) timeline.begin_anew(registry.host_of(head), *cpu);
   note_possible_begin(head);
@@ -31,7 +35,7 @@ void Analyzer::Pipeline::consume_structure(const Event& event) {
   const auto& head = event.head;
   std::visit(
       Overloaded{[&](const StreamBegin& e) { begin_stream(head, e); },
-                 [&](const StreamEnd& e) { recording.apply(head, e); },
+                 [&](const StreamEnd& e) { end_stream(head, e); },
                  [&](const PacketBegin& e) { begin_packet(head, e); },
                  [&](const PacketEnd& e) { recording.apply(head, e); },
                  [&](const Discarded& e) {

@@ -44,12 +44,15 @@ TextTrace beside(const TextTrace& trace, const TextTrace& other, const OtherHost
   TextTrace both = trace;
   both.more.insert(both.more.end(), {other.strings, other.cpus});
   const std::string_view name = both.strings->emplace_back(host.name);
+  std::uint32_t streams = 0;  // no fewer than channels
+  for (const auto& event : trace.events)
+    streams = std::max(streams, static_cast<std::uint32_t>(event.head.stream) + 1);
+  const StreamIndex first_of_theirs{streams};
   std::vector<Event> theirs = other.events;
   for (auto& event : theirs) {
-    event.head.stream = StreamIndex{static_cast<std::uint32_t>(event.head.stream) +
-                                    static_cast<std::uint32_t>(kOther)};
+    event.head.stream = StreamIndex{static_cast<std::uint32_t>(event.head.stream) + streams};
     if (auto* begin = std::get_if<StreamBegin>(&event.body)) {
-      begin->channel += static_cast<std::uint32_t>(kOther);
+      begin->channel += streams;
       begin->host = name;
       begin->clock_uuid = name;
       begin->clock_offset_ns += host.realtime - host.monotonic;
@@ -69,7 +72,7 @@ TextTrace beside(const TextTrace& trace, const TextTrace& other, const OtherHost
       [](const Event& event) { return event.head.time; },
       [](const Event& event) { return event.head.time; });
   for (auto& event : all) {
-    if (event.head.stream < kOther) continue;
+    if (event.head.stream < first_of_theirs) continue;
     event.head.time.ns += host.monotonic;
     std::visit(Shift(host), event.body);
   }

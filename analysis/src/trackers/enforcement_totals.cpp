@@ -15,6 +15,13 @@ Timestamp told_since(const ThreadFacts& thread) {
   return told ? std::max(born, told->time) : born;
 }
 
+// The first that told of it. Null: none did.
+const StreamFacts* first_stream(const Model& model, const ThreadFacts& thread) {
+  const auto& told = thread.first_seen ? thread.first_seen : thread.announced;
+  const bool is_any = told && at(told->stream) < model.streams.size();
+  return is_any ? &model.streams[at(told->stream)] : nullptr;
+}
+
 }  // namespace
 
 EnforcementTracker::Beginning EnforcementTracker::beginning_at(Timestamp time) {
@@ -97,54 +104,102 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
          });
 }
 
-void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end) {
-  auto& thread = model_.threads[at(index)];
-  const auto& state = threads_[index];
-  if (!state.first_wait || !thread.is_known_to_kernel) return;
-  if (!model_.hosts[at(host)].has_switches) return;
-  const auto parts =
-      ThreadTimeline::between(*state.first_wait, timeline_.mark(host, thread.tid, end));
-  const auto inside = instances_.inside_execution(index, host, end);
-  if (!parts || !inside || !state.inside_before) return;
-  if (!is_recorded(thread, state.first_wait->time, end)) return;
-  if (thread.kernel_exit) end = std::min(end, thread.kernel_exit->time);
-  if (end < state.first_wait->time) return;
-  thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
-  thread.foreign_span_ns = (end - state.first_wait->time).ns;
+EnforcementTracker::Reading EnforcementTracker::reading(ThreadIndex index, HostIndex host,
+                                                        Timestamp time) {
+  return {.mark = timeline_.mark(host, model_.threads[at(index)].tid, time),
+          .inside = instances_.inside_execution(index, host, time)};
 }
 
-void EnforcementTracker::total(std::optional<Timestamp> end) {
+void EnforcementTracker::on_record_end(StreamIndex stream, Timestamp time) {
+  if (!has_switches_) return;
+  registry_.note_last_seen();
+  const auto& ended = model_.streams[at(stream)];
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
-    auto& thread = model_.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    auto& state = threads_[index];
-    thread.cpus_checked += std::exchange(state.allowed_again, 0);
+    const auto& thread = model_.threads[i];
     const auto host = model_.processes[at(thread.process)].host;
-    if (!thread.is_known_to_kernel || !model_.hosts[at(host)].has_switches) continue;
-    if (!thread.fini && thread.first_seen && !state.is_gone) {
-      const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
-      total_foreign_work(index, host, end.value_or(last_seen.time));
-    }
-    if (registry_.thread_by_tid(host, thread.tid) == index) {
-      const auto at_end = end.value_or(Timestamp{});
-      const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
-      thread.busy_ns = busy_of(state, tids_[host][thread.tid], total).ns;
-    }
-    if (state.is_former_unended) thread.busy_ns.reset();
-    const auto begin = told_since(thread);
-    const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time
-                                  : end.value_or(thread.last_seen.value_or(EventRef{}).time);
-    if (thread.busy_ns && !is_recorded(thread, std::max(begin, judged_from_), last)) {
-      thread.busy_ns.reset();
-    }
+    const auto* first = first_stream(model_, thread);
+    if (host != ended.host || first == nullptr) continue;
+    const ThreadIndex index{static_cast<std::uint32_t>(i)};
+    auto& state = threads_[index];
+    if (first->trace != ended.trace && !is_told_since(thread, state)) continue;
+    const bool is_there = registry_.thread_by_tid(host, thread.tid) == index;
+    if (is_there) state.record_end = reading(index, host, time);
   }
 }
 
-void EnforcementTracker::look(Timestamp now) { total(now); }
+bool EnforcementTracker::is_told_since(const ThreadFacts& thread, const OfThread& state) {
+  return state.record_end && thread.last_seen &&
+         thread.last_seen->time > state.record_end->mark.time;
+}
+
+void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host,
+                                            const Reading& reading) {
+  auto& thread = model_.threads[at(index)];
+  thread.foreign_ns.reset();
+  thread.foreign_span_ns.reset();
+  const auto& state = threads_[index];
+  if (!state.first_wait || !thread.is_known_to_kernel) return;
+  if (!model_.hosts[at(host)].has_switches) return;
+  auto end = reading.mark.time;
+  const auto parts = ThreadTimeline::between(*state.first_wait, reading.mark);
+  if (!parts || !reading.inside || !state.inside_before) return;
+  if (!is_recorded(thread, state.first_wait->time, end)) return;
+  if (thread.kernel_exit) end = std::min(end, thread.kernel_exit->time);
+  if (end < state.first_wait->time) return;
+  thread.foreign_ns = (parts->execution - (*reading.inside - *state.inside_before)).ns;
+  thread.foreign_span_ns = (end - state.first_wait->time).ns;
+}
+
+std::optional<EnforcementTracker::Reading> EnforcementTracker::end_of(
+    ThreadIndex index, HostIndex host, bool is_there, std::optional<Timestamp> now) {
+  const auto& thread = model_.threads[at(index)];
+  const auto& state = threads_[index];
+  if (state.record_end && (is_there || !is_told_since(thread, state))) return *state.record_end;
+  const auto* first = first_stream(model_, thread);
+  if (!is_there || (first != nullptr && first->has_ended)) return std::nullopt;
+  if (!now) now = timeline_.last_switch(host);
+  if (!now) return std::nullopt;
+  if (thread.last_seen && !is_totalled_) now = std::max(*now, thread.last_seen->time);
+  return reading(index, host, *now);
+}
+
+void EnforcementTracker::total(std::optional<Timestamp> now) {
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    const ThreadIndex index{static_cast<std::uint32_t>(i)};
+    thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
+    const auto host = model_.processes[at(thread.process)].host;
+    if (thread.is_known_to_kernel && model_.hosts[at(host)].has_switches) total(index, host, now);
+  }
+}
+
+void EnforcementTracker::total(ThreadIndex index, HostIndex host, std::optional<Timestamp> now) {
+  auto& thread = model_.threads[at(index)];
+  auto& state = threads_[index];
+  const bool is_there = registry_.thread_by_tid(host, thread.tid) == index;
+  const auto end = end_of(index, host, is_there, now);
+  if (end) {
+    if (!thread.fini && thread.first_seen) total_foreign_work(index, host, *end);
+    thread.busy_ns = busy_of(state, tids_[host][thread.tid], end->mark.total.execution).ns;
+  }
+  const bool is_before_window = end && end->mark.time < judged_from_;
+  if ((is_there && !end) || is_before_window || state.is_former_unended) thread.busy_ns.reset();
+  if (!thread.busy_ns) return;
+  auto last = end ? end->mark.time : thread.last_seen.value_or(EventRef{}).time;
+  if (thread.fini) {
+    last = thread.last_seen.value_or(*thread.fini).time;
+  } else if (!end && thread.kernel_exit) {
+    last = thread.kernel_exit->time;
+  }
+  if (!is_recorded(thread, std::max(told_since(thread), judged_from_), last))
+    thread.busy_ns.reset();
+}
+
+void EnforcementTracker::look() { total(std::nullopt); }
 
 void EnforcementTracker::finish() {
   if (is_totalled_) return;
-  total(model_.end);
+  total(std::nullopt);
   end_beginnings();
 }
 

@@ -198,7 +198,8 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
         thread.busy_ns = busy_of(state, tid, tid.busy_at_exit).ns;
       }
       if (is_dead) {
-        if (!thread.fini && !is_totalled_) total_foreign_work(*index, host, head.time);
+        const bool is_recorded = !thread.fini && !is_totalled_ && !state.record_end;
+        if (is_recorded) total_foreign_work(*index, host, reading(*index, host, head.time));
         state.is_gone = true;
         registry_.die(head, event.prev_tid);
       }
@@ -350,7 +351,7 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
 void EnforcementTracker::on_thread_fini(const EventHead& head, ThreadIndex index) {
   threads_[index].has_cpus = false;
   const auto host = model_.processes[at(model_.threads[at(index)].process)].host;
-  if (!is_totalled_) total_foreign_work(index, host, head.time);
+  if (!is_totalled_) total_foreign_work(index, host, reading(index, host, head.time));
 }
 
 // Nothing was applied to those that still run with what they inherited.

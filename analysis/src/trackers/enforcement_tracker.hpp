@@ -66,8 +66,10 @@ class EnforcementTracker {
   void note_possible_begin(Timestamp time);
   void begin_window(Timestamp begin);
   void end_window(Timestamp end);
+  // The stream's trace, in user space, lacks events from here on: what threads do may be in callbacks.
+  void on_record_end(StreamIndex stream, Timestamp time);
   // Totals what has been seen until now; more may follow.
-  void look(Timestamp now);
+  void look();
   void finish();
 
  private:
@@ -79,6 +81,11 @@ class EnforcementTracker {
     std::uint64_t audits_checked = 0;
     bool had_mismatch = false;
     std::size_t slice_or_clamp_mismatches = 0;
+  };
+  // What a thread had done at a time.
+  struct Reading {
+    ThreadTimeline::Mark mark;
+    std::optional<Duration> inside;  // on-CPU time in instances
   };
   struct OfThread {
     bool has_cpus = false;            // was read back, with the CPUs it may use
@@ -107,7 +114,9 @@ class EnforcementTracker {
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
-    Duration busy_before;                   // of earlier incarnations of its tid
+    // When the trace that told of it first ended, or a later one that told of it since.
+    Rare<Reading> record_end;
+    Duration busy_before;            // of earlier incarnations of its tid
     bool is_former_unended = false;  // the last one on its tid, of which the end was not seen
     bool is_gone = false;            // left its CPU dead: what has its tid now is not it
   };
@@ -181,9 +190,16 @@ class EnforcementTracker {
   void adopt_priority(const EventHead& head, ThreadFacts& thread);
   // The kernel's record of the thread has no hole between the two.
   bool is_recorded(const ThreadFacts& thread, Timestamp begin, Timestamp end) const;
-  void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
-  // Busy time and foreign work of the threads that have not ended.
-  void total(std::optional<Timestamp> end);
+  // It spoke after the record of it had ended in one trace: another one tells of it, too.
+  static bool is_told_since(const ThreadFacts& thread, const OfThread& state);
+  Reading reading(ThreadIndex index, HostIndex host, Timestamp time);
+  void total_foreign_work(ThreadIndex index, HostIndex host, const Reading& end);
+  // Busy time and foreign work of the threads that have not ended, until the record of them did, or now.
+  void total(std::optional<Timestamp> now);
+  void total(ThreadIndex index, HostIndex host, std::optional<Timestamp> now);
+  // Up to which a thread counts; `is_there`: it has its tid still. Empty: not known, or it is gone.
+  std::optional<Reading> end_of(ThreadIndex index, HostIndex host, bool is_there,
+                                std::optional<Timestamp> now);
   // What its children inherit, as far as that is known; `seen`: its priority by the last switch.
   std::int32_t own_priority(ThreadIndex thread, std::int32_t seen) const;
   // That by its last switch, or by what was read back since.

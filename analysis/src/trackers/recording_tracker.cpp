@@ -63,13 +63,17 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   update(channel);
 }
 
-void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
+bool RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
   auto* facts = stream(head.stream);
-  if (facts == nullptr) return;
-  states_[head.stream].ended = true;
+  if (facts == nullptr) return false;
+  auto& state = states_[head.stream];
+  state.ended = true;
   facts->has_ended = !is_live_;
   coverage_.end(head.stream, facts->end.value_or(head.time));
   update(channels_[facts->channel]);
+  const bool ends_record =
+      facts->domain == Domain::user && facts->has_ended && facts->end && narrows(*facts, state);
+  return ends_record && ended_traces_.emplace(facts->host, facts->trace).second;
 }
 
 std::optional<std::int32_t> RecordingTracker::apply(const EventHead& head,
@@ -109,16 +113,20 @@ void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) 
   if (facts != nullptr) facts->end = head.time;
 }
 
+bool RecordingTracker::narrows(const StreamFacts& facts, const StreamState& state) const {
+  const bool is_empty = !facts.begin && (is_live_ || state.ended);
+  // LTTng flushes the buffer of an idle CPU once, at the end of a chunk or the begin of the next one.
+  const bool is_flush_alone = state.is_idle && facts.begin && facts.begin == facts.end;
+  return !is_empty && !is_flush_alone && !facts.is_left_out;
+}
+
 Window RecordingTracker::covered(const Channel& channel) const {
   Window covered;
   bool has_all_begun = true;
   for (const auto index : channel.streams) {
     const auto& facts = model_.streams[index];
     const auto& state = *states_.find(StreamIndex{index});
-    const bool is_empty = !facts.begin && (is_live_ || state.ended);
-    // LTTng flushes the buffer of an idle CPU once, at the end of a chunk or the begin of the next one.
-    const bool is_flush_alone = state.is_idle && facts.begin && facts.begin == facts.end;
-    if (is_empty || is_flush_alone || facts.is_left_out) continue;
+    if (!narrows(facts, state)) continue;
     if (!facts.begin && !state.is_idle) {
       has_all_begun = false;
       continue;

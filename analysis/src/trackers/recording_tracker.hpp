@@ -13,6 +13,8 @@
 
 #include <map>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -41,7 +43,9 @@ class RecordingTracker {
       : model_(model), registry_(registry), coverage_(model), asked_(asked), is_live_(is_live) {}
 
   void apply(const EventHead& head, const StreamBegin& event);
-  void apply(const EventHead& head, const StreamEnd& event);
+  // True: it is the first stream in user space of its trace to end, from where on something may be
+  // missing in that.
+  bool apply(const EventHead& head, const StreamEnd& event);
   // The CPU of which the kernel's record begins anew, some time after that of another trace ended.
   std::optional<std::int32_t> apply(const EventHead& head, const PacketBegin& event);
   void apply(const EventHead& head, const PacketEnd& event);
@@ -106,6 +110,8 @@ class RecordingTracker {
   void wake(StreamIndex index, StreamState& state);
   bool has_foreign_kernel() const;
   void update(Channel& channel);
+  // What the stream does not cover is missing in its channel.
+  bool narrows(const StreamFacts& facts, const StreamState& state) const;
   // What all streams of the channel cover; empty begin: some of them have not begun.
   Window covered(const Channel& channel) const;
   KernelRecord& record_of(HostIndex host) const;
@@ -132,8 +138,9 @@ class RecordingTracker {
   ByIndex<StreamIndex, StreamState> states_;
   std::size_t kernel_losses_ = 0;  // in the model
   std::map<std::uint32_t, Channel> channels_;
-  std::uint64_t changes_ = 1;                           // of the channels' windows
-  mutable ByIndex<HostIndex, KernelRecord> records_{};  // found out when somebody asks
+  std::uint64_t changes_ = 1;                                   // of the channels' windows
+  std::set<std::pair<HostIndex, std::uint32_t>> ended_traces_;  // of user space
+  mutable ByIndex<HostIndex, KernelRecord> records_{};          // found out when somebody asks
 };
 
 }  // namespace cie::analysis

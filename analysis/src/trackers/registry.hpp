@@ -94,6 +94,8 @@ class Registry {
     facts.is_told_by_ros2 = head.is_derived && (facts.is_told_by_ros2 || !facts.has_cie_events);
     facts.has_cie_events = true;
   }
+  // Brings the `last_seen` of all threads and processes up to date.
+  void note_last_seen() { emitters_.forget_all(); }
   // Of a process, by the tid that it knows it by.
   std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
   // A thread of the process spoke where the kernel's switches have its tid, or where they have

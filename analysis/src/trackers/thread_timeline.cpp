@@ -362,6 +362,12 @@ bool ThreadTimeline::overlaps_hole(HostIndex host, Timestamp from, Timestamp to,
   return false;
 }
 
+std::optional<Timestamp> ThreadTimeline::last_switch(HostIndex host) const {
+  const auto* of_host = hosts_.find(host);
+  if (of_host == nullptr || of_host->cpus.empty()) return std::nullopt;
+  return std::ranges::max_element(of_host->cpus, {}, &Cpu::time)->time;
+}
+
 bool ThreadTimeline::is_confirmed(HostIndex host, Timestamp time) {
   auto* of_host = hosts_.find(host);
   if (of_host == nullptr || of_host->cpus.empty()) return true;

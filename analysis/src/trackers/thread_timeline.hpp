@@ -99,6 +99,8 @@ class ThreadTimeline {
   // Whether an interval overlaps a hole or a loss of the kernel's record: of one CPU's, or of any.
   bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to,
                      std::optional<std::int32_t> cpu = std::nullopt) const;
+  // Of the host, on whatever CPU.
+  std::optional<Timestamp> last_switch(HostIndex host) const;
   // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
   bool is_confirmed(HostIndex host, Timestamp time);
 
