@@ -102,10 +102,11 @@ std::optional<EventRef> own_event_outside(const ThreadFacts& thread, const SpecE
 // Nothing is known of how it was scheduled.
 bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judgement) {
   if (!thread.scheduled.empty()) return false;
-  const auto* const reason = thread.is_known_to_kernel
-                                 ? "no switch of it was seen; record kernel events"
-                                 : "the kernel's switches have another thread of this tid: it "
-                                   "runs in a container";
+  const auto* const reason =
+      !thread.is_known_to_kernel
+          ? "the kernel's switches have another thread of this tid: it runs in a container"
+      : thread.switched_in ? "its switches have inherited priorities alone"
+                           : "no switch of it was seen; record kernel events";
   judgement.doubt(without_event(
       begin, "thread " + std::to_string(thread.tid) + " has no read-back, and " + reason));
   return true;

@@ -77,7 +77,7 @@ void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
   const auto* expected = reference(thread);
   if (expected != nullptr && event.n == expected->n) {  // from here on it is the reference
     const auto* tid = tids_[model_.processes[at(thread.process)].host].find(thread.tid);
-    state.may_be_boosted = thread.is_known_to_kernel && tid != nullptr && tid->has_inheritance;
+    state.may_be_boosted = thread.is_known_to_kernel && tid != nullptr && tid->inheritance.told;
   }
   const bool is_configured = event.moment == SchedMoment::applied && thread.applied.size() == 1;
   if (is_configured) {  // what it did until then is none of its work

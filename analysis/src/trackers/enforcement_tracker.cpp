@@ -74,26 +74,37 @@ void EnforcementTracker::adopt_unread(const EventHead& head, ThreadIndex index) 
   if (thread.scheduled.empty() && thread.read_backs.count == 0) adopt_priority(head, thread);
 }
 
-void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
-                                        std::int32_t prio) {
-  if (!is_judging_) return;
-  const auto index = registry_.thread_by_tid(host, tid);
-  if (!index) return;
-  auto& thread = model_.threads[at(*index)];
-  auto& state = threads_[*index];
-  if (thread.fini || state.is_changing) return;
-  const auto* expected = reference(thread);
-  const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
-  if (is_inherited(head.time, prio, own, state)) return;
-  auto where = ref(head);
-  where.tid = tid;
-  where.pid = model_.processes[at(thread.process)].pid;
-  if (expected == nullptr) {
-    if (thread.read_backs.count != 0) return;
-    if (state.taken_back) take_back(thread, state, prio);
-    note_priority(where, thread, prio);
-    return;
+void EnforcementTracker::on_priority(const EventHead& head, HostIndex host, std::int64_t number,
+                                     std::int32_t prio) {
+  auto& tid = tids_[host][number];
+  tid.prio = prio;
+  tid.scheduled = ref(head);
+  const bool is_own = !is_inherited(head.time, prio, tid.unboosted, tid.inheritance);
+  if (const auto index = registry_.thread_by_tid(host, number)) {
+    auto& thread = model_.threads[at(*index)];
+    auto where = ref(head);
+    where.tid = number;
+    where.pid = model_.processes[at(thread.process)].pid;
+    if (reference(thread) != nullptr) {
+      check_priority(where, host, *index, prio);
+    } else if (is_own && is_judging_ && !thread.fini && thread.read_backs.count == 0) {
+      take_back(thread, tid, prio);
+      note_priority(where, thread, prio);
+    }
   }
+  if (!is_own) return;
+  if (tid.own && tid.own->prio != prio) tid.taken_back.reset();
+  tid.own = SwitchPriority{.at = ref(head), .prio = prio};
+}
+
+void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, ThreadIndex index,
+                                        std::int32_t prio) {
+  auto& thread = model_.threads[at(index)];
+  auto& state = threads_[index];
+  if (!is_judging_ || thread.fini || state.is_changing) return;
+  const auto& expected = *reference(thread);
+  const auto own = kernel_priority(expected);
+  if (is_inherited(where.time, prio, own, state.inheritance)) return;
   if (prio >= own) {
     state.may_be_boosted = false;
     state.may_be_boosted_before = false;
@@ -107,18 +118,18 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   if (prio == own) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
   if (mismatch) return;
-  mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+  mismatch = {expected, SwitchPriority{.at = where, .prio = prio}};
   state.is_still_raised = prio < own;
 }
 
 // LTTng's sched_pi_setprio gives the priority of the first waiter, and when none is left the one that the
 // thread has still: as if the boost went on. What the thread runs with since then tells that it ended.
 bool EnforcementTracker::is_inherited(Timestamp time, std::int32_t prio, std::int32_t own,
-                                      OfThread& state) {
-  const bool is_of_that_time = state.inheritance_told == time;  // in which order is not known
-  if (prio < own) return state.is_boosted || is_of_that_time;
-  if (!is_of_that_time) state.is_boosted = false;
-  return state.is_boosted && prio == own;
+                                      Inheritance& inheritance) {
+  const bool is_of_that_time = inheritance.told == time;  // in which order is not known
+  if (prio < own) return inheritance.is_boosted || is_of_that_time;
+  if (!is_of_that_time) inheritance.is_boosted = false;
+  return inheritance.is_boosted && prio == own;
 }
 
 bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIndex host,
@@ -131,10 +142,9 @@ bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIn
   return *state.may_be_boosted_before;
 }
 
-void EnforcementTracker::take_back(ThreadFacts& thread, OfThread& state, std::int32_t prio) {
+void EnforcementTracker::take_back(ThreadFacts& thread, const OfTid& tid, std::int32_t prio) {
   auto& all = thread.scheduled;
-  if (all.empty() || all.back().first.prio == prio) return;
-  if (std::exchange(state.taken_back, std::nullopt) != prio) return;
+  if (tid.taken_back != prio || all.empty() || all.back().first.prio != tid.own->prio) return;
   all.back().first.prio = prio;
   if (all.size() > 1 && std::prev(all.end(), 2)->first.prio == prio) join_last_two(all);
 }
@@ -156,11 +166,13 @@ void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& threa
 void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thread) {
   if (!thread.is_known_to_kernel) return;
   const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
-  if (tid == nullptr || !tid->scheduled) return;
-  note_priority(*tid->scheduled, thread, tid->prio);
+  if (tid == nullptr || !tid->own) return;
+  note_priority(tid->own->at, thread, tid->own->prio);
   auto here = *tid->scheduled;  // since then
   here.time = head.time;
-  thread.scheduled.back().cpus.push_back({.first = *tid->scheduled, .last = here});
+  auto& cpus = thread.scheduled.back().cpus;
+  for (const auto& where : {tid->own->at, *tid->scheduled, here})
+    note_cpu(cpus, where);
 }
 
 // One that was announced when it ran already may have run anything until something is read back. A
@@ -176,11 +188,10 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   has_switches_ = true;
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
-    auto& prev = tids[event.prev_tid];
-    prev.prio = event.prev_prio;
-    prev.scheduled = ref(head);
-    check_priority(head, host, event.prev_tid, event.prev_prio);
+    on_priority(head, host, event.prev_tid, event.prev_prio);
     const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
+    const bool is_dead = (static_cast<std::uint64_t>(event.prev_state) & kDead) != 0;
+    if (is_dead) forget_own(tids[event.prev_tid]);
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
@@ -190,7 +201,6 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
         state.inside_before = instances_.inside_execution(*index, host, head.time);
         thread.first_wait = head.time;
       }
-      const bool is_dead = (static_cast<std::uint64_t>(event.prev_state) & kDead) != 0;
       if (thread.fini || is_dead) {  // its last switch-out, unless another follows
         auto& tid = tids[event.prev_tid];
         tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
@@ -207,14 +217,12 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   }
   if (event.next_tid == 0) return;
   auto& next = tids[event.next_tid];
-  next.prio = event.next_prio;
-  next.scheduled = ref(head);
   if (next.is_new) {
     next.is_new = false;
     model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
     if (!is_real_time_priority(event.next_prio)) forget_fork(next);
   }
-  check_priority(head, host, event.next_tid, event.next_prio);
+  on_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
     auto& thread = model_.threads[at(*index)];
     if (is_judging_) {
@@ -241,7 +249,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   }
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
-  child.has_inheritance = false;
+  forget_own(child);
   if (child.is_new) forget_fork(child);
   child.is_new = false;
   child.fork.reset();
@@ -254,7 +262,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                         .parent_tid = event.parent_tid,
                         .child_tid = event.child_tid,
                         .parent_prio = *prio,
-                        .parent_own_prio = thread ? own_priority(*thread, *prio) : *prio,
+                        .parent_own_prio = own_priority(thread, parent, *prio),
                         .parent = thread,
                         .child_first = std::nullopt,
                         .child = std::nullopt};
@@ -281,12 +289,19 @@ std::optional<std::int32_t> EnforcementTracker::latest_priority(
   return seen != nullptr ? std::optional(seen->prio) : std::nullopt;
 }
 
-std::int32_t EnforcementTracker::own_priority(ThreadIndex thread, std::int32_t seen) const {
-  if (const auto& read_back = model_.threads[at(thread)].last_read_back) {
-    return kernel_priority(*read_back);
+std::int32_t EnforcementTracker::own_priority(const std::optional<ThreadIndex>& thread,
+                                              const OfTid* seen, std::int32_t latest) const {
+  if (thread) {
+    const auto& read_back = model_.threads[at(*thread)].last_read_back;
+    if (read_back) return kernel_priority(*read_back);
   }
-  const auto* state = threads_.find(thread);
-  return state != nullptr && state->is_boosted ? state->unboosted : seen;
+  return seen != nullptr && seen->inheritance.is_boosted ? seen->unboosted : latest;
+}
+
+void EnforcementTracker::forget_own(OfTid& tid) {
+  tid.inheritance = {};
+  tid.own.reset();
+  tid.taken_back.reset();
 }
 
 void EnforcementTracker::forget_fork(OfTid& child) {
@@ -298,27 +313,28 @@ void EnforcementTracker::forget_fork(OfTid& child) {
 
 void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
                                        const SchedPiSetprio& event) {
-  tids_[host][event.tid].has_inheritance = true;
+  auto& tid = tids_[host][event.tid];
+  tid.taken_back.reset();
+  if (!tid.inheritance.is_boosted) {
+    tid.unboosted = event.old_prio;
+    const bool is_seen = tid.own && tid.own->prio == event.old_prio;
+    if (is_seen && event.new_prio > event.old_prio) tid.taken_back = event.new_prio;
+  }
+  // Nobody inherits a lower one.
+  tid.inheritance = {.is_boosted = event.new_prio < tid.unboosted, .told = head.time};
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
-  const auto* expected = reference(thread);
   auto& state = threads_[*index];
   state.may_be_boosted_before = false;
-  state.inheritance_told = head.time;
-  state.taken_back.reset();
-  if (!state.is_boosted) {
-    state.unboosted = event.old_prio;
-    const bool is_seen =
-        !thread.scheduled.empty() && thread.scheduled.back().first.prio == event.old_prio;
-    if (is_seen && event.new_prio > event.old_prio) state.taken_back = event.new_prio;
-  }
-  const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
-  const bool is_raised = event.new_prio < own;  // nobody inherits a lower one
-  state.may_be_boosted = is_raised && expected != nullptr && event.new_prio == event.old_prio;
-  state.is_boosted = is_raised && !state.may_be_boosted;
+  const auto* expected = reference(thread);
+  if (expected == nullptr) return;
+  const auto own = kernel_priority(*expected);
+  const bool is_raised = event.new_prio < own;
+  state.may_be_boosted = is_raised && event.new_prio == event.old_prio;
+  state.inheritance = {.is_boosted = is_raised && !state.may_be_boosted, .told = head.time};
   if (std::max(event.old_prio, event.new_prio) >= own) thread.perhaps_inherited.reset();
-  if (expected != nullptr) explain_raised(head, event, *expected, thread, state);
+  explain_raised(head, event, *expected, thread, state);
 }
 
 // Where nobody waits for it any more the kernel gives it its own priority. Nobody changed that since it

@@ -87,6 +87,11 @@ class EnforcementTracker {
     ThreadTimeline::Mark mark;
     std::optional<Duration> inside;  // on-CPU time in instances
   };
+  // A priority that a thread inherits through a mutex, as sched_pi_setprio tells.
+  struct Inheritance {
+    bool is_boosted = false;        // runs at such a priority
+    std::optional<Timestamp> told;  // by the last of these events
+  };
   struct OfThread {
     bool has_cpus = false;            // was read back, with the CPUs it may use
     std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
@@ -96,9 +101,8 @@ class EnforcementTracker {
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
     // sent it there before it was read back.
     std::vector<EventRef> outside_initial;
-    Rare<ReadBack> initial;                     // of that mask
-    bool is_boosted = false;                    // runs at a priority inherited through a mutex
-    std::optional<Timestamp> inheritance_told;  // by its last sched_pi_setprio
+    Rare<ReadBack> initial;   // of that mask
+    Inheritance inheritance;  // as far as it is above what it must run as
     // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
     // are no more urgent than it was then: to the new parameters they may be. Or that told of no change,
     // which LTTng's says where the last waiter has gone.
@@ -108,10 +112,6 @@ class EnforcementTracker {
     std::optional<bool> may_be_boosted_before;
     // Nothing has shown it at its own priority since the switch that its facts tell of.
     bool is_still_raised = false;
-    // Of one that nobody read back: the last event took the priority with which it was seen back to this,
-    // which so is its own if it runs with that next.
-    std::optional<std::int32_t> taken_back;
-    std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     // When the trace that told of it first ended, or a later one that told of it since.
@@ -122,8 +122,13 @@ class EnforcementTracker {
   };
   struct OfTid {
     std::int32_t prio = 120;
-    bool has_inheritance = false;       // a sched_pi_setprio told of it
     std::optional<EventRef> scheduled;  // its last switch
+    // What follows is told by the kernel's events alone, of threads, too, of which nothing else is known.
+    Inheritance inheritance;
+    std::int32_t unboosted = 0;         // the priority before that
+    std::optional<SwitchPriority> own;  // in its last switch with a priority that was not inherited
+    // The last event took that priority back to this, which so is its own if it runs with that next.
+    std::optional<std::int32_t> taken_back;
     // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
     // good.
     std::optional<ThreadIndex> thread;
@@ -159,7 +164,10 @@ class EnforcementTracker {
   const ReadBack* reference(const ThreadFacts& thread) const;
   // Null: the process was not attached, or has none yet.
   const ReadBack* first_audit_of_attached(const ThreadFacts& thread) const;
-  void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
+  // A switch tells the priority of a thread.
+  void on_priority(const EventHead& head, HostIndex host, std::int64_t number, std::int32_t prio);
+  // With what it must run as.
+  void check_priority(const EventRef& where, HostIndex host, ThreadIndex index, std::int32_t prio);
   // An audit with what was applied before.
   void compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
                const ReadBack& audit);
@@ -172,7 +180,8 @@ class EnforcementTracker {
   void judge_outside_initial(ThreadFacts& thread, OfThread& state, bool is_applied);
   void end_beginnings();
   // A switch at this priority tells nothing of the thread's own: it was inherited then.
-  static bool is_inherited(Timestamp time, std::int32_t prio, std::int32_t own, OfThread& state);
+  static bool is_inherited(Timestamp time, std::int32_t prio, std::int32_t own,
+                           Inheritance& inheritance);
   // What the event tells of the raised priority that was seen before.
   static void explain_raised(const EventHead& head, const SchedPiSetprio& event,
                              const ReadBack& expected, ThreadFacts& thread, OfThread& state);
@@ -183,7 +192,7 @@ class EnforcementTracker {
   // A thread that nobody read back is scheduled with this priority.
   void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
   // What it was scheduled with until now was inherited, if it runs at the priority that was taken back.
-  static void take_back(ThreadFacts& thread, OfThread& state, std::int32_t prio);
+  static void take_back(ThreadFacts& thread, const OfTid& tid, std::int32_t prio);
   // The same if it is a thread that nobody read back.
   void adopt_unread(const EventHead& head, ThreadIndex thread);
   // A thread speaks for the first time: what it was scheduled as until now is its own.
@@ -200,11 +209,14 @@ class EnforcementTracker {
   // Up to which a thread counts; `is_there`: it has its tid still. Empty: not known, or it is gone.
   std::optional<Reading> end_of(ThreadIndex index, HostIndex host, bool is_there,
                                 std::optional<Timestamp> now);
-  // What its children inherit, as far as that is known; `seen`: its priority by the last switch.
-  std::int32_t own_priority(ThreadIndex thread, std::int32_t seen) const;
+  // What its children inherit, as far as that is known.
+  std::int32_t own_priority(const std::optional<ThreadIndex>& thread, const OfTid* seen,
+                            std::int32_t latest) const;
   // That by its last switch, or by what was read back since.
   std::optional<std::int32_t> latest_priority(const std::optional<ThreadIndex>& thread,
                                               const OfTid* seen) const;
+  // The next thread with the tid has its own priority.
+  static void forget_own(OfTid& tid);
   // Nothing more is kept of a child than that it was no violation, once there are too many.
   void forget_fork(OfTid& child);
 

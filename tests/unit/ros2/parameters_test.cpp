@@ -164,6 +164,40 @@ TEST(SwitchedParameters, LeaveInheritedPrioritiesAside) {
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
 }
 
+// The thread's first event is that of its first instance: before, the kernel's alone tell of it.
+TEST(SwitchedParameters, LeavePrioritiesAsideThatWereInheritedBeforeTheFirstEvent) {
+  const std::string own =
+      "\n3 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=89"
+      "\n4 sched:sched_switch prev_tid=7 prev_prio=89 prev_state=1 next_tid=0 next_prio=120";
+  const auto inherited = "\n5 sched:sched_pi_setprio tid=7 oldprio=89 newprio=79" +
+                         instance(10, 79) + instance(20, 79);
+  const auto ended = "\n30 sched:sched_pi_setprio tid=7 oldprio=79 newprio=89" + instance(31, 89);
+  const std::string fifo_10 =
+      "callback_groups:\n  - id: /n@Timer(1)\n    policy: SCHED_FIFO\n    priority: 10\n";
+  EXPECT_EQ(judged_by(own + inherited).verdict("S1"), Verdict::fail) << "FIFO 20 is asked for";
+  EXPECT_EQ(judged_by(own + inherited).verdict("S2"), Verdict::not_applicable);
+  for (const auto* rule : {"S1", "S2", "S3"}) {
+    EXPECT_EQ(judged_by(own + inherited, fifo_10).verdict(rule), Verdict::pass) << rule;
+    EXPECT_EQ(judged_by(own + inherited + ended, fifo_10).verdict(rule), Verdict::pass) << rule;
+  }
+  for (const auto* rule : {"S1", "S3"}) {
+    const auto unseen = judged_by(inherited);
+    EXPECT_EQ(unseen.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(unseen.evidence(rule), HasSubstr("inherited priorities alone")) << rule;
+  }
+}
+
+// Who has the tid of a thread that ended while it was waited for inherits nothing from that.
+TEST(SwitchedParameters, AreNotInheritedByTheNextThreadWithTheTid) {
+  const auto ended =
+      "\n3 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120"
+      "\n5 sched:sched_pi_setprio tid=7 oldprio=120 newprio=9"
+      "\n6 sched:sched_switch prev_tid=7 prev_prio=9 prev_state=16 next_tid=0 next_prio=120";
+  const auto result = judged_by(ended + instance(10, 79) + instance(20, 79));
+  for (const auto* rule : {"S1", "S2", "S3"})
+    EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule;
+}
+
 TEST(SwitchedParameters, FailWhenTheyComeAfterTheFirstInstance) {
   const auto result = judged_by(instance(10, 120) + instance(20, 120) + instance(30, 79));
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
