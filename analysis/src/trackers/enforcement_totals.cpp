@@ -66,6 +66,9 @@ void EnforcementTracker::begin_window(Timestamp begin) {
     const auto host = model_.processes[at(thread.process)].host;
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& state = threads_[index];
+    if (!thread.scheduled.empty() && registry_.thread_by_tid(host, thread.tid) == index) {
+      note_own(thread, tids_[host][thread.tid]);
+    }
     const auto& [mark, is_over] = beginning.threads[i];
     const auto before = std::exchange(state.busy_before, mark.total.execution);
     if (thread.busy_ns)

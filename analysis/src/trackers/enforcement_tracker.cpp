@@ -101,14 +101,18 @@ void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, T
                                         std::int32_t prio) {
   auto& thread = model_.threads[at(index)];
   auto& state = threads_[index];
-  if (!is_judging_ || thread.fini || state.is_changing) return;
+  if (thread.fini || state.is_changing) return;
   const auto& expected = *reference(thread);
   const auto own = kernel_priority(expected);
   if (is_inherited(where.time, prio, own, state.inheritance)) return;
-  if (prio >= own) {
+  const bool is_raised = prio < own;
+  if (!is_raised) {
     state.may_be_boosted = false;
     state.may_be_boosted_before = false;
     state.is_still_raised = false;
+  }
+  if (!is_judging_) return;
+  if (!is_raised) {
     thread.perhaps_inherited.reset();
   } else if (state.may_be_boosted || may_be_boosted_before(thread, host, state)) {
     if (!thread.perhaps_inherited) thread.perhaps_inherited = {.at = where, .prio = prio};
@@ -116,10 +120,10 @@ void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, T
   }
   ++thread.switches_checked;
   if (prio == own) return;
-  auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
+  auto& mismatch = is_raised ? thread.raised_priority : thread.lowered_priority;
   if (mismatch) return;
   mismatch = {expected, SwitchPriority{.at = where, .prio = prio}};
-  state.is_still_raised = prio < own;
+  state.is_still_raised = is_raised;
 }
 
 // LTTng's sched_pi_setprio gives the priority of the first waiter, and when none is left the one that the
@@ -167,12 +171,18 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
   if (!thread.is_known_to_kernel) return;
   const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
   if (tid == nullptr || !tid->own) return;
-  note_priority(tid->own->at, thread, tid->own->prio);
+  note_own(thread, *tid);
   auto here = *tid->scheduled;  // since then
   here.time = head.time;
   auto& cpus = thread.scheduled.back().cpus;
-  for (const auto& where : {tid->own->at, *tid->scheduled, here})
+  for (const auto& where : {*tid->scheduled, here})
     note_cpu(cpus, where);
+}
+
+void EnforcementTracker::note_own(ThreadFacts& thread, const OfTid& tid) {
+  if (!tid.own) return;
+  note_priority(tid.own->at, thread, tid.own->prio);
+  note_cpu(thread.scheduled.back().cpus, tid.own->at);
 }
 
 // One that was announced when it ran already may have run anything until something is read back. A

@@ -166,7 +166,7 @@ class EnforcementTracker {
   const ReadBack* first_audit_of_attached(const ThreadFacts& thread) const;
   // A switch tells the priority of a thread.
   void on_priority(const EventHead& head, HostIndex host, std::int64_t number, std::int32_t prio);
-  // With what it must run as.
+  // With what it must run as. Outside the window it shows what is inherited, and is not judged.
   void check_priority(const EventRef& where, HostIndex host, ThreadIndex index, std::int32_t prio);
   // An audit with what was applied before.
   void compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
@@ -193,10 +193,12 @@ class EnforcementTracker {
   void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
   // What it was scheduled with until now was inherited, if it runs at the priority that was taken back.
   static void take_back(ThreadFacts& thread, const OfTid& tid, std::int32_t prio);
-  // The same if it is a thread that nobody read back.
-  void adopt_unread(const EventHead& head, ThreadIndex thread);
+  // It had the priority of its own that its tid was seen with last.
+  void note_own(ThreadFacts& thread, const OfTid& tid);
   // A thread speaks for the first time: what it was scheduled as until now is its own.
   void adopt_priority(const EventHead& head, ThreadFacts& thread);
+  // The same if it is a thread that nobody read back.
+  void adopt_unread(const EventHead& head, ThreadIndex thread);
   // The kernel's record of the thread has no hole between the two.
   bool is_recorded(const ThreadFacts& thread, Timestamp begin, Timestamp end) const;
   // It spoke after the record of it had ended in one trace: another one tells of it, too.

@@ -270,6 +270,28 @@ TEST(SwitchedParameters, ThatChangeAfterInheritanceAreNotInherited) {
   }
 }
 
+// As in LTTng's recordings. What ended before the window excuses nothing within.
+TEST(SwitchedParameters, ThatChangeInAWindowWereNotInheritedBeforeIt) {
+  const auto events = kTwoTimers + instance(10, 79) +
+                      "\n15 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" + instance(16, 9) +
+                      "\n25 sched:sched_pi_setprio tid=7 oldprio=9 newprio=9" + instance(26, 79) +
+                      instance(40, 9);
+  for (const auto* rule : {"S1", "S3"}) {
+    EXPECT_EQ(analyze_ros2(events, -1, kSpec).verdict(rule), Verdict::fail) << rule;
+    const analysis::TimeWindow window{.from = {35}, .to = {60}};
+    EXPECT_EQ(analyze_ros2(events, -1, kSpec, window).verdict(rule), Verdict::fail) << rule;
+  }
+}
+
+// What it was last seen with before the window is its own where all within is inherited.
+TEST(SwitchedParameters, OfAWindowAreThoseBeforeItWhereAllWithinAreInherited) {
+  const auto events = kTwoTimers + instance(10, 79) + instance(20, 120) +
+                      "\n25 sched:sched_pi_setprio tid=7 oldprio=120 newprio=79" + instance(40, 79);
+  EXPECT_EQ(analyze_ros2(events, -1, kSpec).verdict("S1"), Verdict::fail);
+  const analysis::TimeWindow window{.from = {35}, .to = {60}};
+  EXPECT_EQ(analyze_ros2(events, -1, kSpec, window).verdict("S1"), Verdict::fail);
+}
+
 constexpr const char* kUnscheduled =
     "\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7";
 

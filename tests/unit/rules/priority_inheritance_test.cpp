@@ -1,6 +1,7 @@
 // S3 where threads wait for a mutex of the one that is judged, whose own priority is 19 (FIFO 80).
-#include "support/verdicts.hpp"
+#include "windows.hpp"
 
+#include <cstdint>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -10,10 +11,15 @@ namespace {
 
 using analysis::Verdict;
 
-Verdict judged(const std::string& lines) {
-  return Verified(
-      "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" + lines +
-      "\n100 start fusion\n102 end fusion")["S3"];
+std::string run_with(const std::string& lines) {
+  return "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" +
+         lines + "\n100 start fusion\n102 end fusion";
+}
+
+Verdict judged(const std::string& lines) { return Verified(run_with(lines))["S3"]; }
+
+Verdict judged(const std::string& lines, std::int64_t from, std::int64_t to) {
+  return in_window(run_with(lines), from, to)["S3"];
 }
 
 // LTTng tells the priority of the first waiter; when none is left, the one that the thread has still.
@@ -27,6 +33,29 @@ TEST(PriorityInheritance, EndsWhereTheThreadRunsWithItsOwn) {
   EXPECT_EQ(judged(own + "7 switch 0 idle fusion next_prio=29"), Verdict::fail);
   EXPECT_EQ(judged(inherited + "6 switch 0 fusion idle prio=29"), Verdict::fail)
       << "nobody inherits a lower priority";
+}
+
+// Where it ended before the window it excuses nothing within: the switch that shows it counts, too.
+TEST(PriorityInheritance, MayEndOutsideTheWindow) {
+  const std::string begun = "3 boost fusion prio=9 old=19\n4 switch 0 idle fusion next_prio=9\n";
+  const std::string own = "6 switch 0 fusion idle prio=19\n";
+  const std::string raised =
+      "40 switch 0 idle fusion next_prio=9\n43 switch 0 fusion idle prio=9\n"
+      "50 audit fusion policy=fifo priority=80\n";
+  const std::string applied = "7 applied fusion policy=fifo priority=80\n";
+  const std::string own_again =
+      "8 switch 0 idle fusion next_prio=19\n9 switch 0 fusion idle prio=19\n";
+  for (const auto& before : {begun + "5 boost fusion prio=9 old=9\n" + own, begun + own,
+                             begun + own + applied + own_again}) {
+    EXPECT_EQ(judged(before + raised), Verdict::fail) << before;
+    EXPECT_EQ(judged(before + raised, 30, 110), Verdict::fail) << before;
+  }
+  EXPECT_EQ(judged(begun + raised, 30, 110), Verdict::pass) << "it goes on";
+  const std::string later =
+      "60 switch 0 idle fusion next_prio=19\n61 switch 0 fusion idle prio=19\n"
+      "70 boost fusion prio=19 old=9\n";
+  EXPECT_EQ(judged(raised + later), Verdict::fail);
+  EXPECT_EQ(judged(raised + later, 30, 55), Verdict::fail) << "it was at its own meanwhile";
 }
 
 // Events of two CPUs have no order within a nanosecond.
