@@ -339,6 +339,7 @@ struct ForkFacts {
   std::int64_t child_tid = 0;                   // 0: one of very many, which was no violation
   std::int32_t parent_prio = 0;                 // last seen in a switch
   std::int32_t parent_own_prio = 0;             // when nobody waits for it, as far as known
+  bool is_parent_boosted = false;               // it inherited the first of them, as was told
   std::optional<ThreadIndex> parent{};          // if it was announced, or spoke
   std::optional<SwitchPriority> child_first{};  // first switch-in of the child
   std::optional<ThreadIndex> child{};           // when announced later

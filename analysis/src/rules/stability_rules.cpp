@@ -193,12 +193,13 @@ bool is_first_run_seen(const ForkFacts& fork, const Proof& proof) {
   return fork.child_first && !proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time);
 }
 
-// What a first run does not tell: the child has another real-time priority than its creator, because
-// it was given that before it ran (pthread_attr_setschedparam() does), or its creator changed its own
-// since it was seen.
+// What a first run does not tell: the child has another real-time priority than its creator's own,
+// because it was given that before it ran (pthread_attr_setschedparam() does), or its creator changed
+// its own since it was seen.
 bool may_be_given(const ForkFacts& fork) {
   const auto prio = fork.child_first->prio;
-  return is_real_time_priority(prio) && prio != fork.parent_prio && prio != fork.parent_own_prio;
+  const bool may_be_own = prio == fork.parent_prio && !fork.is_parent_boosted;
+  return is_real_time_priority(prio) && prio != fork.parent_own_prio && !may_be_own;
 }
 
 void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement) {

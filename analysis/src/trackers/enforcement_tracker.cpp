@@ -273,6 +273,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                         .child_tid = event.child_tid,
                         .parent_prio = *prio,
                         .parent_own_prio = own_priority(thread, parent, *prio),
+                        .is_parent_boosted = parent != nullptr && parent->inheritance.is_boosted,
                         .parent = thread,
                         .child_first = std::nullopt,
                         .child = std::nullopt};

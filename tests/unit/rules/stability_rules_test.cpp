@@ -379,6 +379,29 @@ TEST(NoParameterLeak, FailsForAnUnannouncedChildOfARealTimeThread) {
   EXPECT_EQ(Verified(reset).of("S5", "thread 150"), Verdict::pass);
 }
 
+// At 9 its creator runs through a mutex: nobody inherits that (sched_fork(): p->prio = current->normal_prio).
+TEST(NoParameterLeak, DoesNotJudgeAChildWithThePriorityThatItsCreatorInherited) {
+  const auto child_at = [](const std::string& prio) {
+    return Verified(R"(
+    callback fusion
+    thread child worker silent tid=150
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    3 switch 0 idle fusion next_prio=19
+    4 boost fusion prio=9 old=19
+    4 switch 0 fusion idle prio=9
+    4 switch 0 idle fusion next_prio=9
+    5 fork fusion child
+    7 switch 1 idle child next_prio=)" +
+                    prio + R"(
+    10 start fusion
+    12 end fusion)");
+  };
+  EXPECT_EQ(child_at("9").of("S5", "thread 150"), Verdict::not_applicable);
+  EXPECT_EQ(child_at("9").of("S5", "thread 101"), Verdict::pass);
+  EXPECT_EQ(child_at("19").of("S5", "thread 150"), Verdict::fail);
+}
+
 // What a child inherits is its creator's own priority (sched_fork(): p->prio = current->normal_prio). With another one
 // it was given that before it ran, as pthread_attr_setschedparam() does, or its creator changed its own.
 TEST(NoParameterLeak, DoesNotJudgeAChildWithAnotherRealTimePriority) {

@@ -65,7 +65,7 @@ struct Publication {
   std::string_view topic;
   std::uint32_t publisher_id = 0;
   std::uint64_t seq = 0;
-  std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
+  std::uint64_t writer_gid = 0;                   // 0 when the publisher was never announced
   std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
   HostIndex host{};
   ProcessIndex process{};  // as Instance::process
