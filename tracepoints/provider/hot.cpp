@@ -5,6 +5,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "base/clock.hpp"
+#include "inherited.hpp"
 #include "provider.h"
 #include "ros2_profile.hpp"
 #include "state.hpp"
@@ -32,6 +33,8 @@ void raise_to(std::atomic<std::uint64_t>& counter, std::uint64_t value) noexcept
 }
 
 void emit_publish(PublisherId publisher, std::uint64_t seq, std::int64_t timestamp) noexcept {
+  if (!is_own(publisher)) [[unlikely]]
+    return;
   emit::publish(publisher, seq, timestamp);
   if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
     profile->publish(publisher, seq, timestamp);
@@ -48,6 +51,8 @@ void Callback::release(std::uint64_t overwritten) noexcept {
   const std::uint64_t seq = take(state.released, state.releases_may_overlap);
   raise_to(state.overwritten, overwritten);
   count_before_emit();
+  if (!is_own(id_)) [[unlikely]]
+    return;
   emit::callback_release(id_, seq, overwritten);
 }
 
@@ -60,6 +65,8 @@ std::uint64_t Callback::next_seq() const noexcept {
 std::uint64_t Callback::start(const Release& release) noexcept {
   const std::uint64_t seq = take(state_->started, state_->may_overlap);
   count_before_emit();
+  if (!is_own(id_)) [[unlikely]]
+    return seq;
   emit::callback_start(id_, seq, release);
   if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
     profile->callback_start(*state_, seq, release);
@@ -71,6 +78,8 @@ std::uint64_t Callback::start(const Release& release) noexcept {
 void Callback::end(std::uint64_t seq, CallbackStatus status, std::int64_t release_ns) noexcept {
   take(state_->ended, state_->may_overlap);
   count_before_emit();
+  if (!is_own(id_)) [[unlikely]]
+    return;
   std::int64_t response_ns = 0;
   const std::uint64_t deadline_ns = state_->info.deadline_ns;
   if (deadline_ns != 0 && release_ns >= 0 && emit::is_deadline_miss_enabled()) {
@@ -88,6 +97,8 @@ void Callback::end(std::uint64_t seq, CallbackStatus status, std::int64_t releas
 void Callback::sample_lost(std::uint32_t count) noexcept {
   const std::uint64_t total = state_->lost.fetch_add(count, std::memory_order_relaxed) + count;
   count_before_emit();
+  if (!is_own(id_)) [[unlikely]]
+    return;
   emit::sample_lost(id_, count, total);
 }
 
@@ -109,12 +120,16 @@ std::int64_t Publisher::next_source_timestamp() noexcept {
 }
 
 void thread_wait(std::int64_t deadline_ns) noexcept {
+  if (!are_threads_own()) [[unlikely]]
+    return;
   if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
     profile->before_wait(deadline_ns);
   }
 }
 
 void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept {
+  if (!are_threads_own() || !is_own(callback)) [[unlikely]]
+    return;
   emit::thread_wakeup(callback, reason);
   if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
     profile->after_wait();

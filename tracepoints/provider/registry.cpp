@@ -1,17 +1,27 @@
 #include "registry.hpp"
 
 #include "base/clock.hpp"
+#include "inherited.hpp"
 #include "provider.h"
 #include "ros2_profile.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <new>
 #include <utility>
 
 #include <pthread.h>
 
 namespace cie::trace {
+
+namespace detail {
+std::atomic<std::uint32_t> first_own_callback{0};
+std::atomic<std::uint32_t> first_own_publisher{0};
+std::atomic<bool> are_threads_own{true};
+}  // namespace detail
+
 namespace {
 
 constexpr std::chrono::seconds kPatienceAtExit{1};
@@ -61,6 +71,7 @@ std::uint64_t Registry::begin_run(const Run& run, ExecutorKind executor,
                                   std::string_view spec_sha256) {
   const Guard guard(*this);
   Live& live = *live_;
+  detail::are_threads_own.store(true, std::memory_order_relaxed);
   if (!live.is_running && !is_finished_) {
     live.facts = {.process = read_process_info(),
                   .executors = {executor},
@@ -419,6 +430,9 @@ void Registry::after_fork_in_child() {
   static_cast<void>(registry.live_.release());
   registry.live_ = std::make_unique<Live>();
   ++registry.generation_;
+  detail::first_own_callback.store(registry.next_callback_, std::memory_order_relaxed);
+  detail::first_own_publisher.store(registry.next_publisher_, std::memory_order_relaxed);
+  detail::are_threads_own.store(false, std::memory_order_relaxed);
 }
 
 }  // namespace cie::trace

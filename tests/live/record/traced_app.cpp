@@ -6,10 +6,10 @@
 //              [--deadline-us N [--late-every N]]
 //
 // --leave-by kill: as a process that is killed when it has registered with the tracer, and emitted
-// nothing yet. --fork: a child destroys what it inherited and calls exit(). Writes FILE (its pid)
-// once everything is registered, or after the burst and N instances. --late-every: each N-th
-// instance of the timer responds after three times its deadline. Prints the totals it emitted on
-// exit.
+// nothing yet. --fork: a child runs an instance of what it inherited, destroys that and calls
+// exit(). Writes FILE (its pid) once everything is registered, or after the burst and N instances.
+// --late-every: each N-th instance of the timer responds after three times its deadline. Prints the
+// totals it emitted on exit.
 #include <cie/tracepoints/trace.hpp>
 
 #include "support/sanitizers.hpp"
@@ -196,6 +196,8 @@ int main(int argc, char** argv) {
   if (options.has_child) {
     const pid_t child = fork();
     if (child == 0) {
+      trace::thread_wakeup(app->timer.id(), cie::WakeupReason::timer);
+      run_instance(*app, now_ns());
       app.reset();
       std::exit(0);  // runs the library's exit handlers too
     }

@@ -221,10 +221,16 @@ TEST_F(Announcement, IsNotMadeByAChildThatOnlyInheritedTheObjects) {
   lttng({"enable-event", "-u", "-s", "forked", "-c", "state", "cie:*"});
   lttng({"start", "forked"});
   setenv("LTTNG_UST_REGISTER_TIMEOUT", "-1", 1);
-  const Finished result = sandbox_.run({"timeout", "20", CIE_TRACED_APP, "--fork"});
+  const Finished result =
+      sandbox_.run({"timeout", "20", CIE_TRACED_APP, "--fork", "--instances", "3"});
   lttng({"destroy", "forked"});
   EXPECT_EQ(result.status, 0);
   const TextTrace trace = read_trace(path("forked"));
+  for (const char* event : {"callback_start", "callback_end"})
+    EXPECT_EQ(trace.all(event).size(), 3U + 3U)
+        << event;  // of both callbacks, and none in the child
+  for (const char* event : {"thread_wakeup", "publish", "callback_release"})
+    EXPECT_EQ(trace.all(event).size(), 3U) << event;
   EXPECT_EQ(trace.all("callback_fini").size(), 2U);
   EXPECT_EQ(trace.all("run_end").size(), 1U);
   EXPECT_EQ(trace.events.back().name, "run_end");
