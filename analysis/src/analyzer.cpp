@@ -148,6 +148,7 @@ AnalysisResult Analyzer::look() {
   auto& pipeline = *pipeline_;
   pipeline.registry.finish();
   pipeline.recording.finish();
+  pipeline.recording.finish_runs();
   pipeline.chains->look();
   pipeline.enforcement.look();
   return pipeline.judge();
@@ -161,6 +162,7 @@ AnalysisResult Analyzer::finish() {
   pipeline.recording.finish();
   pipeline.enforcement.finish();  // an open instance is work of its callback until the end
   pipeline.instances->finish();
+  pipeline.recording.finish_runs();
   pipeline.chains->finish();
   // What they remember of the last instances is as large as the facts.
   pipeline.instances.reset();

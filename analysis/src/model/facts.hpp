@@ -29,6 +29,7 @@ struct Model {
   std::map<std::uint32_t, ChannelFacts> channels{};
   std::vector<Loss> losses{};  // capped at 100 000; see losses_dropped
   std::uint64_t losses_dropped = 0;
+  std::vector<RunsBetweenSessions> between_sessions{};
   std::vector<HostGap> session_gaps{};  // between sessions, whatever lived then; by time
   // Before the window that was asked for, the last one of each host and domain: state from before
   // holds in the window, and may be what was lost.

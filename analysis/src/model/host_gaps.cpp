@@ -1,5 +1,6 @@
 #include "host_gaps.hpp"
 
+#include "base/text.hpp"
 #include "host_clocks.hpp"
 
 #include <algorithm>
@@ -62,6 +63,21 @@ std::string in_seconds(Duration duration) {
   return std::to_string(ms / 1000) + '.' + rest + " s";
 }
 
+// Of a machine's clock, since the recording's begin, or `first` where that has none.
+class SinceBegin {
+ public:
+  SinceBegin(const Model& model, HostIndex host, Timestamp first)
+      : shift_(clock_shift(model.hosts[at(host)], *reference_host(model))),
+        begin_(model.begin.value_or(first + shift_)) {}
+  std::string operator()(Timestamp time) const {
+    return in_seconds(std::max(time + shift_ - begin_, Duration{}));
+  }
+
+ private:
+  Duration shift_;
+  Timestamp begin_;
+};
+
 }  // namespace
 
 std::vector<HostGap> gaps_within_lives(const Model& model) {
@@ -101,11 +117,7 @@ std::vector<HostGap> host_gaps(const Model& model) {
 
 std::string in_words(const HostGap& gap, const Model& model) {
   const auto& host = model.hosts[at(gap.host)];
-  const auto shift = clock_shift(host, *reference_host(model));
-  const auto begin = model.begin.value_or(gap.from + shift);
-  const auto since_begin = [&](Timestamp time) {
-    return in_seconds(std::max(time + shift - begin, Duration{}));
-  };
+  const SinceBegin since_begin(model, gap.host, gap.from);
   if (gap.is_before_runs) {
     return "runs on " + host.name + " were recorded from " + since_begin(gap.to) +
            " after the recording's begin on; before, until " + since_begin(gap.from) +
@@ -115,6 +127,14 @@ std::string in_words(const HostGap& gap, const Model& model) {
          since_begin(gap.to) +
          " after the recording's begin, though its processes had not ended: it was cut off or "
          "switched off, or the recorder began anew";
+}
+
+std::string in_words(const RunsBetweenSessions& runs, const Model& model) {
+  const SinceBegin since_begin(model, runs.host, runs.begin);
+  return counted(runs.count, "run") + " on " + model.hosts[at(runs.host)].name + ", from " +
+         since_begin(runs.begin) + " to " + since_begin(runs.end) +
+         " after the recording's begin: in the window of neither of two sessions, and without "
+         "numbers that would prove that no other is missing; not counted";
 }
 
 }  // namespace cie::analysis

@@ -93,6 +93,18 @@ struct HostGap {
   bool is_before_runs = false;  // see SessionGap
 };
 
+// Of what has no numbers, runs outside every window, while a session before them and one after them
+// recorded their process.
+struct RunsBetweenSessions {
+  HostIndex host{};
+  ProcessIndex process{};
+  StreamIndex stream = kNoStream;  // of the first one
+  bool is_before = false;          // the window of its channel
+  Timestamp begin;
+  Timestamp end;
+  std::uint64_t count = 1;
+};
+
 struct HostFacts {
   std::string name{};  // as told, but for namesakes: with their boot behind it
   std::string told{};  // by the tracer

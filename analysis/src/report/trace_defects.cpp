@@ -348,6 +348,8 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_clock_defects(model, defects);
   for (const auto& gap : host_gaps(model))
     add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
+  for (const auto& runs : model.between_sessions)
+    add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(runs, model));
   add_number_gaps(model, lives, defects);
   add_unpaired_instances(model, defects);
   add_unregistered_callbacks(model, defects);

@@ -144,6 +144,10 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
 
   const auto& window = recording_.window_of(head.stream);
   pending->is_in_window = window.begin && *window.begin <= head.time;
+  if (!pending->is_in_window) [[unlikely]] {
+    pending->is_in_window =
+        facts.is_accounted && recording_.is_recorded_before(head.stream, head.time, process);
+  }
   if (pending->is_in_window) pending->read = chains_.add_read(index, head.time);
   if (chains_.may_be_of_chain(pending->writer_gid, pending->source_timestamp,
                               pending->is_writer_undecided))

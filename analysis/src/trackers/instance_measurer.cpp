@@ -188,21 +188,13 @@ void InstanceMeasurer::prefetch(const PendingInstance& pending) const noexcept {
   if (facts.exact_instances > 0) prefetch_to_write(arrivals_.find(pending.callback));
 }
 
-bool InstanceMeasurer::goes_on_in_next(const Window& window, const PendingInstance& pending) const {
-  const auto& next = recording_.window_of(pending.end->stream);
-  return window.contains(pending.start.time, pending.start.time) && window.end && next.begin &&
-         *next.begin <= *window.end && next.contains(pending.end->time, pending.end->time);
-}
-
 void InstanceMeasurer::measure(const PendingInstance& pending) {
   const auto& window = recording_.window_of(pending.stream);
   bool is_inside = pending.end && window.contains(pending.start.time, pending.end->time);
   if (!is_inside && pending.end) [[unlikely]]
-    is_inside = goes_on_in_next(window, pending);
-  if (!is_inside) [[unlikely]] {
-    if (pending.end && window.excludes(pending.start.time, pending.end->time)) return;
-    if (!pending.end && window.end && pending.start.time > *window.end) return;
-  }
+    is_inside = counts_outside(window, pending);
+  if (!is_inside && is_outside(window, pending)) [[unlikely]]
+    return;
   const auto measured = this->measured(pending, is_inside);
   auto& facts = *pending.callback_facts;
   switch (measured.state) {

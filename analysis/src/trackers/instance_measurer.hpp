@@ -27,7 +27,7 @@ namespace cie::analysis {
 
 class InstanceMeasurer {
  public:
-  InstanceMeasurer(Model& model, const Registry& registry, const RecordingTracker& recording,
+  InstanceMeasurer(Model& model, const Registry& registry, RecordingTracker& recording,
                    const ThreadTimeline& timeline, const HostClocks& clocks, ChainTracker& chains,
                    Observer* observer)
       : model_(model),
@@ -167,6 +167,12 @@ class InstanceMeasurer {
 
   // It ended in a session that began when the one ended in which it began, or before: `window`.
   bool goes_on_in_next(const Window& window, const PendingInstance& pending) const;
+  // It is no part of one window, and counts all the same.
+  bool counts_outside(const Window& window, const PendingInstance& pending);
+  // No window has any of it, nor is any of it between sessions where that counts.
+  bool is_outside(const Window& window, const PendingInstance& pending) const;
+  // It ended, and sessions recorded its process before and after it.
+  bool is_between_sessions(const PendingInstance& pending) const;
   // `is_inside`: it began and ended in the window.
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
@@ -225,7 +231,7 @@ class InstanceMeasurer {
 
   Model& model_;
   const Registry& registry_;
-  const RecordingTracker& recording_;
+  RecordingTracker& recording_;
   const ThreadTimeline& timeline_;
   const HostClocks& clocks_;
   ChainTracker& chains_;

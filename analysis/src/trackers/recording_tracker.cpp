@@ -21,6 +21,10 @@ StreamFacts* RecordingTracker::stream(StreamIndex index) {
   return at(index) < model_.streams.size() ? &model_.streams[at(index)] : nullptr;
 }
 
+const StreamFacts* RecordingTracker::stream(StreamIndex index) const {
+  return at(index) < model_.streams.size() ? &model_.streams[at(index)] : nullptr;
+}
+
 void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   const auto host = registry_.host(event.host, event.clock_uuid);
   registry_.set_stream_host(head.stream, host);

@@ -68,6 +68,13 @@ class RecordingTracker {
     const auto* state = states_.find(stream);
     return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
   }
+  // Whether sessions recorded the process before this time in this stream: the stream's own, or
+  // another one that told of it before.
+  bool is_recorded_before(StreamIndex stream, Timestamp time, const ProcessFacts& process) const;
+  // Whether sessions record the host after it, as far as is known yet.
+  bool is_recorded_after(StreamIndex stream, Timestamp time) const;
+  // A run that lies there, and in no window, and has no number: others may have been lost.
+  void note_between_sessions(ProcessIndex process, const EventRef& start, Timestamp end);
   // The time around `time` in which the kernel's traces that are evidence cover all of the host's CPUs, or
   // this one. Empty begin: they do not at that time, or are none.
   Window kernel_window(HostIndex host, Timestamp time, std::optional<std::int32_t> cpu = {}) const;
@@ -82,6 +89,8 @@ class RecordingTracker {
   // Of the streams of applications that are evidence.
   const LossTimes& user_losses() const noexcept { return user_losses_; }
   void finish();
+  // After that, and when all instances were measured.
+  void finish_runs();
 
  private:
   struct Channel {
@@ -106,6 +115,7 @@ class RecordingTracker {
     std::optional<Timestamp> counted_from;
   };
   StreamFacts* stream(StreamIndex index);
+  const StreamFacts* stream(StreamIndex index) const;
   // A stream that was taken for idle has an event after all.
   void wake(StreamIndex index, StreamState& state);
   bool has_foreign_kernel() const;
@@ -117,6 +127,9 @@ class RecordingTracker {
   KernelRecord& record_of(HostIndex host) const;
   std::vector<KernelPart> kernel_parts(HostIndex host) const;
   std::optional<Stretch> covered(const std::vector<const Channel*>& channels) const;
+  // Of what tells of runs on the stream's host and is of another trace, some window is so.
+  template <typename IsSo>
+  bool is_any_other(StreamIndex stream, const IsSo& is_so) const;
   // Each of its streams has no event, or is left out.
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
@@ -136,7 +149,8 @@ class RecordingTracker {
   bool is_live_;
   bool has_unrelated_clocks_ = false;  // streams of one host disagree about the boot
   ByIndex<StreamIndex, StreamState> states_;
-  std::size_t kernel_losses_ = 0;  // in the model
+  std::size_t kernel_losses_ = 0;               // in the model
+  std::vector<RunsBetweenSessions> between_{};  // whether or not another session follows
   std::map<std::uint32_t, Channel> channels_;
   std::uint64_t changes_ = 1;                                   // of the channels' windows
   std::set<std::pair<HostIndex, std::uint32_t>> ended_traces_;  // of user space

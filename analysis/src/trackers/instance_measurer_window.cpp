@@ -1,0 +1,38 @@
+// Of instances that are no part of one window: which count all the same.
+#include "instance_measurer.hpp"
+
+namespace cie::analysis {
+
+bool InstanceMeasurer::goes_on_in_next(const Window& window, const PendingInstance& pending) const {
+  const auto& next = recording_.window_of(pending.end->stream);
+  return window.contains(pending.start.time, pending.start.time) && window.end && next.begin &&
+         *next.begin <= *window.end && next.contains(pending.end->time, pending.end->time);
+}
+
+bool InstanceMeasurer::is_between_sessions(const PendingInstance& pending) const {
+  return recording_.is_recorded_before(pending.stream, pending.start.time,
+                                       *pending.process_facts) &&
+         recording_.is_recorded_after(pending.end->stream, pending.end->time);
+}
+
+bool InstanceMeasurer::counts_outside(const Window& window, const PendingInstance& pending) {
+  if (goes_on_in_next(window, pending)) return true;
+  if (!is_between_sessions(pending)) return false;
+  const auto& facts = *pending.callback_facts;
+  if (facts.is_accounted) return true;
+  recording_.note_between_sessions(facts.process, pending.start, pending.end->time);
+  return false;
+}
+
+bool InstanceMeasurer::is_outside(const Window& window, const PendingInstance& pending) const {
+  const auto start = pending.start.time;
+  if (!pending.callback_facts->is_accounted) {
+    return pending.end ? window.excludes(start, pending.end->time)
+                       : window.end && start > *window.end;
+  }
+  if (!recording_.is_recorded_after(pending.stream, start)) return true;
+  return pending.end &&
+         !recording_.is_recorded_before(pending.stream, pending.end->time, *pending.process_facts);
+}
+
+}  // namespace cie::analysis
