@@ -51,7 +51,7 @@ TEST(VerifyScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(test::sample_verdicts(), report_of_shared_threads(),
                       {.columns = 80, .unicode = true}),
             "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
-            "  M2 one-callback-per-thread     1 of 2 threads\n" +
+            "  M2 one-callback-per-thread     1 of 2 threads ran several callbacks\n" +
                 kRow +
                 "  undecided\n"
                 "     T4  1 process  no run_end: the process was interrupted\n"
@@ -67,7 +67,7 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
       screen_of(test::sample_verdicts(), report_of_shared_threads(),
                 {.columns = 120, .unicode = true}),
       "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
-      "  M2 one-callback-per-thread     1 of 2 threads\n" +
+      "  M2 one-callback-per-thread     1 of 2 threads ran several callbacks\n" +
           kRow +
           "  undecided\n"
           "     T4  1 process  no run_end: the process was interrupted\n"
@@ -214,7 +214,7 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
   report.callbacks[0].late = 5;
   EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
               StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
-                         "  R3 deadline                    1 of 1 callback\n"
+                         "  R3 deadline                    1 of 1 callback missed deadlines\n"
                          "     plan timer 20 ms  late 5 of 7, up to 289.4 us > 100.0 us "
                          "(app.yaml:7)\n"
                          "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
@@ -255,7 +255,7 @@ TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
   EXPECT_THAT(
       screen_of(verdicts, report, {.columns = 120}, context),
       HasSubstr(
-          "  R3 deadline                    2 of 2 callbacks, by times their deadline\n"
+          "  R3 deadline                    2 of 2 callbacks missed deadlines, by ratio\n"
           "     lidar <- /sensing/lidar/top/points_raw  late 2 of 7, up to 45.89 ms > 10.00 ms\n"
           "     worst: run 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
           "     plan timer 20 ms                        late 5 of 7, up to 54.39 ms > 50.00 ms\n"));
@@ -295,7 +295,7 @@ TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
   auto context = kContext;
   context.spec = &spec;
   EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
-              HasSubstr("2 of 2 callbacks\n"
+              HasSubstr("2 of 2 callbacks exceeded the budget\n"
                         "     plan timer 20 ms                        of callback 0\n"
                         "     lidar <- /sensing/lidar/top/points_raw  of callback 1\n"));
 }
@@ -324,8 +324,8 @@ TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
     return screen_of(verdicts, report, {.columns = 120});
   };
   const std::string of_several =
-      "FAIL  run 1: 1 of 1 callback took longer than the shortest inter-arrival time\n"
-      "  R1 arrival-exceeds-turnaround  1 of 1 callback\n"
+      "FAIL  run 1: 1 of 1 callback overran the next release\n"
+      "  R1 arrival-exceeds-turnaround  1 of 1 callback overran the next release\n"
       "     plan timer 20 ms  up to 289.4 us, releases as close as 100.0 us";
   EXPECT_THAT(text("callback_start"), StartsWith(of_several + "\n"));
   EXPECT_THAT(text("callback_end"), StartsWith(of_several + "; ended after the next release\n"));

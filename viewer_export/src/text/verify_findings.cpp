@@ -37,21 +37,21 @@ std::string_view deed(std::string_view rule) {
       {"M1", "of the spec never ran"},
       {"M2", "ran several callbacks"},
       {"M3", "ran on several threads"},
-      {"M4", "went on on another thread"},
-      {"M5", "came back changed after a restart"},
+      {"M4", "moved to another thread"},
+      {"M5", "changed after a restart"},
       {"M6", "did other work"},
       {"M7", "had ids that others have"},
       {"M8", "held several callbacks"},
       {"M9", "ran callbacks unannounced"},
-      {"S1", "ran otherwise than the spec says"},
+      {"S1", "ran not as specified"},
       {"S2", "got parameters too late"},
       {"S3", "had parameters changed"},
-      {"S4", "ran on CPUs that are not allowed"},
+      {"S4", "ran on forbidden CPUs"},
       {"S5", "passed on parameters"},
       {"E1", "had starts without ends"},
       {"E2", "ran twice at once"},
       {"E3", "nested callbacks"},
-      {"R1", "took longer than the shortest inter-arrival time"},
+      {"R1", "overran the next release"},
       {"R2", "skipped periods"},
       {"R3", "missed deadlines"},
       {"R4", "exceeded the budget"},
@@ -255,6 +255,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   Finding finding{.rule = &rule,
                   .violating = ranked.size(),
                   .subjects = {},
+                  .deed = deed(rule.id),
                   .rows = {},
                   .order = {},
                   .worst = {}};
@@ -280,7 +281,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   const auto* late = ranked.empty() ? nullptr : late_callback(judged, *ranked.front().subject);
   const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
   if (rule.id != analysis::kDeadlineRule) return finding;
-  if (finding.rows.size() > 1) finding.order = "by times their deadline";
+  if (finding.rows.size() > 1) finding.order = "by ratio";
   if (worst != nullptr) finding.worst = where_time_went(judged, *worst);
   return finding;
 }
@@ -426,7 +427,7 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
   const auto& id = gravest.rule->id;
   if (id == "M2" && callbacks_with(judged.report, Isolation::not_isolated) > 0)
     return isolation_fact(judged.report);
-  auto text = fmt::format("{} {}", gravest.subjects, deed(id));
+  auto text = fmt::format("{} {}", gravest.subjects, gravest.deed);
   if (id != analysis::kDeadlineRule) return text;
   std::uint64_t late = 0;
   for (const auto& subject : gravest.rule->subjects) {
