@@ -16,7 +16,8 @@ struct ProcessInfo {
   std::uint32_t online_cpus = 0;
 };
 
-// Reads /proc. What cannot be read stays at its default.
+// Reads /proc. What cannot be read stays at its default. Not thread-safe. A process's calls agree about
+// when it began.
 ProcessInfo read_process_info();
 
 }  // namespace cie::trace

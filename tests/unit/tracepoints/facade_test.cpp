@@ -2,6 +2,7 @@
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "provider/process_info.hpp"
 #include "support/sanitizers.hpp"
 
 #include <algorithm>
@@ -184,6 +185,14 @@ TEST(RunLifetime, MayBeginAgainAfterItEnded) {
   }
   trace::Run outer(ExecutorKind::isolated, "");
   const trace::Run inner(ExecutorKind::single_threaded, "");
+}
+
+// Two readings of the clocks that it is calculated from differ by tens of nanoseconds.
+TEST(RunLifetime, EveryRunOfAProcessSaysThatItBeganAtTheSameTime) {
+  const auto began = read_process_info().process_start_ns;
+  EXPECT_GT(began, 0);
+  for (int i = 0; i < 100; ++i)
+    EXPECT_EQ(read_process_info().process_start_ns, began);
 }
 
 TEST(RunLifetime, SurvivesForkInParentAndChild) {
