@@ -41,6 +41,14 @@ TEST(ReportScreen, OfATerminalOf80Columns) {
             "  in place of --all: --threads, --chains\n");
 }
 
+TEST(ReportScreen, SaysHowManyProcessesToldTheirExecutor) {
+  auto report = shared_report();
+  report.processes.push_back(report.processes.front());
+  report.processes.back().executor.reset();
+  EXPECT_THAT(screen_of(report, test::sample_verdicts(), {.columns = 120}),
+              HasSubstr("2 processes, 1 with the isolated executor; "));
+}
+
 TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
   EXPECT_THAT(
       screen_of(shared_report(), test::sample_verdicts(), {.columns = 120, .unicode = true}),

@@ -15,8 +15,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <sstream>
 #include <string>
@@ -144,12 +144,15 @@ class ReportScreen {
     constexpr std::size_t kNamed = 3;
     auto text = length_of(report_, kNamed);
     text += ": " + counted(report_.processes.size(), "process");
-    std::set<std::string> executors;
+    std::map<std::string, std::size_t> executors;  // how many processes have each
     for (const auto& process : report_.processes) {
-      if (process.executor) executors.insert(printable(*process.executor));
+      if (process.executor) ++executors[printable(*process.executor)];
     }
-    for (const auto& executor : executors)
-      text += fmt::format(", {} executor", executor);
+    for (const auto& [executor, count] : executors) {
+      const auto is_of_all = count == report_.processes.size();
+      text += is_of_all ? fmt::format(", {} executor", executor)
+                        : fmt::format(", {} with the {} executor", count, executor);
+    }
     text += "; " + counted(report_.callbacks.size(), "callback") + ", " + counts_of_runs(report_);
     const auto is_whole = is_complete(report_);
     if (!report_.callbacks.empty() && !is_whole) text += "; whether it is complete is not known";
