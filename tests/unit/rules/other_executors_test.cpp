@@ -1,6 +1,7 @@
 // Recordings of executors that read nothing back, held against the file of their configurator.
 #include "support/verdicts.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -108,11 +109,10 @@ TEST(OtherExecutors, AreHeldAgainstTheConfiguratorsFileAsItIs) {
     policy: SCHED_OTHER
     priority: 0
 )");
-  for (const auto& rule : result.verdicts.rules) {
-    if (rule.id != "S1") continue;
-    EXPECT_EQ(rule.subjects.size(), 2U);
-    EXPECT_EQ(rule.verdict, Verdict::pass);
-  }
+  const auto rule = std::ranges::find(result.verdicts.rules, "S1", &RuleVerdict::id);
+  ASSERT_NE(rule, result.verdicts.rules.end());
+  EXPECT_EQ(rule->subjects.size(), 2U);
+  EXPECT_EQ(rule->verdict, Verdict::pass);
 }
 
 }  // namespace
