@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
       "or tunnel two ports (ssh -L). DIR/HOST/SESSION-DATE holds what one machine sent; all of "
       "them\n"
       "together: cie report DIR. A directory that is there already is continued.\n"
-      "Exit status: 0 ended by a signal, 2 usage, 4 no relay daemon.");
+      "Exit codes: 0 ended by a signal, 2 wrong usage, 4 no relay daemon.");
   std::string directory;
   std::string listen = fmt::format("127.0.0.1:{}", cie::record::kRelayPort);
   app.add_option("-o,--output", directory, "Directory for the recordings")->type_name("DIR");

@@ -128,7 +128,8 @@ Finding group_budget(const Machine& machine) {
              "/cpu.rt_runtime_us";
     }
   }
-  if (path.empty() || machine.number(path) != 0) return fine(kId, "no control group forbids it");
+  if (path.empty() || machine.number(path) != 0)
+    return fine(kId, "no cgroup forbids real-time tasks");
   return problem(kId, "this process's control group has no real-time budget",
                  "echo 950000 > " + path + ", and likewise in the groups above it");
 }
@@ -286,8 +287,8 @@ Finding examine_kernel_trial(const std::string& trial, const Finding& promised) 
       const auto percent = 100 * static_cast<double>(untold) / static_cast<double>(switches);
       const auto share =
           percent < 10 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
-      what.push_back(fmt::format("the kernel did not tell {} of {} switches, {} %: {}", untold,
-                                 switches, share, fmt::join(holes, ", ")));
+      what.push_back(fmt::format("the kernel did not report {} of {} context switches, {} %: {}",
+                                 untold, switches, share, fmt::join(holes, ", ")));
       advice.emplace_back(
           "execution times of instances around them are not measured, all others are; virtual "
           "machines do this, and the machine itself does not");

@@ -33,7 +33,7 @@ constexpr const char* kDoctorFooter =
     "  cie doctor --trace run1                            were the buffers large enough?\n"
     "  cie doctor -f json                                 for programs\n"
     "\n"
-    "Exit codes: 0 nothing that does not work, 1 a problem was found, 2 wrong usage, 4 the\n"
+    "Exit codes: 0 no problem, 1 a problem was found, 2 wrong usage, 4 the\n"
     "recording is unreadable or the result not writable.\n";
 
 std::size_t count(const std::vector<Finding>& findings, Health health) {

@@ -145,13 +145,13 @@ TEST_F(Doctor, ThrottlingLeavesAllSomeOrNoTime) {
 
 TEST_F(Doctor, AControlGroupMayForbidRealTime) {
   write("/proc/self/cgroup", "4:cpu,cpuacct:/user.slice\n0::/\n");
-  expect("group-budget", Health::ok, "no control group");
+  expect("group-budget", Health::ok, "no cgroup forbids real-time tasks");
   write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "0\n");
   expect("group-budget", Health::problem, "no real-time budget");
   EXPECT_THAT(finding("group-budget").advice,
               HasSubstr("> /sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us"));
   write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "950000\n");
-  expect("group-budget", Health::ok, "no control group");
+  expect("group-budget", Health::ok, "no cgroup forbids real-time tasks");
 }
 
 TEST_F(Doctor, TheSchedulerIsRecordedByBpfOrTracefs) {
@@ -192,9 +192,10 @@ TEST(KernelTrial, SaysWhatShareOfSwitchesIsMissingAndWhere) {
                   {"cpu": 1, "switches": 1850, "untold": 150, "lost": 0})"),
                            kPromised);
   EXPECT_EQ(label(finding.health), "warning");
-  EXPECT_EQ(finding.what,
-            "by bpf, tried for 1.0 s: the kernel did not tell 150 of 4000 switches, 3.8 %: 150 of "
-            "2000 on CPU 1");
+  EXPECT_EQ(
+      finding.what,
+      "by bpf, tried for 1.0 s: the kernel did not report 150 of 4000 context switches, 3.8 %: 150 of "
+      "2000 on CPU 1");
   EXPECT_THAT(finding.advice, HasSubstr("not measured"));
 }
 
@@ -212,7 +213,7 @@ TEST(KernelTrial, SaysThatBuffersWereFullBeforeWhatSwitchesAreMissing) {
   EXPECT_EQ(label(finding.health), "warning");
   EXPECT_EQ(finding.what,
             "by bpf, tried for 1.0 s: 7 events were lost, the buffers were full; besides, the "
-            "kernel did not tell 150 of 2000 switches, 7.5 %: 150 of 2000 on CPU 0");
+            "kernel did not report 150 of 2000 context switches, 7.5 %: 150 of 2000 on CPU 0");
   EXPECT_THAT(finding.advice, testing::StartsWith("cie record --kernel-buffer"));
 }
 

@@ -231,7 +231,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       "CMD runs with its output untouched; Ctrl-C, SIGTERM and SIGHUP reach it, and the recording\n"
       "ends with it. If CMD goes on, a second Ctrl-C sends it SIGTERM, and SIGKILL 5 s later or with\n"
       "a third. What was recorded is kept.\n\n"
-      "Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed and\n"
+      "Exit codes: 0 recorded, 2 wrong usage, 4 the recording failed. The status of CMD is printed and\n"
       "stands in DIR/manifest.json; with --preserve-status it takes the place of 0.\n\n"
       "CMD gets a session daemon of its own, so that nothing else is recorded (as root in a mount\n"
       "namespace with a /run/lttng of its own, where the kernel allows that). --daemon=shared "
