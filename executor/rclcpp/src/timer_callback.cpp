@@ -132,13 +132,16 @@ void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
   inbox_->set_target(sink, this);
 }
 
-cie::trace::Callback::Release TimerCallback::release() noexcept {
+// Not known where the timer was cancelled or reset while it was called.
+cie::trace::Callback::Release TimerCallback::release(std::int64_t oldest_ns) noexcept {
   if (!is_steady_) return {.kind = ReleaseKind::timer};
+  const std::int64_t called = monotonic_now();
   const std::int64_t next = measured_next();
-  if (next == 0) return {.kind = ReleaseKind::timer};  // cancelled just now
+  if (next == 0 || next - period_ns_ > called) return {.kind = ReleaseKind::timer};
   if (was_reset_->exchange(false)) grid_.forget();
-  const TimerExpiry expiry = grid_.on_call(next);
-  return {.kind = ReleaseKind::timer, .release_ns = expiry.expiry_ns, .missed = expiry.missed};
+  const auto expiry = grid_.on_call(oldest_ns, next);
+  if (!expiry) return {.kind = ReleaseKind::timer};
+  return {.kind = ReleaseKind::timer, .release_ns = expiry->expiry_ns, .missed = expiry->missed};
 }
 
 bool TimerCallback::run_one() {
@@ -147,8 +150,9 @@ bool TimerCallback::run_one() {
   std::optional<Instance> instance;
   std::unique_lock lock{mutex_};
   if (time_until_next_call() > 0) return false;
+  const std::int64_t oldest = is_steady_ ? measured_next() : 0;
   return call_timer(*timer, [&] {
-    const auto released = release();
+    const auto released = release(oldest);
     lock.unlock();
     instance.emplace(*this, released);
   });

@@ -40,7 +40,8 @@ class TimerCallback final : public cie::scheduling::Callback {
   std::int64_t time_until_next_call() const noexcept;
   std::int64_t measured_next() const noexcept;
   void begin_grid();
-  cie::trace::Callback::Release release() noexcept;
+  // `oldest_ns`: the first expiry that waited for the call.
+  cie::trace::Callback::Release release(std::int64_t oldest_ns) noexcept;
 
   const std::weak_ptr<rclcpp::TimerBase> timer_;
   const std::shared_ptr<const rcl_timer_t> handle_;

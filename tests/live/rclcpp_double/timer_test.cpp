@@ -101,6 +101,23 @@ TEST_F(TimerTest, AResetBeginsANewGrid) {
   EXPECT_EQ(releases[1].missed, 0U);
 }
 
+// Reset when it is due, to the nanosecond: the old grid has an expiry where it is due then, too.
+TEST_F(TimerTest, AResetToTheOldGridMissesNothing) {
+  constexpr std::int64_t kTwentyMs = 20'000'000;
+  const auto timer = node_->create_wall_timer(20ms, [this] { ++runs_; });
+  const auto on_trial = callback(timer);
+  wait_until(next_of(timer));
+  EXPECT_TRUE(on_trial->execute_one());
+  const std::int64_t due = next_of(timer) + kTwentyMs;
+  const_cast<rcl_timer_t&>(*timer->get_timer_handle()).next_call_time.store(due);
+  wait_until(due);
+  EXPECT_TRUE(on_trial->execute_one());
+  const auto releases = releases_of(on_trial->id());
+  ASSERT_EQ(releases.size(), 2U);
+  // None, but for what the test was kept waiting.
+  EXPECT_EQ(releases[1].missed, (next_of(timer) - due) / kTwentyMs - 1);
+}
+
 TEST_F(TimerTest, ACancelledOneIsLookedAtOnceAPeriod) {
   const auto timer = node_->create_wall_timer(20ms, [this] { ++runs_; });
   const auto on_trial = callback(timer);
