@@ -58,6 +58,7 @@ TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
       period_ns_(std::max<std::int64_t>(period_of(*handle_), 1)),
       on_gone_(std::move(on_gone)),
       is_steady_(timer->is_steady()),
+      has_expiries_(is_steady_ && period_of(*handle_) > 0),
       inbox_(std::make_shared<Inbox>(1, 0)),
       grid_(period_ns_) {
   tells_reset_ = tell_of_reset(
@@ -128,13 +129,13 @@ void TimerCallback::begin_grid() {
 }
 
 void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
-  if (sink != nullptr && is_steady_) begin_grid();
+  if (sink != nullptr && has_expiries_) begin_grid();
   inbox_->set_target(sink, this);
 }
 
 // Not known where the timer was cancelled or reset while it was called.
 cie::trace::Callback::Release TimerCallback::release(std::int64_t oldest_ns) noexcept {
-  if (!is_steady_) return {.kind = ReleaseKind::timer};
+  if (!has_expiries_) return {.kind = ReleaseKind::timer};
   const std::int64_t called = monotonic_now();
   const std::int64_t next = measured_next();
   if (next == 0 || next - period_ns_ > called) return {.kind = ReleaseKind::timer};
@@ -150,7 +151,7 @@ bool TimerCallback::run_one() {
   std::optional<Instance> instance;
   std::unique_lock lock{mutex_};
   if (time_until_next_call() > 0) return false;
-  const std::int64_t oldest = is_steady_ ? measured_next() : 0;
+  const std::int64_t oldest = has_expiries_ ? measured_next() : 0;
   return call_timer(*timer, [&] {
     const auto released = release(oldest);
     lock.unlock();

@@ -21,7 +21,7 @@ namespace cie_rclcpp {
 std::int64_t period_of(const rcl_timer_t& timer);
 
 // Releases are the expiries of a steady timer, exactly. Those of a timer on ROS or system time are
-// not known on CLOCK_MONOTONIC, and so are not said.
+// not known on CLOCK_MONOTONIC, and a timer that is always due has none: these are not said.
 class TimerCallback final : public cie::scheduling::Callback {
  public:
   TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group, cie::trace::CallbackInfo info,
@@ -48,6 +48,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   const std::int64_t period_ns_;
   const OnGone on_gone_;
   const bool is_steady_;
+  const bool has_expiries_;             // on CLOCK_MONOTONIC
   const std::shared_ptr<Inbox> inbox_;  // for its target alone
   const std::shared_ptr<std::atomic<bool>> was_reset_ = std::make_shared<std::atomic<bool>>(false);
   bool tells_reset_ = false;

@@ -207,5 +207,20 @@ TEST_F(TimerTest, OfSystemTimeRunsAndItsReleaseIsNotSaid) {
   EXPECT_EQ(releases_of(on_trial->id()).at(0).release_ns, -1);
 }
 
+// Without a period there is no expiry, and none that was missed.
+TEST_F(TimerTest, OfNoPeriodRunsAndItsReleaseIsNotSaid) {
+  const auto timer = node_->create_wall_timer(0ms, [this] { ++runs_; });
+  const auto on_trial = callback(timer);
+  Woken sink;
+  on_trial->serve(&sink);
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::this_thread::sleep_for(1ms);
+    EXPECT_TRUE(on_trial->execute_one());
+    EXPECT_EQ(releases_of(on_trial->id()).at(i).release_ns, -1);
+    EXPECT_EQ(releases_of(on_trial->id()).at(i).missed, 0U);
+  }
+  on_trial->serve(nullptr);
+}
+
 }  // namespace
 }  // namespace cie_rclcpp
