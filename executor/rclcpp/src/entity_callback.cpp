@@ -40,23 +40,20 @@ void EntityCallback::serve(ReadySink* sink) {
   if (sink != nullptr) sink->on_ready(*this);  // for what came before
 }
 
-// A message that was sent after the announcement it was taken for is a later one: the queue was full,
-// and between the two it was overwritten. Where the publisher's clock is not this machine's, its
-// timestamps say nothing.
+// A message that was sent after the announcement it was taken for is a later one, which took the place
+// of that announcement's in a full queue between the two; or its publisher's clock is ahead of this
+// machine's. Nothing tells which, nor whether those behind it are later ones, too, until no
+// announcement is left. Where the queue was not full, it is the clock.
 cie::trace::Callback::Release EntityCallback::release_by(
-    Inbox::Taken taken, std::int64_t source_timestamp_ns) noexcept {
-  Arrival arrival = taken.arrival;
-  const auto is_later = [&] {
-    return source_timestamp_ns > 0 && arrival.monotonic_ns >= 0 &&
-           source_timestamp_ns > arrival.realtime_ns;
-  };
-  if (is_later() && !inbox_->may_be_overwritten(taken))
-    has_foreign_clock_.store(true, std::memory_order_relaxed);
-  while (is_later() && !has_foreign_clock_.load(std::memory_order_relaxed)) {
-    arrival = inbox_->take_later(taken.source).value_or(Arrival{});
+    const Inbox::Taken& taken, std::int64_t source_timestamp_ns) noexcept {
+  std::int64_t release = taken.arrival.monotonic_ns;
+  if (source_timestamp_ns > 0) {
+    was_full_ = was_full_ || inbox_->may_be_overwritten(taken);
+    if (was_full_ && source_timestamp_ns > taken.arrival.realtime_ns) release = -1;
+    was_full_ = was_full_ && inbox_->queued() > 0;
   }
   return {.kind = ReleaseKind::data,
-          .release_ns = arrival.monotonic_ns,
+          .release_ns = release,
           .source_timestamp_realtime_ns = source_timestamp_ns};
 }
 
@@ -81,7 +78,9 @@ bool EntityCallback::run_one() {
   while (const auto taken = inbox_->take()) {
     running.taken = *taken;
     if (entity_->run_next(taken->source, taken->arrival.entity, begin)) return true;
+    was_full_ = was_full_ || inbox_->may_be_overwritten(*taken);
   }
+  was_full_ = false;
   trace().overwritten(inbox_->overwritten());
   return false;
 }

@@ -8,7 +8,6 @@
 #include "entity.hpp"
 #include "inbox.hpp"
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -33,7 +32,7 @@ class EntityCallback final : public cie::scheduling::Callback {
  private:
   bool run_one() override;
   void dispose() noexcept override;
-  cie::trace::Callback::Release release_by(Inbox::Taken taken,
+  cie::trace::Callback::Release release_by(const Inbox::Taken& taken,
                                            std::int64_t source_timestamp_ns) noexcept;
 
   void tell_lost() noexcept;
@@ -41,8 +40,7 @@ class EntityCallback final : public cie::scheduling::Callback {
   const std::unique_ptr<Entity> entity_;
   const std::shared_ptr<Inbox> inbox_;
   cie::PriorityMutex taking_;  // an announcement and its message, one thread after the other
-  // Whether the publisher's clock was seen ahead of this machine's.
-  std::atomic<bool> has_foreign_clock_{false};
+  bool was_full_ = false;      // so that messages may be gone, since no announcement was left
 };
 
 // Calls `on_gone` when the last copy of it goes.

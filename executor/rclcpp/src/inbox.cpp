@@ -61,12 +61,6 @@ bool ArrivalQueue::may_be_overwritten(const Arrival& arrival) const noexcept {
   return depth_ > 0 && stored_.load(std::memory_order_acquire) - arrival.number >= depth_;
 }
 
-std::optional<Arrival> ArrivalQueue::take_later() noexcept {
-  auto arrival = take();
-  if (arrival) overwritten_.fetch_add(1, std::memory_order_release);
-  return arrival;
-}
-
 std::optional<std::int64_t> ArrivalQueue::oldest() const noexcept {
   const std::uint64_t stored = stored_.load(std::memory_order_acquire);
   const std::uint64_t next = next_.load(std::memory_order_acquire);
@@ -151,10 +145,6 @@ std::optional<Inbox::Taken> Inbox::take() noexcept {
 
 bool Inbox::may_be_overwritten(const Taken& taken) noexcept {
   return queue(taken.source).may_be_overwritten(taken.arrival);
-}
-
-std::optional<Arrival> Inbox::take_later(Source source) noexcept {
-  return queue(source).take_later();
 }
 
 std::uint64_t Inbox::queued() const noexcept {

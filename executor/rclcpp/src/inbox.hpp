@@ -36,8 +36,6 @@ class ArrivalQueue {
   std::optional<Arrival> take() noexcept;
   // Whether the queue was full of what came since, so that the message of this one may be gone.
   bool may_be_overwritten(const Arrival& arrival) const noexcept;
-  // The next one after an announcement whose message turned out to be overwritten.
-  std::optional<Arrival> take_later() noexcept;
   // Whether take() would find something, and when that arrived.
   std::optional<std::int64_t> oldest() const noexcept;
   std::uint64_t queued() const noexcept;
@@ -103,8 +101,6 @@ class Inbox {
   // The oldest announcement.
   std::optional<Taken> take() noexcept;
   bool may_be_overwritten(const Taken& taken) noexcept;
-  // A later one of the same source, because the message taken proved to be later.
-  std::optional<Arrival> take_later(Source source) noexcept;
   // Whether something was lost since the last time.
   bool take_lost() noexcept {
     return has_lost_.load(std::memory_order_relaxed) && has_lost_.exchange(false);

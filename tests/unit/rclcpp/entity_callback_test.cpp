@@ -70,6 +70,14 @@ class QueueEntity final : public Entity {
 class EntityCallbackTest : public testing::Test {
  protected:
   explicit EntityCallbackTest(std::size_t depth = 3) : queue_(depth) { test::forget_releases(); }
+  void send(int count, std::int64_t ahead = 0) {
+    for (int i = 0; i < count; ++i)
+      queue_.send(ahead);
+  }
+  void run(int count) {
+    for (int i = 0; i < count; ++i)
+      EXPECT_TRUE(callback_.execute_one()) << i;
+  }
   // By the announcement of its message.
   void expect_own_release(std::size_t instance) {
     const auto all = releases_of(callback_.id());
@@ -116,50 +124,86 @@ TEST_F(EntityCallbackTest, DoesNotRunWithoutAMessage) {
   EXPECT_TRUE(releases_of(callback_.id()).empty());
 }
 
-// A full queue that is written to between the announcement's taking and the message's.
-TEST_F(EntityCallbackTest, SkipsTheAnnouncementOfAMessageThatWasOverwritten) {
-  for (int i = 0; i < 3; ++i)
-    queue_.send();
-  queue_.before_take = [this] { queue_.send(); };
-  for (int i = 0; i < 3; ++i)
-    EXPECT_TRUE(callback_.execute_one()) << i;
+// A full queue that is written to between the announcement's taking and the message's: each of the
+// three that are left is taken for the announcement of the one before it.
+TEST_F(EntityCallbackTest, KnowsNoReleaseAfterAMessageThatWasOverwritten) {
+  send(3);
+  queue_.before_take = [this] { send(1); };
+  run(3);
   EXPECT_FALSE(callback_.execute_one());
   for (std::size_t i = 0; i < 3; ++i)
-    expect_own_release(i);
+    EXPECT_EQ(release(i), -1) << i;
+  send(1);
+  run(1);
+  expect_own_release(3);
 }
 
 // It was not full when its announcement was taken, and was when the message was.
-TEST_F(EntityCallbackTest, SkipsItAlsoWhereTheQueueFilledMeanwhile) {
-  queue_.send();
-  queue_.before_take = [this] {
-    for (int i = 0; i < 4; ++i)
-      queue_.send();
-  };
-  for (int i = 0; i < 3; ++i)
-    EXPECT_TRUE(callback_.execute_one()) << i;
+TEST_F(EntityCallbackTest, KnowsNoneAlsoWhereTheQueueFilledMeanwhile) {
+  send(1);
+  queue_.before_take = [this] { send(4); };
+  run(3);
   EXPECT_FALSE(callback_.execute_one());
   for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(release(i), -1) << i;
+}
+
+// With one message more the announcements overflow, too, and the one that was left over is dropped.
+TEST_F(EntityCallbackTest, KnowsThemAgainOnceTheQueueOverflows) {
+  send(3);
+  queue_.before_take = [this] { send(1); };
+  run(1);
+  EXPECT_EQ(release(0), -1);
+  send(1);
+  run(3);
+  EXPECT_FALSE(callback_.execute_one());
+  for (std::size_t i = 1; i < 4; ++i)
     expect_own_release(i);
 }
 
-// A publisher whose clock is ahead sends what looks later than its announcement; its timestamps say
-// nothing from then on, and each message keeps its announcement.
-TEST_F(EntityCallbackTest, BelievesNoForeignClock) {
-  constexpr std::int64_t kAhead = 1'000'000'000;
-  for (int i = 0; i < 2; ++i)
-    queue_.send(kAhead);
-  EXPECT_TRUE(callback_.execute_one());
-  EXPECT_TRUE(callback_.execute_one());
-  EXPECT_GT(release(0), 0);
-  EXPECT_GT(release(1), release(0));
-  for (int i = 0; i < 3; ++i)
-    queue_.send(kAhead);
-  std::int64_t latest = release(1);
-  for (std::size_t i = 2; i < 5; ++i) {
-    EXPECT_TRUE(callback_.execute_one());
-    EXPECT_GT(release(i), latest) << i;
-    latest = release(i);
+constexpr std::int64_t kAhead = 1'000'000;  // of a publisher's clock
+
+// Each looks later than its announcement, and is its own: the queue is never full.
+TEST_F(EntityCallbackTest, TakesNoClockThatIsAheadForALaterMessage) {
+  for (std::size_t i = 0; i < 6; i += 2) {
+    send(2, kAhead);
+    run(2);
+    expect_own_release(i);
+    expect_own_release(i + 1);
   }
+}
+
+// The first messages of such a clock find a full queue: no announcement is taken for another's, and
+// none is left over.
+TEST_F(EntityCallbackTest, KeepsTheAnnouncementsOfAClockThatIsAheadInAFullQueue) {
+  send(3, kAhead);
+  run(3);
+  EXPECT_TRUE(queue_.messages.empty());
+  EXPECT_EQ(callback_.queued(), 0U);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(release(i), -1) << i;
+  for (std::size_t i = 3; i < 6; ++i) {
+    send(1, kAhead);
+    run(1);
+    expect_own_release(i);
+  }
+}
+
+class KeepLastOneTest : public EntityCallbackTest {
+ protected:
+  KeepLastOneTest() : EntityCallbackTest(1) {}
+};
+
+// It is always full.
+TEST_F(KeepLastOneTest, KnowsNoReleaseOfAClockThatIsAhead) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    send(1, kAhead);
+    run(1);
+    EXPECT_EQ(release(i), -1) << i;
+  }
+  send(1);
+  run(1);
+  expect_own_release(2);
 }
 
 TEST_F(EntityCallbackTest, TellsWhenItsEntityForgetsIt) {

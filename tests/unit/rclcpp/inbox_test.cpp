@@ -51,17 +51,6 @@ TEST(ArrivalQueue, KeepsTheLatestOfItsDepth) {
   EXPECT_EQ(queue.overwritten(), 3U);
 }
 
-TEST(ArrivalQueue, CountsOneThatATakerFoundOverwritten) {
-  ArrivalQueue queue{2};
-  for (int i = 1; i <= 3; ++i)
-    queue.add(at(i));
-  EXPECT_EQ(queue.take()->monotonic_ns, 2);
-  EXPECT_EQ(queue.take_later()->monotonic_ns, 3);
-  EXPECT_EQ(queue.overwritten(), 2U);
-  EXPECT_FALSE(queue.take_later());
-  EXPECT_EQ(queue.overwritten(), 2U);
-}
-
 // Without a bound nothing counts as overwritten; times beyond the room are not known any more.
 TEST(ArrivalQueue, LosesTimesButNoAnnouncementWithoutABound) {
   ArrivalQueue queue{0};
