@@ -203,7 +203,7 @@ class ChainLosses {
       const auto& callback = model.callbacks[at(index)];
       if (auto unseen = proof.unseen_publishers(callback.process)) return unseen;
       if (callback.logical_id == asked.callbacks.front()) continue;
-      if (const auto unseen = unseen_writer(callback)) return unseen;
+      if (auto unseen = unseen_writer(callback)) return unseen;
       const auto found = of_topics_.find(callback.source);  // of the messages that link the chain
       if (found != of_topics_.end())
         publisher = std::min(publisher.value_or(found->second), found->second);

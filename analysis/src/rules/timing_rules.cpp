@@ -293,7 +293,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           Judgement& judgement) {
         if (auto unknown = unknown_entry(context, callback)) {
-          judgement.doubt(std::move(unknown));
+          judgement.doubt(*std::move(unknown));
           return;
         }
         if (!callback.response_deadline) return;

@@ -115,9 +115,10 @@ class Analysis {
     }
     if (auto own = broken_declaration(task); !own.empty())
       result.broken_declaration = std::move(own);
-    if (result.deadline && result.reason.empty() && !result.meets_deadline())
+    if (result.deadline && result.reason.empty() && !result.meets_deadline()) {
       result.reason =
           "its bound rests on a declaration that was not kept: " + result.broken_declaration;
+    }
   }
 
   // The theory of servers is of jobs that do not wait: one that does may find its deadline

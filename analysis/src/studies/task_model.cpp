@@ -219,9 +219,10 @@ std::string unknown_parameters(const ThreadReport& thread) {
   if (!thread.former.empty()) return "the parameters of " + named(thread) + " changed";
   if (thread.may_lack_read_backs)
     return "read-backs of the parameters of " + named(thread) + " are missing from the recording";
-  if (thread.is_contradicted)
+  if (thread.is_contradicted) {
     return "the kernel shows " + named(thread) +
            " with other parameters than were read back (rules S3 and S4)";
+  }
   if (thread.sched->cpus.empty()) return "the CPUs of " + named(thread) + " are not known";
   return {};
 }

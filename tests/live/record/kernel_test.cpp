@@ -220,7 +220,8 @@ TEST_P(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
   const std::int64_t used = std::stoll(result.out.substr(result.out.find("used ", at) + 5));
   for (const auto& thread : analyzed.report.threads) {
     if (thread.tid != tid) continue;
-    EXPECT_TRUE(thread.busy_ns || measured < complete);
+    // A hole between two instances takes no more than the busy time.
+    EXPECT_TRUE(thread.busy_ns || measured < complete || kernel["untold_switches"] != 0);
     std::cout << "measured " << measured << " of " << complete << " instances, " << preempted
               << " of them preempted; thread: trace " << thread.busy_ns.value_or(-1)
               << " ns, clock " << used << " ns; switches not told " << kernel["untold_switches"]

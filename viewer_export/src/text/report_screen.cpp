@@ -369,9 +369,10 @@ class ReportScreen {
     std::erase_if(counted_ones, [&](const auto* callback) { return number_of(callback) == 0; });
     std::ranges::stable_sort(counted_ones, std::ranges::greater{}, number_of);
     std::string text;
-    for (const auto* callback : counted_ones)
+    for (const auto* callback : counted_ones) {
       text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number_of(callback),
                           judged_.names.of(*callback));
+    }
     if (text.empty()) return {};
     return paragraph(fmt::format("  {}: ", what), text, 1, style_);
   }

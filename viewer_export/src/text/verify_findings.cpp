@@ -335,9 +335,8 @@ std::vector<const SubjectVerdict*> violating_worst_first(const Judged& judged,
   }
   std::ranges::stable_sort(weighed, std::ranges::greater{},
                            [](const auto& item) { return item.first; });
-  std::vector<const SubjectVerdict*> subjects;
-  for (const auto& [weight, subject] : weighed)
-    subjects.push_back(subject);
+  std::vector<const SubjectVerdict*> subjects(weighed.size());
+  std::ranges::transform(weighed, subjects.begin(), [](const auto& item) { return item.second; });
   return subjects;
 }
 
