@@ -16,9 +16,10 @@ namespace {
 std::int64_t own_start_ns() {
   static pid_t of = 0;
   static std::int64_t start = -1;
-  if (of != getpid())
-    start = start_ns("self").value_or(-1);  // the first time, and in a child of fork()
-  of = getpid();
+  if (const pid_t self = getpid(); of != self) {  // the first time, and in a child of fork()
+    of = self;
+    start = start_ns("self").value_or(-1);
+  }
   return start;
 }
 

@@ -75,14 +75,14 @@ void EnforcementTracker::adopt_unread(const EventHead& head, ThreadIndex index) 
 }
 
 void EnforcementTracker::on_priority(const EventHead& head, HostIndex host, std::int64_t number,
-                                     std::int32_t prio) {
-  auto& tid = tids_[host][number];
+                                     std::int32_t prio, OfTid& tid) {
+  const auto here = ref(head);
   tid.prio = prio;
-  tid.scheduled = ref(head);
+  tid.scheduled = here;
   const bool is_own = !is_inherited(head.time, prio, tid.unboosted, tid.inheritance);
   if (const auto index = registry_.thread_by_tid(host, number)) {
     auto& thread = model_.threads[at(*index)];
-    auto where = ref(head);
+    auto where = here;
     where.tid = number;
     where.pid = model_.processes[at(thread.process)].pid;
     if (reference(thread) != nullptr) {
@@ -94,7 +94,7 @@ void EnforcementTracker::on_priority(const EventHead& head, HostIndex host, std:
   }
   if (!is_own) return;
   if (tid.own && tid.own->prio != prio) tid.taken_back.reset();
-  tid.own = SwitchPriority{.at = ref(head), .prio = prio};
+  tid.own = SwitchPriority{.at = here, .prio = prio};
 }
 
 void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, ThreadIndex index,
@@ -198,10 +198,11 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   has_switches_ = true;
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
-    on_priority(head, host, event.prev_tid, event.prev_prio);
+    auto& prev = tids[event.prev_tid];
+    on_priority(head, host, event.prev_tid, event.prev_prio, prev);
     const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
     const bool is_dead = (static_cast<std::uint64_t>(event.prev_state) & kDead) != 0;
-    if (is_dead) forget_own(tids[event.prev_tid]);
+    if (is_dead) forget_own(prev);
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
@@ -212,10 +213,9 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
         thread.first_wait = head.time;
       }
       if (thread.fini || is_dead) {  // its last switch-out, unless another follows
-        auto& tid = tids[event.prev_tid];
-        tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
-        tid.has_left = true;
-        thread.busy_ns = busy_of(state, tid, tid.busy_at_exit).ns;
+        prev.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
+        prev.has_left = true;
+        thread.busy_ns = busy_of(state, prev, prev.busy_at_exit).ns;
       }
       if (is_dead) {
         const bool is_recorded = !thread.fini && !is_totalled_ && !state.record_end;
@@ -232,7 +232,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
     if (!is_real_time_priority(event.next_prio)) forget_fork(next);
   }
-  on_priority(head, host, event.next_tid, event.next_prio);
+  on_priority(head, host, event.next_tid, event.next_prio, next);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
     auto& thread = model_.threads[at(*index)];
     if (is_judging_) {

@@ -164,8 +164,9 @@ class EnforcementTracker {
   const ReadBack* reference(const ThreadFacts& thread) const;
   // Null: the process was not attached, or has none yet.
   const ReadBack* first_audit_of_attached(const ThreadFacts& thread) const;
-  // A switch tells the priority of a thread.
-  void on_priority(const EventHead& head, HostIndex host, std::int64_t number, std::int32_t prio);
+  // A switch tells the priority of a thread; `number`: its tid.
+  void on_priority(const EventHead& head, HostIndex host, std::int64_t number, std::int32_t prio,
+                   OfTid& tid);
   // With what it must run as. Outside the window it shows what is inherited, and is not judged.
   void check_priority(const EventRef& where, HostIndex host, ThreadIndex index, std::int32_t prio);
   // An audit with what was applied before.
