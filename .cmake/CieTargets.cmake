@@ -77,7 +77,7 @@ endfunction()
 # For the same reason the trees in which one develops are unity builds (CMakePresets.json): twelve sources are
 # compiled as one, in half of the time or less; tests are so in every tree. So names in the anonymous
 # namespaces of one target differ, or a source says SKIP_UNITY_BUILD_INCLUSION. Both hide a missing #include,
-# which the trees `release` and `package` find.
+# which the trees `release` and `package` find, and of most names tests/unit/suite/includes_test.py.
 function(cie_precompile_headers target)
   if(CIE_PRECOMPILED_HEADERS)
     foreach(header algorithm chrono filesystem functional map memory mutex optional ostream set span string

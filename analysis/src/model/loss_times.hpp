@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/identity.hpp>
 
 #include "by_index.hpp"
 

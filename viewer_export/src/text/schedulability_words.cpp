@@ -1,5 +1,7 @@
 #include "schedulability_words.hpp"
 
+#include <cie/analysis/report_rows.hpp>
+
 #include "words/recording_words.hpp"
 
 #include <algorithm>
