@@ -63,7 +63,7 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
     callback.has_init = true;
     auto init = callback.init;
     init.next_seq = callback.next;
-    add(time, main_of(*callback.process), init);
+    add(time, of_line(line, nullptr, *callback.process), init);
   } else if (verb == "reload") {
     add(time, main_of(process()),
         run_begin(process(), time, line.value("spec", ""), RunMoment::announce));

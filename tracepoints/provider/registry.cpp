@@ -342,6 +342,9 @@ void Registry::emit_everything() const {
   }
   for (const auto& [id, callback] : live_->callbacks) {
     emit::callback_init(*callback);
+    // No other event tells who attached of those before.
+    const auto lost = callback->lost.load(std::memory_order_acquire);
+    if (lost != 0) emit::sample_lost(id, 0, lost);
   }
   for (const auto& [id, publisher] : live_->publishers) {
     emit::publisher_init(*publisher);

@@ -163,6 +163,8 @@ struct alignas(64) CallbackFacts {
   Statistics wakeup_latency{};
 
   std::uint32_t inits = 0;
+  // The first callback_init may be an announcement's: one came before, by no other thread.
+  bool may_repeat = false;
   std::uint32_t queue_depth = 0;
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init

@@ -109,10 +109,9 @@ std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex in
   return longest;
 }
 
-TimeWindow life_of(const Model& model, const CallbackFacts& facts) {
+TimeWindow life_of(const RuleContext& context, const CallbackFacts& facts) {
   TimeWindow life;
-  const bool is_announced = model.processes[at(facts.process)].first_moment != RunMoment::start;
-  if (facts.registered && !is_announced) life.from = facts.registered->time;
+  life.from = registration(context, facts).value_or(life.from);
   if (facts.fini) life.to = facts.fini->at.time;
   return life;
 }
@@ -174,7 +173,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.may_lack_runs = context.proof.loss(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(context, index);
-  report.lived = life_of(model, facts);
+  report.lived = life_of(context, facts);
   if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);

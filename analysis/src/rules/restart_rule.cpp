@@ -26,8 +26,9 @@ Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
   const auto& callback = model.callbacks[at(index)];
   const auto& process = model.processes[at(callback.process)];
   auto begin = callback.registered ? callback.registered->time : callback.starts.first_at.time;
-  // It may have been registered long before it was announced.
-  if (process.first_moment == RunMoment::announce) begin = std::min(begin, latest_begin(process));
+  if (process.first_moment == RunMoment::announce && !registration(context, callback)) {
+    begin = std::min(begin, latest_begin(process));
+  }
   auto end = begin;
   if (callback.fini) {
     end = std::max(end, callback.fini->at.time);
@@ -233,6 +234,22 @@ const CallbackFacts* perhaps_ended(const Model& model, const std::vector<Lifetim
   return nullptr;
 }
 
+// The loss for which nobody knows whether a callback_init registered it behind the end of another one of
+// these or repeats what is older.
+std::optional<Evidence> doubtful_registration(const RuleContext& context,
+                                              const std::vector<Lifetime>& lives,
+                                              const Lifetime& life) {
+  const auto& callback = context.model.callbacks[at(life.index)];
+  if (!callback.registered || callback.may_repeat || registration(context, callback))
+    return std::nullopt;
+  const auto registered = callback.registered->time;
+  const bool is_second = std::ranges::any_of(
+      lives, [registered](const Lifetime& other) { return other.end < registered; });
+  const auto& begin = context.model.processes[at(callback.process)].run_begin;
+  if (!is_second || !begin) return std::nullopt;
+  return context.proof.user_loss(callback.process, begin->time, registered);
+}
+
 // Lifetimes that may have had any id, of one host.
 class UnknownLives {
  public:
@@ -321,6 +338,12 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
         conclude(std::move(judgement), verdicts);
       } else if (!before.empty()) {
         conclude_restart(context, before, lives[i], verdicts);
+      }
+      const auto doubt = doubtful_registration(context, lives, lives[i]);
+      if (before.empty() && doubt) {
+        Judgement judgement(names.callback(lives[i].index));
+        judgement.doubt(doubt);
+        conclude(std::move(judgement), verdicts);
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {

@@ -320,7 +320,7 @@ const Rule kParametersUnchanged{
     "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
     "compare with, or read-backs, perhaps the first of an attached process, were lost.\n"
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
-    "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
+    "syscalls:sys_enter_sched_set* events) and stop it; on_change: apply_again has the executor put "
     "it right.\n"
     "Remedy with rclcpp: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it.",

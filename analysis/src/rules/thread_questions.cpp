@@ -127,6 +127,15 @@ EventRef first_sign(const CallbackFacts& callback) noexcept {
   return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
 }
 
+std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& begin = context.model.processes[at(callback.process)].run_begin;
+  if (!begin || !callback.registered || callback.may_repeat) return std::nullopt;
+  const auto registered = callback.registered->time;
+  // It may follow an announcement whose run_begin was lost.
+  if (context.proof.user_loss(callback.process, begin->time, registered)) return std::nullopt;
+  return registered;
+}
+
 bool is_identified(const CallbackFacts& callback) noexcept {
   return callback.registered && callback.is_identified && !callback.may_be_another;
 }

@@ -33,6 +33,9 @@ std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair);
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 // Its logical id is known, and so are its kind, its deadline and its entry in the spec.
 bool is_identified(const CallbackFacts& callback) noexcept;
+// When it was registered, where its first callback_init tells that: an announcement repeats what may be
+// much older. All of an announcement comes from one thread.
+std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback);
 // "never registered", or what else is why it is not.
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept;
 // Of a registered one the last: its fini, an end, a start, its registration.

@@ -167,8 +167,7 @@ class Analysis {
     auto& result = task.result;
     const auto processor = task.processor();
     const auto priority = static_cast<std::int32_t>(task.sched()->priority);
-    auto [rivals, unknown, broken] =
-        model_.interference(processor, priority, task.process->lived, &task);
+    auto [rivals, unknown, broken] = model_.interference(processor, priority, task.lived(), &task);
     result.reason = unknown.empty() ? unknown_parameters(*task.thread()) : std::move(unknown);
     if (!result.reason.empty()) return;
     result.broken_declaration = std::move(broken);
@@ -182,6 +181,10 @@ class Analysis {
         result.reason =
             "the callbacks of " + cpu + " that are at least as urgent demand more than all of it";
       }
+    } else if (demand_exceeds_processor(rivals)) {
+      result.reason = "the callbacks of " + cpu +
+                      " that are at least as urgent demand more than all of it together, though no "
+                      "two of some lived at once";
     } else {
       result.reason = "the callbacks of " + cpu +
                       " that are at least as urgent may keep it busy for too long to compute";
@@ -193,7 +196,7 @@ class Analysis {
     const auto own = FixedPriorityTask{.execution = task.result.execution->ns,
                                        .period = task.result.period->ns,
                                        .priority = static_cast<std::int32_t>(task.result.priority)};
-    auto moments = model_.at_moments(processor, own.priority, task.process->lived, &task);
+    auto moments = model_.at_moments(processor, own.priority, task.lived(), &task);
     return std::ranges::any_of(moments, [&own](Interference& moment) {
       moment.rivals.push_back(own);
       return demand_exceeds_processor(moment.rivals);

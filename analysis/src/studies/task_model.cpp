@@ -231,6 +231,11 @@ bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept {
   return a.from <= b.to && b.from <= a.to;
 }
 
+TimeWindow Task::lived() const noexcept {
+  return {.from = std::max(callback->lived.from, process->lived.from),
+          .to = std::min(callback->lived.to, process->lived.to)};
+}
+
 const ThreadReport* Task::thread() const noexcept {
   return threads.size() == 1 ? threads.front() : nullptr;
 }
@@ -295,21 +300,22 @@ TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
 Interference TaskModel::interference(const Processor& processor, std::int32_t least_priority,
                                      const TimeWindow& during, const Task* except) const {
   Interference found;
-  const auto is_beside = [&](const ProcessReport& process) {
-    return process.host_index == processor.host && overlap(process.lived, during);
+  const auto is_beside = [&](const ProcessReport& process, const TimeWindow& lived) {
+    return process.host_index == processor.host && overlap(lived, during);
   };
   for (const auto& process : report_.processes) {
-    if (!process.may_hide_callbacks || !is_beside(process)) continue;
+    if (!process.may_hide_callbacks || !is_beside(process, process.lived)) continue;
     found.unknown = may_be_missing(process);
     return found;
   }
   for (const auto& task : tasks_) {
-    if (&task == except || !is_beside(*task.process)) continue;
+    if (&task == except || !is_beside(*task.process, task.lived())) continue;
     add_callback(task, processor, least_priority, found);
     if (!found.unknown.empty()) return found;
   }
   for (const auto* server : servers_) {
-    if (!is_beside(rows_.process_of(*server))) continue;
+    const auto& process = rows_.process_of(*server);
+    if (!is_beside(process, process.lived)) continue;
     add_server(*server, processor, found);
     if (!found.unknown.empty()) return found;
   }
@@ -331,11 +337,15 @@ std::vector<Interference> TaskModel::at_moments(const Processor& processor,
 std::vector<Timestamp> TaskModel::moments(HostIndex host, const TimeWindow& during) const {
   enum class Edge : std::uint8_t { begin, end };  // of one moment, both live
   std::vector<std::pair<Timestamp, Edge>> edges{{during.from, Edge::begin}};
-  for (const auto& process : report_.processes) {
-    if (process.host_index != host || !overlap(process.lived, during)) continue;
-    edges.emplace_back(std::max(process.lived.from, during.from), Edge::begin);
-    edges.emplace_back(process.lived.to, Edge::end);
-  }
+  const auto add = [&](const ProcessReport& process, const TimeWindow& lived) {
+    if (process.host_index != host || !overlap(lived, during)) return;
+    edges.emplace_back(std::max(lived.from, during.from), Edge::begin);
+    edges.emplace_back(lived.to, Edge::end);
+  };
+  for (const auto& process : report_.processes)
+    add(process, process.lived);
+  for (const auto& task : tasks_)
+    add(*task.process, task.lived());
   std::ranges::sort(edges);
   std::vector<Timestamp> found;
   for (std::size_t i = 0; i < edges.size(); ++i) {

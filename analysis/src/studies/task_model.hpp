@@ -35,6 +35,8 @@ struct Task {
   std::vector<const ThreadReport*> threads{};  // null: of one the report has no row
   CallbackSchedulability result{};
 
+  // The callback did, within its process.
+  TimeWindow lived() const noexcept;
   // Null: it ran on none or on several.
   const ThreadReport* thread() const noexcept;
   // Of that thread; null also where they are not known.
@@ -82,8 +84,8 @@ class TaskModel {
   const ReportRows& rows() const noexcept { return rows_; }
 
   // What other callbacks than `except` and the SCHED_DEADLINE threads of callbacks demand of a CPU
-  // that they may use, at that priority or a higher one, in processes that lived then: all of what
-  // they demand, wherever it ran.
+  // that they may use, at that priority or a higher one, of what lived then: all of what they
+  // demand, wherever it ran.
   Interference interference(const Processor& processor, std::int32_t least_priority,
                             const TimeWindow& during, const Task* except) const;
   // The same at moments of that time, so many that all that ever ran at the same time did so at one of

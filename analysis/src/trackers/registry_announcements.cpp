@@ -58,7 +58,10 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   note_speaker(head, index);
   process.executor = event.executor;
   note_trace(head, process);
-  if (event.moment == RunMoment::announce) ++process.announcements;
+  if (event.moment == RunMoment::announce) {
+    ++process.announcements;
+    process.announcing_tid = head.tid;
+  }
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   process.last_begin = head.time;
   // It has the pid as before: what came meanwhile was its own.
@@ -150,6 +153,9 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
     return;
   }
   facts.registered = ref(head);
+  const auto& announcer = model_.processes[at(*process)].announcing_tid;
+  const bool is_by_other = announcer && head.tid && *head.tid != *announcer;
+  facts.may_repeat = announcements != 0 && !is_by_other;
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
   facts.is_identified = event.is_identified;

@@ -3,7 +3,7 @@
 //
 //   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort|kill]
 //              [--burst N] [--status N] [--ready FILE [--ready-after N]] [--fork]
-//              [--deadline-us N [--late-every N]]
+//              [--deadline-us N [--late-every N]] [--lost N]
 //
 // --leave-by kill: as a process that is killed when it has registered with the tracer, and emitted
 // nothing yet. --fork: a child runs an instance of what it inherited, destroys that and calls
@@ -47,6 +47,7 @@ struct Options {
   int status = 0;
   std::string ready;
   std::uint64_t ready_after = 0;
+  std::uint32_t lost = 0;  // samples of the subscription, before anything is written to FILE
 };
 
 std::atomic<bool> is_asked_to_stop{false};
@@ -79,6 +80,8 @@ Options parse(int argc, char** argv) {
       options.late_every = std::stoull(value);
     } else if (name == "--burst") {
       options.burst = std::stoull(value);
+    } else if (name == "--lost") {
+      options.lost = static_cast<std::uint32_t>(std::stoul(value));
     } else if (name == "--leave-by") {
       options.leave_by = value;
     } else if (name == "--status") {
@@ -156,6 +159,7 @@ void tell_ready(const std::string& file) {
 
 void work(Application& app, const Options& options) {
   const trace::Thread thread(cie::ThreadRole::pool, cie::kNoCallback, cie::kNoGroup, "pool");
+  if (options.lost != 0) app.subscription.sample_lost(options.lost);
   const bool is_telling = !options.ready.empty();
   if (is_telling && options.ready_after == 0) tell_ready(options.ready);
   for (std::uint64_t i = 0; i < options.burst; ++i) {

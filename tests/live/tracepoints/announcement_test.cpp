@@ -65,12 +65,14 @@ class Announcement : public ::testing::Test {
       state += (state.empty() ? "cie:" : ",cie:") + name;
     }
     lttng({"enable-event", "-u", "-s", session, "-c", "state", state});
-    lttng({"enable-event", "-u", "-s", session, "-c", "hot", "cie:callback_*,cie:publish"});
+    lttng({"enable-event", "-u", "-s", session, "-c", "hot",
+           "cie:callback_*,cie:publish,cie:sample_lost"});
   }
 
   void start_application(const std::vector<std::string>& prefix = {}) {
     std::vector<std::string> command = prefix;
-    command.insert(command.end(), {CIE_TRACED_APP, "--until-signal", "--ready", path("pid")});
+    command.insert(command.end(),
+                   {CIE_TRACED_APP, "--until-signal", "--ready", path("pid"), "--lost", "3"});
     application_.emplace_back(sandbox_.start(command));
     ASSERT_TRUE(eventually([this] { return fs::exists(path("pid")); }));
   }
@@ -122,6 +124,22 @@ TEST_F(Announcement, FollowsEverySessionStartAlsoWhileAnotherIsActive) {
     SCOPED_TRACE(session);
     expect_announced(read_trace(path(session)));
   }
+}
+
+// The samples were lost before the session.
+TEST_F(Announcement, TellsWhatWasLostBefore) {
+  start_application();
+  create("late");
+  enable_events("late");
+  lttng({"start", "late"});
+  wait_until_announced();
+  lttng({"destroy", "late"});
+  stop_application();
+  const TextTrace trace = read_trace(path("late"));
+  const auto lost = trace.all("sample_lost");
+  ASSERT_EQ(lost.size(), 1U) << "of the subscription; the timer lost none";
+  EXPECT_EQ(lost.front().integer("count"), 0);
+  EXPECT_EQ(lost.front().integer("total"), 3);
 }
 
 TEST_F(Announcement, FollowsEventsEnabledInARunningSession) {

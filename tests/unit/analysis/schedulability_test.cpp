@@ -310,6 +310,21 @@ TEST(Schedulability, TakesNoSumOverLifetimesForAnOverload) {
   EXPECT_EQ(result.cpus.at(0).real_time_ppb, 928'571'429);
   EXPECT_EQ(result.callbacks[2].bound_ns, std::nullopt);
   EXPECT_EQ(result.callbacks[2].meets_deadline(), std::nullopt);
+  EXPECT_THAT(result.callbacks[2].reason, HasSubstr("though no two of some lived at once"));
+}
+
+// As a timer that its process makes anew: "low" lives through all of it, "mid" beside the second alone.
+TEST(Schedulability, CountsLifetimesWithinOneProcess) {
+  auto system = textbook();
+  system.report.callbacks[0].lived = {{0}, {99}};
+  system.add("high", {.execution = 3, .inter_arrival = 7, .priority = 30}).lived = {{100}, {199}};
+  system.report.callbacks[1].lived = {{150}, {199}};
+  system.report.callbacks[2].lived = {{0}, {99}};
+  const auto result = system.analyzed();
+  EXPECT_EQ(result.callbacks[1].bound_ns, 3 + 3);
+  EXPECT_EQ(result.callbacks[2].bound_ns, 5 + 2 * 3) << "of what lived then: R = 5 + ceil(11/7) 3";
+  EXPECT_EQ(result.callbacks[3].bound_ns, 3) << "no rival of the first";
+  EXPECT_EQ(result.cpus.at(0).real_time_ppb, 428'571'429 + 250'000'000) << "3/7 + 3/12, or + 5/20";
 }
 
 // What runs no two at a time waits for the other one, however urgent it is.

@@ -197,6 +197,27 @@ TEST(MappingSurvivesRestart, IsNotOfProcessesThatLivedAtTheSameTime) {
   EXPECT_EQ(Verified(Announced(Announced::kLater).trace).of("M5", kLater), Verdict::fail);
 }
 
+// Two lifetimes within a process that was attached to. What its main thread announced may be older than that.
+TEST(MappingSurvivesRestart, ComparesWhatAnAttachedProcessMakesAnew) {
+  const auto judged = [](const std::string& init, const std::string& more = "") {
+    auto trace = trace_of(
+        "process p pid=200 from=1000 attached\n"
+        "thread app worker\n"
+        "callback a id=/n@Timer timer period=10\n"
+        "callback b id=/n@Timer timer period=20\n"
+        "1101 start a\n1102 end a\n1110 finish a\n1111 fini a\n1120 init b" +
+        init + "\n1121 begin b\n1122 initial b\n1123 applied b\n1130 start b\n1131 end b" + more);
+    trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+      return e.period_ns == 20 && head.time.ns < 1101;
+    });
+    return Verified(trace)["M5"];
+  };
+  EXPECT_EQ(judged(" on=app"), Verdict::fail) << "its period is another one";
+  EXPECT_EQ(judged(""), Verdict::not_applicable) << "an announcement may have told it";
+  EXPECT_EQ(judged(" on=app", "\n1115 discard user until=1116 count=1"), Verdict::inconclusive)
+      << "as the run_begin of one that app made";
+}
+
 // The first one idles, or was killed: neither tells.
 TextTrace perhaps_idle(int second_priority, const std::string& lines) {
   return trace_of(

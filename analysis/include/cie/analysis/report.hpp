@@ -204,7 +204,7 @@ struct CallbackReport {
   // ones included. Empty: it is known of all that ended.
   std::optional<Duration> longest_unmeasured{};
   std::optional<OpenRun> longest_open{};  // of those that are open; not part of the JSON
-  // From its callback_init, unless its process was attached to, to its callback_fini, where they were
+  // From its callback_init, unless that repeats what may be older, to its callback_fini, where they were
   // seen; neither.
   TimeWindow lived{};
   // Between known releases that came in order, those of open runs included; not part of the JSON.
