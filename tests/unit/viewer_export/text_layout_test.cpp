@@ -29,10 +29,27 @@ TEST(DisplayWidth, CountsColumnsNotBytes) {
 }
 
 TEST(Elide, KeepsBothEnds) {
-  EXPECT_EQ(elide("0123456789", 10), "0123456789");
-  EXPECT_EQ(elide("0123456789A", 10), "0123...89A");
-  EXPECT_EQ(elide("0123456789", 3), "012");
+  EXPECT_EQ(elide("abcdefghij", 10), "abcdefghij");
+  EXPECT_EQ(elide("abcdefghijK", 10), "abcd...ijK");
+  EXPECT_EQ(elide("abcdefghij", 3), "...");
   EXPECT_EQ(display_width(elide(std::string(1'000'000, 'x'), 40)), 40U);
+}
+
+TEST(Elide, LeavesNoPartOfANumber) {
+  EXPECT_EQ(elide("fusion timer 200 ms", 16), "fusion... 200 ms") << "taken from the begin";
+  EXPECT_EQ(elide("thread 174885 of the pool", 16), "thread ...e pool") << "left out";
+  EXPECT_EQ(elide("merger_702679647407438086 <- /tf", 20), "merger_... <- /tf");
+  EXPECT_EQ(elide("123456", 5), "...");
+  EXPECT_EQ(elide("12.345 ms", 8), "...ms");
+}
+
+TEST(Cut, LeavesNoPartOfANumberAndNoneWithoutItsUnit) {
+  EXPECT_EQ(cut("3 threads: 6 on 17487", 30, "..."), "3 threads: 6 on 17487");
+  EXPECT_EQ(cut("3 threads: 6 on 17487", 20, "..."), "3 threads: 6 on ...");
+  EXPECT_EQ(cut("late 3 of 8, up to 12.5 ms", 25, "..."), "late 3 of 8, up to ...");
+  EXPECT_EQ(cut("late 3 of 8, up to 12.5 ms, or so", 28, "..."), "late 3 of 8, up to ...");
+  EXPECT_EQ(cut("4 of 9 callbacks", 9, "..."), "4 of ...") << "9... may be 90";
+  EXPECT_EQ(cut("4 of 9 callbacks", 12, "..."), "4 of 9 ca...");
 }
 
 TEST(Filled, IndentsWhatFollowsAndKeepsWordsWhole) {

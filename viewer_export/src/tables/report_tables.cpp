@@ -110,8 +110,8 @@ std::string tables_by_process(std::string_view what, const Report& report, const
     std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
     table.drop_columns_of(kNotMeasured);
     const auto title = fmt::format("{} of {}", what, process_title(by_number.process_of(*first)));
-    text +=
-        paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) + "\n";
+    text += paint(cut(title, style.columns, gap(style)), Look::strong, style) + "\n" +
+            table.render(style) + "\n";
     first = last;
   }
   return text;

@@ -104,9 +104,13 @@ std::string extreme_line(std::string_view label, const CallbackChange& callback,
   const auto* change = largest(callback, kind);
   if (change == nullptr) return {};
   const auto room = style.columns - 13;
-  auto text = fmt::format("{}: {} {} {} {}", names.of_id(callback.logical_id), in_words(*change),
-                          duration_or_bound(change->before->estimate), style.unicode ? "→" : "->",
-                          duration_or_bound(change->after->estimate));
+  const auto times =
+      fmt::format(": {} {} {} {}", in_words(*change), duration_or_bound(change->before->estimate),
+                  style.unicode ? "→" : "->", duration_or_bound(change->after->estimate));
+  constexpr std::size_t kLeastOfAName = 8;
+  const auto left = room - std::min(room, display_width(times));
+  auto text =
+      elide(names.of_id(callback.logical_id), std::max(left, kLeastOfAName), gap(style)) + times;
   const auto growth = percent(change->before->estimate, change->after->estimate);
   const auto share = growth == kNotMeasured ? "" : ", " + growth;
   if (display_width(text) + share.size() <= room) text += share;

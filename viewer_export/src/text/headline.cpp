@@ -38,7 +38,7 @@ std::string Headline::title() const {
   if (paths.empty()) return {};
   std::filesystem::path path = paths.front();
   if (!path.has_filename()) path = path.parent_path();
-  auto name = elide(printable(path.filename().string()), style_.columns / 3);
+  auto name = elide(printable(path.filename().string()), style_.columns / 3, gap(style_));
   if (paths.size() > 1) name += fmt::format(" and {} more", paths.size() - 1);
   return name + ": ";
 }

@@ -62,7 +62,7 @@ class VerifyScreen {
 
   // As many as there is room for: "4005, 4006, … 3 more".
   std::string names(const FindingRow& row, std::size_t width) const {
-    auto text = elide(row.names.front(), width);
+    auto text = elide(row.names.front(), width, gap_);
     for (std::size_t i = 1; i < row.names.size(); ++i) {
       const auto left = row.names.size() - i;
       const auto rest = left > 1 ? fmt::format(", {} {} more", gap_, left - 1) : "";
@@ -72,7 +72,7 @@ class VerifyScreen {
         continue;
       }
       const auto more = fmt::format(", {} {} more", gap_, left);
-      return elide(text, width - std::min(width, display_width(more))) + more;
+      return elide(text, width - std::min(width, display_width(more)), gap_) + more;
     }
     return text;
   }

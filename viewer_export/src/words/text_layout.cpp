@@ -16,15 +16,54 @@
 namespace cie::viewer_export {
 namespace {
 
-std::string_view suffix(std::string_view text, std::size_t columns) {
-  const std::size_t total = display_width(text);
-  std::size_t skipped = 0;
-  while (total - skipped > columns && !text.empty()) {
-    const auto size = first_code_point(text).size;
-    skipped += display_width(text.substr(0, size));
-    text.remove_prefix(size);
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Where the last code point before `end` begins, which is not 0.
+std::size_t before(std::string_view text, std::size_t end) {
+  const auto goes_on = [&text](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U;
+  };
+  --end;
+  while (end > 0 && goes_on(end))
+    --end;
+  return end;
+}
+
+// At most so many columns of the begin, which end in no digit: a part of a number would be another
+// one.
+std::string_view head_of(std::string_view text, std::size_t columns) {
+  const auto head = leading_columns(text, columns);
+  if (head.size() == text.size()) return head;
+  return head.substr(0, head.find_last_not_of("0123456789.") + 1);  // npos + 1 is 0
+}
+
+// At most so many columns of the end, which begin with no digit: with what stands before the number
+// where that takes at most `most`, else behind it.
+std::string_view tail_of(std::string_view text, std::size_t columns, std::size_t most) {
+  const auto is_of_number = [&](std::size_t i) {
+    return i < text.size() && (is_digit(text[i]) || text[i] == '.');
+  };
+  const auto total = display_width(text);
+  std::size_t begin = 0;
+  for (std::size_t skipped = 0; total - skipped > columns && begin < text.size();) {
+    const auto point = first_code_point(text.substr(begin));
+    skipped += display_width(text.substr(begin, point.size));
+    begin += point.size;
   }
-  return text;
+  auto whole = begin;
+  while (whole > 0 && is_of_number(whole))
+    whole = before(text, whole);
+  if (!is_of_number(whole) && display_width(text.substr(whole)) <= most) return text.substr(whole);
+  while (is_of_number(begin))
+    ++begin;
+  return text.substr(begin);
+}
+
+// Of a time or a share: its number says nothing without it.
+bool is_unit(std::string_view word) {
+  constexpr std::array<std::string_view, 5> kUnits{"ns", "us", "ms", "s", "%"};
+  word = word.substr(0, word.find_last_not_of(",;:.)") + 1);
+  return std::ranges::find(kUnits, word) != kUnits.end();
 }
 
 std::string pad(std::string_view text, std::size_t width, TextTable::Align align) {
@@ -57,17 +96,34 @@ std::string elide(std::string_view text, std::size_t columns, std::string_view g
   }
   const auto gap_width = display_width(gap);
   if (columns <= gap_width) {
-    return std::string(leading_columns(text, columns));
+    return std::string(leading_columns(gap, columns));
   }
-  const std::size_t tail = (columns - gap_width) / 2;
-  const auto head = leading_columns(text, columns - gap_width - tail);
-  return std::string(head) + std::string(gap) + std::string(suffix(text, tail));
+  const auto room = columns - gap_width;
+  const auto tail = tail_of(text, room / 2, room * 2 / 3);
+  const auto head = head_of(text, room - display_width(tail));
+  return std::string(head) + std::string(gap) + std::string(tail);
 }
 
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap) {
   if (display_width(text) <= columns) return std::string(text);
   const auto room = columns - std::min(columns, display_width(gap));
-  return std::string(leading_columns(text, room)) + std::string(leading_columns(gap, columns));
+  auto end = leading_columns(text, room).size();
+  // The word in which it ends; a whole one where it ends behind it.
+  const auto begin_of_word = [&text](std::size_t at) {
+    return at == 0 ? 0 : text.rfind(' ', at - 1) + 1;  // npos + 1 is 0
+  };
+  const auto word = begin_of_word(end);
+  const auto word_end = std::min(text.find(' ', end), text.size());
+  const bool has_digit = std::ranges::any_of(text.substr(word, word_end - word), is_digit);
+  if (has_digit && word > 0) end = word;
+  // A number and its unit are shown together.
+  const auto next = begin_of_word(end);
+  const auto next_end = std::min(text.find(' ', next), text.size());
+  const bool is_cut = end < next_end;
+  if (is_cut && next > 1 && is_digit(text[next - 2]) && is_unit(text.substr(next, next_end - next)))
+    end = begin_of_word(next - 1);
+  const auto shown = head_of(text, display_width(text.substr(0, end)));
+  return std::string(shown) + std::string(leading_columns(gap, columns));
 }
 
 std::string format_duration(std::int64_t ns) {

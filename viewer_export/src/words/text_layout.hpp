@@ -20,10 +20,12 @@ using cie::display_width;
 using cie::filled;
 using cie::wrap;
 
-// At most `columns` wide: the middle of a longer text becomes `gap`.
+// At most `columns` wide: the middle of a longer text becomes `gap`. No digit stands beside it: a number is shown
+// whole, or not at all.
 std::string elide(std::string_view text, std::size_t columns, std::string_view gap = "...");
 
-// The same with `gap` in place of the end.
+// The same with `gap` in place of the end; a word with a digit is left out whole, and a number without its
+// unit.
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap);
 
 // What stands for what is left out.
