@@ -49,13 +49,22 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   return verdicts;
 }
 
-std::string unseen_end(const Model& model, const ProcessFacts& process) {
-  if (process.is_told_by_ros2)
-    return "ROS 2's events do not tell when a process ends; this is its last one";
-  if (model.events.cie_without_pid > 0)
-    return "its run_end may be among the events without a vpid; this is its last one with it";
-  return "no run_end: interrupted by the end of the recording, while it was still running, or by a "
-         "crash; this is its last event";
+Evidence unseen_end(const Model& model, const ProcessFacts& process) {
+  const auto last = process.last_seen.value_or(EventRef{});
+  if (process.is_told_by_ros2) {
+    return without_event(last,
+                         "ROS 2's events do not tell when a process ends; this is its last one");
+  }
+  if (model.events.cie_without_pid > 0) {
+    return without_event(
+        last, "its run_end may be among the events without a vpid; this is its last one with it");
+  }
+  auto end = without_event(
+      last,
+      "no run_end: interrupted by the end of the recording, while it was still running, or "
+      "by a crash; this is its last event");
+  end.is_without_run_end = true;
+  return end;
 }
 
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
@@ -79,7 +88,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
     if (!process.run_end && !(is_of_ros2 && context.lives.has_exited(index))) {
-      auto note = without_event(last, unseen_end(model, process));
+      auto note = unseen_end(model, process);
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {

@@ -274,7 +274,7 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
   const auto& own = callback.own;
   const auto certain = own ? find_late(callback, *own, deadline) : late;
   if (certain) {
-    fail_with(certain->instance, "ends; " + response_of(*certain), judgement);
+    fail_with(certain->instance, response_of(*certain), judgement);
   } else if (late) {
     doubt_others(callback, response_of(*late), judgement);
   }
@@ -345,7 +345,7 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
              " declares at most " + nanoseconds(wcet);
     };
     if (own && own->value.ns > wcet) {
-      fail_with(*own, "ends; " + took(*own), judgement);
+      fail_with(*own, took(*own), judgement);
     } else if (longest && longest->value.ns > wcet) {
       doubt_others(callback, took(*longest), judgement);
     }

@@ -82,11 +82,11 @@ TEST(VerdictLog, SaysWhyByTheEventThatKnows) {
   evidence.resize(2);
   evidence[0].event = "callback_start";
   evidence[0].note = "seq 5 starts";
-  evidence[1].note = "ends; response time 32214275 ns, the deadline of app.yaml:7 is 10000000 ns";
+  evidence[1].note = "response time 32214275 ns, the deadline of app.yaml:7 is 10000000 ns";
   const auto noted = VerdictLog().note(verdicts, {10});
   EXPECT_EQ(noted.current.at(0).note, "callback_start: seq 5 starts");
   EXPECT_EQ(noted.current.at(0).says,
-            "callback plan: ends; response time 32.21 ms, the deadline of app.yaml:7 is 10.00 ms")
+            "callback plan: response time 32.21 ms, the deadline of app.yaml:7 is 10.00 ms")
       << "in the units of the table";
 }
 

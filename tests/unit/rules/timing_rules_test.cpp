@@ -157,7 +157,7 @@ TEST(Deadline, ComparesTheLongestResponseTimeExactly) {
   EXPECT_EQ(verified.of("R3", "callback fusion"), Verdict::fail);
   EXPECT_THAT(verified.evidence("R3", "callback fusion"),
               AllOf(HasSubstr("22 callback_start seq 1 starts, released at 20"),
-                    HasSubstr("28 callback_end ends; response time 8 ns, the deadline of "
+                    HasSubstr("28 callback_end response time 8 ns, the deadline of "
                               "spec.yaml:2 is 7 ns")));
 }
 

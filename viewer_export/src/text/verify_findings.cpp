@@ -138,9 +138,7 @@ std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
   constexpr std::size_t kMost = 3;
   std::string text;
   for (auto i = first_telling(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
-    std::string_view note = subject.evidence[i].note;
-    constexpr std::string_view kEnds = "ends; ";
-    if (note.starts_with(kEnds)) note.remove_prefix(kEnds.size());
+    const auto& note = subject.evidence[i].note;
     if (!note.empty()) text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
   }
   return text.empty() ? headline_of(subject) : text;

@@ -239,7 +239,7 @@ class VerifyScreen {
     if (rule == rules.end()) return false;
     return std::ranges::any_of(rule->subjects, [](const analysis::SubjectVerdict& subject) {
       return subject.verdict == Verdict::inconclusive && !subject.evidence.empty() &&
-             subject.evidence.front().note.starts_with("no run_end");
+             subject.evidence.front().is_without_run_end;
     });
   }
 

@@ -30,6 +30,8 @@ struct Evidence {
   std::optional<std::uint32_t> stream{};
   std::string file{};
   std::optional<std::uint64_t> packet{};
+  // That the process did not end in the recording, for all that its events tell; not part of the JSON.
+  bool is_without_run_end = false;
 };
 
 // What a verdict is about, as the report's rows are known.
