@@ -83,7 +83,8 @@ class IsolationClaims {
     const auto executor = executors_.find(process);
     if (executor == executors_.end() || executor->second.is_null())
       return !sharing_.contains(process);
-    return executor->second == "isolated" || given_.contains({process, callback.at("logical_id")});
+    return executor->second == label(ExecutorKind::isolated) ||
+           given_.contains({process, callback.at("logical_id")});
   }
 
  private:

@@ -58,6 +58,16 @@ const HostReport& host_of(const Report& report, const ProcessReport& process) no
   return number < report.hosts.size() ? report.hosts[number] : none;
 }
 
+bool is_isolated_executor_alone(const ProcessReport& process) noexcept {
+  return process.executor == label(ExecutorKind::isolated);
+}
+
+// The kinds of several are joined: "isolated+events".
+bool has_isolated_executor(const ProcessReport& process) noexcept {
+  return process.executor &&
+         process.executor->find(label(ExecutorKind::isolated)) != std::string::npos;
+}
+
 std::optional<std::int64_t> at_most_where_unknown(const CallbackReport& callback) noexcept {
   const auto& lower = callback.response_time_lower;
   const auto& upper = callback.response_time_upper;

@@ -38,9 +38,9 @@ class IsolationClaims {
       if (callback.isolation == Isolation::not_isolated) sharing_.insert(callback.process);
   }
   bool of(const CallbackReport& callback) const {
-    const auto& executor = rows_.process_of(callback).executor;
-    if (!executor) return !sharing_.contains(callback.process);
-    return executor == "isolated" ||
+    const auto& process = rows_.process_of(callback);
+    if (!process.executor) return !sharing_.contains(callback.process);
+    return is_isolated_executor_alone(process) ||
            std::ranges::any_of(callback.threads, [this](const CallbackThread& ran_on) {
              const auto* thread = rows_.find(ran_on.thread);
              return thread != nullptr && thread->role == ThreadRole::callback;

@@ -15,8 +15,7 @@ namespace {
 
 bool is_isolation_claimed(const analysis::Report& report, const ReportContext& context) {
   return context.is_isolation_expected || context.verify.spec != nullptr ||
-         std::ranges::any_of(report.processes,
-                             [](const auto& process) { return process.executor == "isolated"; });
+         std::ranges::any_of(report.processes, analysis::is_isolated_executor_alone);
 }
 
 // A deadline is claimed by whoever declares it; by an isolated executor what its threads are for.

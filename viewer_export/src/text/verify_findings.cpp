@@ -443,15 +443,16 @@ std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
   const auto executor = executor_of(*finding.rule, judged.report);
   // Groups of several callbacks do not explain it.
-  const bool is_alone =
-      id == "M3" && executor == "isolated" && !is_any_thread_shared(judged.report);
-  if (executor.empty() || is_alone || (id != "M2" && id != "M3")) {
-    auto text = remedy_on_page(id, executor.empty() || is_alone);
+  const bool is_isolated = executor == ExecutorSeen::isolated;
+  const bool is_alone = id == "M3" && is_isolated && !is_any_thread_shared(judged.report);
+  const bool is_none = executor == ExecutorSeen::none;
+  if (is_none || is_alone || (id != "M2" && id != "M3")) {
+    auto text = remedy_on_page(id, is_none || is_alone);
     if (text.ends_with('.')) text.pop_back();
     return text;
   }
-  return executor == "isolated" ? "give each callback a callback group of its own"
-                                : "run with --executor isolated";
+  return is_isolated ? "give each callback a callback group of its own"
+                     : "run with --executor isolated";
 }
 
 }  // namespace cie::viewer_export

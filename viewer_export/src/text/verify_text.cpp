@@ -78,7 +78,8 @@ std::string about(const analysis::RuleVerdict& rule, Verdict verdict,
     const auto paragraph =
         is_first ? "The rule: " + std::string(line)
         : line.starts_with(kRemedy)
-            ? std::string(kRemedy) + remedy_on_page(rule.id, executor_of(rule, report).empty())
+            ? std::string(kRemedy) +
+                  remedy_on_page(rule.id, executor_of(rule, report) == ExecutorSeen::none)
             : std::string(line);
     for (const auto& part : wrap(paragraph, style.columns - 4))
       text += "    " + part + "\n";

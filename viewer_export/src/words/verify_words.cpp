@@ -78,10 +78,8 @@ bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
   using analysis::SubjectKind;
   const auto& about = subject.about;
   const auto* process = about.process ? rows.find(*about.process) : nullptr;
-  if (process == nullptr || !process->executor || !about.index) return false;
-  const auto isolated = label(ExecutorKind::isolated);
-  if (process->executor->find(isolated) == std::string::npos) return false;
-  if (process->executor == isolated) return true;
+  if (process == nullptr || !about.index || !has_isolated_executor(*process)) return false;
+  if (is_isolated_executor_alone(*process)) return true;
   const auto is_isolated = [&rows](analysis::ThreadIndex index) {
     const auto* thread = rows.find(index);
     return thread != nullptr && thread->role == ThreadRole::callback;
@@ -94,15 +92,15 @@ bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
          std::ranges::any_of(callback->threads, is_isolated, &analysis::CallbackThread::thread);
 }
 
-std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report) {
+ExecutorSeen executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report) {
   const analysis::ReportRows rows(report);
   for (const auto& subject : rule.subjects) {
     if (subject.verdict != analysis::Verdict::fail || !subject.about.process) continue;
-    if (is_of_isolated_executor(subject, rows)) return std::string(label(ExecutorKind::isolated));
+    if (is_of_isolated_executor(subject, rows)) return ExecutorSeen::isolated;
     const auto* process = rows.find(*subject.about.process);
-    if (process != nullptr && process->executor) return *process->executor;
+    if (process != nullptr && process->executor) return ExecutorSeen::other;
   }
-  return {};
+  return ExecutorSeen::none;
 }
 
 std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp) {

@@ -31,9 +31,10 @@ std::vector<std::string> useless_suppressions(const analysis::VerdictReport& ver
 bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
                              const analysis::ReportRows& rows);
 
-// The executor of cie that ran what violates the rule; of several in a process "isolated", or the
-// kinds of all. Empty where none told of itself, as those of rclcpp.
-std::string executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report);
+// The executor of cie that ran what violates a rule; none where none told of itself, as those of
+// rclcpp.
+enum class ExecutorSeen : std::uint8_t { none, isolated, other };
+ExecutorSeen executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report);
 
 // "Remedy: …" of a rule's page without that word; that of an application of rclcpp where the page
 // has one. Empty where it says nothing.

@@ -49,6 +49,11 @@ std::optional<TimeWindow> asked_window(const TraceSummary& trace) noexcept;
 // The host of a process; where a report made by hand has no row for it, this one is empty.
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
 
+// Whether the isolated executor is the process's only one, or one of its several. False where no
+// executor told of itself.
+bool is_isolated_executor_alone(const ProcessReport& process) noexcept;
+bool has_isolated_executor(const ProcessReport& process) noexcept;
+
 // What those of a callback's instances took at most whose release is not known. Empty: there are
 // none, or one of them may have taken any time.
 std::optional<std::int64_t> at_most_where_unknown(const CallbackReport& callback) noexcept;
