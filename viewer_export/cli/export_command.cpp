@@ -3,19 +3,20 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "export_fleet.hpp"
+#include "export_formats.hpp"
 #include "export_tables.hpp"
 #include "export_viewers.hpp"
 #include "graphviz.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
 
-#include <cstdio>
+#include <functional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace cie::cli {
 namespace {
@@ -30,34 +31,26 @@ one (csv, jsonl, parquet); those of many machines' recordings go into one ClickH
 (clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,
 speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.)";
 
+// Behind an example of each format.
 constexpr const char* kExportFooter =
-    R"(Examples:
-  cie export recordings/latest --to perfetto -o run.pftrace
-  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size
-  cie export run1 --to chrome -o run1.json                     where only JSON is taken
-  cie export run1 --to speedscope -o run1.speedscope.json      flame graphs of threads
-  cie export run1 --to otlp -o run1.jsonl                      OpenTelemetry spans
-  cie export run1 --to mcap -o run1.mcap                       Foxglove, PlotJuggler
-  cie export run1 --to svg -o graph.svg                        the callback graph
-  cie export run1 --to dot -o graph.dot                        the same, for Graphviz
-  cie export run1 --to sqlite -o run1.db                       all tables, for SQL
-  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)
+    R"(  cie export run1 --to perfetto --gzip -o run1.pftrace.gz  a fifth of the size
+  cie export run1 --to parquet --table edges -o edges.parquet
+  cie export run1 --to parquet --partition -o fleet        beside other ones
   cie export run1 --to clickhouse --label sw=1.2 -o run1.ch; run1.ch/load.sh
-  cie export run1 --to parquet --partition -o fleet            beside other recordings there
 
 Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.
 Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.
 )";
 
 int export_graph(const std::vector<std::filesystem::path>& traces,
-                 const analysis::AnalysisOptions& options, ProgressBar& bar, bool is_drawn,
-                 const std::string& target) {
+                 const analysis::AnalysisOptions& options, ProgressBar& bar,
+                 const ExportFormat& format, const std::string& target) {
   auto output = open_output(target);
   const auto& result = analyze_until_exit(traces, options, bar);
   tell_of_damage(result.report);
   std::ostringstream dot;
   viewer_export::write_graph_dot(dot, result.report);
-  const auto graph = is_drawn ? svg_of(dot.str()) : dot.str();
+  const auto graph = format.name == "svg" ? svg_of(dot.str()) : dot.str();
   write_data(output, [&graph](std::ostream& out) { out << graph; });
   return ok;
 }
@@ -65,6 +58,7 @@ int export_graph(const std::vector<std::filesystem::path>& traces,
 struct Wishes {
   std::vector<std::filesystem::path> traces{};
   std::string viewer{};
+  ExportFormat format{};  // of that name
   std::string target = "-";
   std::string table{};
   std::string spec_file{};
@@ -72,18 +66,13 @@ struct Wishes {
   bool is_partitioned = false;
   std::vector<std::string> labels{};
 
-  bool is_table() const { return viewer == "csv" || viewer == "jsonl" || viewer == "parquet"; }
-  bool is_graph() const { return viewer == "dot" || viewer == "svg"; }
-  bool is_fleet() const { return viewer == "clickhouse" || is_partitioned; }
-  bool is_for_viewer() const {
-    return !is_table() && !is_graph() && !is_fleet() && viewer != "sqlite";
-  }
+  ExportKind kind() const { return is_partitioned ? ExportKind::fleet : format.kind; }
 };
 
 void declare(CommandLine& line, Wishes& wishes) {
   line.traces(wishes.traces);
   line.option("--to", "VIEWER", wishes.viewer,
-              "perfetto, chrome, speedscope, otlp, mcap; dot, svg; tables: see below");
+              fmt::format("{}: see below", fmt::join(export_format_names(), ", ")));
   line.option("--table", "NAME", wishes.table,
               "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", wishes.target, "Write to FILE instead of standard output");
@@ -96,30 +85,41 @@ void declare(CommandLine& line, Wishes& wishes) {
               "Scheduling spec (YAML) to judge the violations by");
 }
 
-// Throws UsageError for options that do not go together.
-void check(const Wishes& wishes) {
+std::string names_of(const std::function<bool(const ExportFormat&)>& is_wanted) {
+  std::vector<std::string_view> names;
+  for (const auto& format : export_formats()) {
+    if (is_wanted(format)) names.push_back(format.name);
+  }
+  const auto last = names.back();
+  names.pop_back();
+  return fmt::format("{} and {}", fmt::join(names, ", "), last);
+}
+
+// Finds the format. Throws UsageError for options that do not go together.
+void check(Wishes& wishes) {
   if (wishes.viewer.empty()) {
     throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
   }
-  check_choice("--to", wishes.viewer,
-               {"perfetto", "chrome", "speedscope", "otlp", "mcap", "dot", "svg", "sqlite", "csv",
-                "jsonl", "parquet", "clickhouse"});
+  wishes.format = export_format(wishes.viewer);
   require_traces(wishes.traces);
   if (wishes.is_partitioned && wishes.viewer != "parquet") {
     throw UsageError("--partition is for --to parquet");
   }
-  if (!wishes.labels.empty() && !wishes.is_fleet()) {
+  if (!wishes.labels.empty() && wishes.kind() != ExportKind::fleet) {
     throw UsageError("--label is for --to clickhouse, and for --to parquet with --partition");
   }
-  if (!wishes.table.empty() && !wishes.is_table()) {
-    throw UsageError("--table is for --to csv, jsonl and parquet");
+  if (!wishes.table.empty() && wishes.format.kind != ExportKind::table) {
+    throw UsageError("--table is for --to " + names_of([](const ExportFormat& format) {
+                       return format.kind == ExportKind::table;
+                     }));
   }
   if (!wishes.table.empty() && wishes.is_partitioned) {
     throw UsageError("--table is not for --partition, which has all tables");
   }
   if (!wishes.table.empty()) check_table(wishes.table);
-  if (wishes.is_compressed && !wishes.is_for_viewer()) {
-    throw UsageError("--gzip is for --to perfetto, chrome, speedscope and otlp");
+  if (wishes.is_compressed && !wishes.format.is_for_gzip) {
+    throw UsageError("--gzip is for --to " +
+                     names_of([](const ExportFormat& format) { return format.is_for_gzip; }));
   }
 }
 
@@ -127,8 +127,8 @@ void check(const Wishes& wishes) {
 
 int export_command(const Arguments& arguments) {
   Wishes wishes;
-  CommandLine line(
-      {"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kExportDescription, kExportFooter});
+  CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kExportDescription,
+                    "Examples:\n" + export_examples() + kExportFooter});
   declare(line, wishes);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
@@ -139,21 +139,26 @@ int export_command(const Arguments& arguments) {
   const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
                                           .metadata_from = reader.metadata()};
   ProgressBar bar(reader.is_progress_wanted());
-  if (wishes.is_fleet()) {
-    return export_fleet(wishes.traces, options, bar,
-                        {.labels = wishes.labels, .is_partitioned = wishes.is_partitioned},
-                        wishes.target);
+  switch (wishes.kind()) {
+    case ExportKind::viewer:
+      return export_to_viewer(wishes.traces, options, bar,
+                              {.format = wishes.format,
+                               .target = wishes.target,
+                               .is_compressed = wishes.is_compressed});
+    case ExportKind::graph:
+      return export_graph(wishes.traces, options, bar, wishes.format, wishes.target);
+    case ExportKind::fleet:
+      return export_fleet(wishes.traces, options, bar,
+                          {.labels = wishes.labels, .is_partitioned = wishes.is_partitioned},
+                          wishes.target);
+    case ExportKind::database:
+    case ExportKind::table:
+      break;
   }
-  if (wishes.is_graph())
-    return export_graph(wishes.traces, options, bar, wishes.viewer == "svg", wishes.target);
-  if (wishes.is_for_viewer()) {
-    return export_to_viewer(
-        wishes.traces, options, bar,
-        {.viewer = wishes.viewer, .target = wishes.target, .is_compressed = wishes.is_compressed});
-  }
-  const auto table = wishes.table.empty() ? "instances" : wishes.table;
-  return export_tables(wishes.traces, options, bar, {.format = wishes.viewer, .table = table},
-                       wishes.target);
+  return export_tables(
+      wishes.traces, options, bar,
+      {.format = wishes.format, .table = wishes.table.empty() ? "instances" : wishes.table},
+      wishes.target);
 }
 
 }  // namespace cie::cli

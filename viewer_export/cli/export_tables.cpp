@@ -19,11 +19,12 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
                   const analysis::AnalysisOptions& options, ProgressBar& bar,
                   const TableChoice& choice, const std::string& target) {
   const auto& format = choice.format;
+  const std::string name(format.name);
   const auto& table = choice.table;
-  const bool is_database = format == "sqlite";
+  const bool is_database = format.kind == ExportKind::database;
   const bool has_instances = is_database || table == "instances";
   auto output = open_output(target);
-  if ((is_database || format == "parquet") && output.is_terminal()) {
+  if (format.is_binary && output.is_terminal()) {
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
   viewer_export::InstanceWriter instances(spill_directory(target));
@@ -35,10 +36,10 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
     if (is_database) {
       viewer_export::write_sqlite(out, result, instances, spill_directory(target));
     } else if (has_instances) {
-      instances.write(out, table_format_of("--to", format), result.report,
+      instances.write(out, table_format_of("--to", name), result.report,
                       viewer_export::InstanceColumns::all);
     } else {
-      viewer_export::write_table(out, table, table_format_of("--to", format), result);
+      viewer_export::write_table(out, table, table_format_of("--to", name), result);
     }
   });
   return ok;

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "export_formats.hpp"
 #include "progress_bar.hpp"
 
 #include <filesystem>
@@ -15,8 +16,9 @@ namespace cie::cli {
 void check_table(const std::string& table);
 
 struct TableChoice {
-  std::string format;  // sqlite, csv, jsonl, parquet
-  std::string table;   // one of viewer_export::table_names(); with sqlite all of them are written
+  ExportFormat format;
+  std::string
+      table;  // one of viewer_export::table_names(); with a database all of them are written
 };
 
 // Throws UnreadableTrace, WriteError, UsageError.

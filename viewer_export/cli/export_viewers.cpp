@@ -22,13 +22,6 @@
 namespace cie::cli {
 namespace {
 
-std::string_view advice_for(std::string_view viewer) {
-  if (viewer == "perfetto" || viewer == "chrome") return "Open it at https://ui.perfetto.dev\n";
-  if (viewer == "speedscope") return "Open it at https://www.speedscope.app\n";
-  if (viewer == "mcap") return "Open it in Foxglove, Lichtblick or PlotJuggler\n";
-  return "Feed it to an OpenTelemetry collector (otlpjsonfile receiver)\n";
-}
-
 void say_what_is_left_out(std::uint64_t backward, std::uint64_t unfinished, std::uint64_t skipped) {
   if (backward > 0) {
     tell_plainly(fmt::format("{} messages were taken before they were published: clocks disagree",
@@ -74,7 +67,7 @@ void export_other(const std::vector<std::filesystem::path>& traces,
                   const analysis::AnalysisOptions& options, ProgressBar& bar,
                   const ViewerRequest& request, viewer_export::OutputFile& output) {
   const auto viewer = viewer_export::make_viewer_export(
-      request.viewer, {.spill_directory = spill_directory(request.target)});
+      request.format.name, {.spill_directory = spill_directory(request.target)});
   const auto& result = analyze_until_exit(traces, options, bar, viewer.get());
   tell_of_damage(result.report);
   viewer->show_progress(begin_writing(bar, output));
@@ -89,11 +82,10 @@ void export_other(const std::vector<std::filesystem::path>& traces,
   }
   bar.end();
   if (::isatty(STDERR_FILENO) == 0) return;
-  // speedscope's format has no place for messages.
-  const auto messages = request.viewer == "speedscope"
-                            ? std::string()
-                            : fmt::format(", {} publications, {} messages from one to another",
-                                          counts.publications, counts.flows);
+  const auto messages = request.format.has_messages
+                            ? fmt::format(", {} publications, {} messages from one to another",
+                                          counts.publications, counts.flows)
+                            : std::string();
   tell_plainly(fmt::format("{}: {} instances{}", request.target, counts.instances, messages));
   say_what_is_left_out(counts.backward_flows, counts.unfinished, counts.skipped);
 }
@@ -103,21 +95,16 @@ void export_other(const std::vector<std::filesystem::path>& traces,
 int export_to_viewer(const std::vector<std::filesystem::path>& traces,
                      const analysis::AnalysisOptions& options, ProgressBar& bar,
                      const ViewerRequest& request) {
-  if (request.is_compressed && request.viewer == "mcap") {
-    throw UsageError("--gzip is not for --to mcap, which readers seek in");
-  }
   auto output = open_output(request.target);
-  const bool is_binary =
-      request.viewer == "perfetto" || request.viewer == "mcap" || request.is_compressed;
-  if (is_binary && output.is_terminal()) {
+  if ((request.format.is_binary || request.is_compressed) && output.is_terminal()) {
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
-  if (request.viewer == "perfetto") {
+  if (request.format.name == "perfetto") {
     export_perfetto(traces, options, bar, request, output);
   } else {
     export_other(traces, options, bar, request, output);
   }
-  if (::isatty(STDERR_FILENO) == 1) fmt::print(stderr, "{}", advice_for(request.viewer));
+  if (::isatty(STDERR_FILENO) == 1) fmt::print(stderr, "{}\n", request.format.advice);
   return ok;
 }
 

@@ -1,8 +1,9 @@
-// `cie export --to perfetto|chrome|speedscope|otlp|mcap`: a recording for somebody's viewer.
+// `cie export --to` of a viewer: a recording for somebody's viewer.
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "export_formats.hpp"
 #include "progress_bar.hpp"
 
 #include <filesystem>
@@ -12,7 +13,7 @@
 namespace cie::cli {
 
 struct ViewerRequest {
-  std::string viewer;
+  ExportFormat format;
   std::string target;
   bool is_compressed = false;
 };

@@ -272,7 +272,7 @@ class Usage(Folder):
     def test_viewers(self):
         self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
                                 " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet, clickhouse")
-        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is not for --to mcap, which readers seek in")
+        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
         self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
         for viewer in ("chrome", "speedscope", "otlp"):
             self.assertIn(viewer, cie("export", "--help").stdout.decode())

@@ -3,6 +3,9 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
+#include <algorithm>
+#include <array>
+
 namespace cie::viewer_export {
 
 ReportNames::ReportNames(const analysis::Report& report) {
@@ -31,18 +34,29 @@ std::string ReportNames::thread(const ThreadKey& thread) const {
   return found == threads_.end() ? std::string() : found->second;
 }
 
-const std::vector<std::string_view>& viewer_formats() {
-  static const std::vector<std::string_view> formats{"chrome", "speedscope", "otlp", "mcap"};
-  return formats;
+namespace {
+
+struct Format {
+  std::string_view name;
+  std::unique_ptr<ViewerExport> (*make)(const ViewerOptions&);
+};
+constexpr std::array<Format, 4> kFormats{{{"chrome", make_chrome_export},
+                                          {"speedscope", make_speedscope_export},
+                                          {"otlp", make_otlp_export},
+                                          {"mcap", make_mcap_export}}};
+
+}  // namespace
+
+std::vector<std::string_view> viewer_formats() {
+  std::vector<std::string_view> names(kFormats.size());
+  std::ranges::transform(kFormats, names.begin(), &Format::name);
+  return names;
 }
 
 std::unique_ptr<ViewerExport> make_viewer_export(std::string_view format,
                                                  const ViewerOptions& options) {
-  if (format == "chrome") return make_chrome_export(options);
-  if (format == "speedscope") return make_speedscope_export(options);
-  if (format == "otlp") return make_otlp_export(options);
-  if (format == "mcap") return make_mcap_export(options);
-  return nullptr;
+  const auto* const found = std::ranges::find(kFormats, format, &Format::name);
+  return found == kFormats.end() ? nullptr : found->make(options);
 }
 
 }  // namespace cie::viewer_export

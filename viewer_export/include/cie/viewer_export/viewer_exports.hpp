@@ -43,7 +43,7 @@ class ViewerExport : public analysis::Observer {
 };
 
 // "chrome", "speedscope", "otlp", "mcap".
-const std::vector<std::string_view>& viewer_formats();
+std::vector<std::string_view> viewer_formats();
 // Null if `format` is none of them.
 std::unique_ptr<ViewerExport> make_viewer_export(std::string_view format,
                                                  const ViewerOptions& options);
