@@ -1,6 +1,7 @@
 #include <cie/analysis/analyzer.hpp>
 
 #include "hot_event_visitor.hpp"
+#include "model/clock_differences.hpp"
 #include "pipeline.hpp"
 
 #include <algorithm>

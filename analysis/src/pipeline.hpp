@@ -5,9 +5,9 @@
 #include <cie/analysis/event.hpp>
 
 #include "model/facts.hpp"
-#include "model/host_clocks.hpp"
 #include "trackers/chain_tracker.hpp"
 #include "trackers/enforcement_tracker.hpp"
+#include "trackers/host_clocks.hpp"
 #include "trackers/instance_builder.hpp"
 #include "trackers/queue_tracker.hpp"
 #include "trackers/recording_tracker.hpp"

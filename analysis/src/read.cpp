@@ -3,7 +3,7 @@
 
 #include "ctf/native_reader.hpp"
 #include "ctf/read_ahead.hpp"
-#include "model/host_clocks.hpp"
+#include "model/clock_differences.hpp"
 #include "trackers/recording_tracker.hpp"
 #include "trackers/registry.hpp"
 #include "vocabulary/ros2/event_translator.hpp"

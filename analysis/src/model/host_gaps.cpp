@@ -1,7 +1,7 @@
 #include "host_gaps.hpp"
 
 #include "base/text.hpp"
-#include "host_clocks.hpp"
+#include "clock_differences.hpp"
 
 #include <algorithm>
 #include <map>

@@ -3,7 +3,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "callback_report.hpp"
-#include "model/host_clocks.hpp"
+#include "model/clock_differences.hpp"
 #include "model/recorded_parts.hpp"
 #include "model/sort_rows.hpp"
 #include "model/subjects.hpp"

@@ -2,7 +2,7 @@
 
 #include <cie/tracepoints/schema.hpp>
 
-#include "model/host_clocks.hpp"
+#include "model/clock_differences.hpp"
 #include "model/host_gaps.hpp"
 #include "model/recorded_parts.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/host_clocks.hpp"
+#include "model/clock_differences.hpp"
 #include "queue_losses.hpp"
 #include "thread_questions.hpp"
 

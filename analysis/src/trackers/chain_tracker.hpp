@@ -6,9 +6,9 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "chain_node.hpp"
+#include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/host_clocks.hpp"
 #include "model/loss_times.hpp"
 #include "prefetch.hpp"
 #include "recent.hpp"

@@ -5,8 +5,8 @@
 #include <cie/analysis/event.hpp>
 
 #include "instance_measurer.hpp"
+#include "model/clock_differences.hpp"
 #include "model/facts.hpp"
-#include "model/host_clocks.hpp"
 #include "pending_instance.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"

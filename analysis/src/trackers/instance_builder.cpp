@@ -1,6 +1,5 @@
 #include "instance_builder.hpp"
 
-#include "model/host_clocks.hpp"
 #include "prefetch.hpp"
 
 #include <algorithm>

@@ -6,10 +6,10 @@
 
 #include "chain_tracker.hpp"
 #include "ended_instances.hpp"
+#include "host_clocks.hpp"
 #include "instance_measurer.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/host_clocks.hpp"
 #include "model/optional_time.hpp"
 #include "pending_instance.hpp"
 #include "recent.hpp"

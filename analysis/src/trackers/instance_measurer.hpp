@@ -6,9 +6,9 @@
 #include <cie/analysis/instance.hpp>
 
 #include "chain_tracker.hpp"
+#include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/host_clocks.hpp"
 #include "pending_instance.hpp"
 #include "prefetch.hpp"
 #include "recent.hpp"

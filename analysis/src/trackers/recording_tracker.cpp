@@ -1,6 +1,6 @@
 #include "recording_tracker.hpp"
 
-#include "model/host_clocks.hpp"
+#include "model/clock_differences.hpp"
 #include "model/host_gaps.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Callbacks that feed each other: what led to their messages grows without end, and is bounded.
-#include "model/host_clocks.hpp"
 #include "support/trace_text.hpp"
 #include "support/verdicts.hpp"
 #include "trackers/chain_tracker.hpp"
+#include "trackers/host_clocks.hpp"
 #include "trackers/registry.hpp"
 
 #include <algorithm>
