@@ -98,7 +98,7 @@ int diff_command(const Arguments& arguments) {
   line.argument("BEFORE", before, "A recording, or a report in JSON");
   line.argument("AFTER", after, "The one to hold against it");
   line.option("--spec", "FILE", spec_file,
-              "Scheduling spec (YAML): how many runs of recordings were late");
+              "Scheduling spec (YAML): how many instances of each recording were late");
   line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");
   line.option("--inconclusive", "HOW", inconclusive_choice,
               "warn: exit 0 when undecided, if anything was compared; fail: exit 1");

@@ -22,7 +22,7 @@ std::span<const Command> commands() {
       {"record", "record an application with LTTng", nullptr},
       {"collect", "receive what several machines record", nullptr},
       {"report", "response times and more, per callback", report_command},
-      {"instances", "one row per run of a callback, for spreadsheets and programs",
+      {"instances", "one row per instance of a callback, for spreadsheets and programs",
        instances_command},
       {"events", "the events themselves, or a count of each class", events_command},
       {"verify", "does every callback have its own thread? Rules, evidence, exit code",

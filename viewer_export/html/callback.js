@@ -12,7 +12,7 @@ export const boundsOf = c => {
   if (lower === null) return "";
   const most =
     atMostWhereUnknown(c) === null ? "" : `, ${time(upper.p50)}, ${time(upper.p99)} and ${time(upper.max)} at most`;
-  return `${plural(lower.count, "run")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;
+  return `${plural(lower.count, "instance")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;
 };
 
 const axisTicks = (low, high) => {
@@ -94,7 +94,7 @@ const histogram = (c, bars) => {
     svg(
       "title",
       {id},
-      `Response times of ${name(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
+      `Response times of ${name(c)}: ${count(all)} instances, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
     ),
     svg("line", {class: "axis", x1: left, x2: W - right, y1: H - bottom, y2: H - bottom}),
     axisTicks(low, high).map(e => [
@@ -112,7 +112,7 @@ const histogram = (c, bars) => {
           y: y(n),
           height: H - bottom - y(n),
         },
-        svg("title", {}, `${rangeOf(from, to)}: ${plural(n, "run")}`),
+        svg("title", {}, `${rangeOf(from, to)}: ${plural(n, "instance")}`),
       );
     }),
     svg("path", {class: "ecdf", d: path}),
@@ -134,8 +134,8 @@ const histogram = (c, bars) => {
       "text",
       {class: "soft", x: (left + W - right) / 2, y: H - 3, "text-anchor": "middle"},
       W > 400
-        ? "response time (bars: runs, left; line: share of runs at most as long, right)"
-        : "response time (bars: runs; line: share as long at most)",
+        ? "response time (bars: instances, left; line: share of instances at most as long, right)"
+        : "response time (bars: instances; line: share as long at most)",
     ),
   );
 };
@@ -188,7 +188,7 @@ const meanParts = c => {
   const isFromStart = c.start_latency_ns !== null && c.start_latency_ns.count !== runs;
   return {
     parts: parts.filter(part => part[2] > 0),
-    of: `${runs < c.instances ? ` of ${count(runs)} of ${plural(c.instances, "run")}` : ""}${isFromStart ? ", from start to end" : ""}`,
+    of: `${runs < c.instances ? ` of ${count(runs)} of ${plural(c.instances, "instance")}` : ""}${isFromStart ? ", from start to end" : ""}`,
   };
 };
 
@@ -197,7 +197,7 @@ export const details = index => {
   const c = report.callbacks[index];
   const bars = c.response_time_ns === null ? [] : barsOf(histograms[index], c.response_time_ns);
   const lane = laneOf(index);
-  const threads = c.threads.map(t => `${t.name || "thread"} ${t.tid} (${plural(t.instances, "run")})`).join(", ");
+  const threads = c.threads.map(t => `${t.name || "thread"} ${t.tid} (${plural(t.instances, "instance")})`).join(", ");
   const worst = lane ? slowest(lane, 8) : [];
   const {parts, of} = meanParts(c);
   return [
@@ -227,9 +227,9 @@ export const details = index => {
               {},
               c.isolation === "never_ran"
                 ? c.runs_not_seen
-                  ? "No run of it was seen, though it ran."
+                  ? "No instance of it was seen, though it ran."
                   : "It never ran."
-                : "Its response times are not known exactly: the trace does not say when its runs were released.",
+                : "Its response times are not known exactly: the trace does not say when its instances were released.",
             )
           : histogram(c, bars),
         c.response_time_lower_ns === null ? null : el("p", {id: "bounds"}, `Response times of ${boundsOf(c)}.`),
@@ -249,7 +249,7 @@ export const details = index => {
                 .slice(0, 4)
                 .map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`)
                 .join(", "),
-              " (all runs)",
+              " (all instances)",
             )
           : null,
         c.execution_time_ns === null
@@ -263,12 +263,12 @@ export const details = index => {
     ),
     worst.length
       ? scrolled(
-          "Table of slowest runs",
+          "Table of slowest instances",
           withoutEmptyColumns(
             el(
               "table",
               {},
-              el("caption", {}, "Slowest runs"),
+              el("caption", {}, "Slowest instances"),
               el(
                 "thead",
                 {},
@@ -276,7 +276,7 @@ export const details = index => {
                   "tr",
                   {},
                   [
-                    "run",
+                    "instance",
                     "response time",
                     "start latency",
                     "duration",

@@ -23,7 +23,7 @@ const ISOLATION = {
 };
 const isolationOf = c =>
   c.isolation === "never_ran" && c.runs_not_seen
-    ? ["NOT_APPLICABLE", "no run seen"]
+    ? ["NOT_APPLICABLE", "no instance seen"]
     : ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 
@@ -48,7 +48,7 @@ const COLUMNS = [
   ["late", c => c.late],
   ["isolated", c => isolationOf(c)[1], "text"],
   ["threads", c => c.threads.length],
-  ["runs", c => c.instances],
+  ["count", c => c.instances],
   ["start latency max", c => stat(c, "start_latency_ns", "max"), "time"],
   ["execution max", c => stat(c, "execution_time_ns", "max"), "time"],
   ["preempted max", c => stat(c, "preempted_ns", "max"), "time"],

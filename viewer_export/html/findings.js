@@ -68,7 +68,7 @@ const why = (lane, i, [, kind, ns]) => {
     const by = lane.callbackReport.preempted_by[0];
     const all = lane.callbackReport.preempted_ns.sum;
     return by
-      ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its runs`
+      ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its instances`
       : "";
   }
   if (kind !== "wait") return "";
@@ -90,7 +90,7 @@ const isolation = () => {
   const never = all.length - ran.length;
   const unseen = all.filter(c => c.isolation === "never_ran" && c.runs_not_seen).length;
   const others = [
-    unseen === 0 ? "" : `; of ${count(unseen)} no run was seen`,
+    unseen === 0 ? "" : `; of ${count(unseen)} no instance was seen`,
     never === unseen ? "." : `; ${count(never - unseen)} never ran.`,
   ].join("");
   const shared = ran.filter(c => c.isolation === "not_isolated");
@@ -102,7 +102,7 @@ const isolation = () => {
         "INCONCLUSIVE",
         unseen === 0
           ? `None of the ${plural(all.length, "callback")} ran.`
-          : `No whole run of the ${plural(all.length, "callback")} was seen.`,
+          : `No whole instance of the ${plural(all.length, "callback")} was seen.`,
       ),
     ];
   // What is not in the recording may have been otherwise.

@@ -25,7 +25,7 @@ const columns = [
     show: v => (v < 0 ? "-" : String(v)),
     bad: c => c.total.missed_too_many,
   },
-  {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
+  {title: "instances/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
   {title: "pid", value: c => c.pid},
 ];
 const keptInstances = 200;

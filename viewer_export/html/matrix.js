@@ -101,7 +101,7 @@ export const matrix = () => {
                 svg(
                   "title",
                   {},
-                  `${fullName(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "run")}${doubt}`,
+                  `${fullName(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "instance")}${doubt}`,
                 ),
               ),
               isAlone || w < 6

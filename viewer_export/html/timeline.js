@@ -21,12 +21,12 @@ export const timeline = {
       tabindex: "0",
       role: "img",
       "aria-label":
-        "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything, n and p go to the lane's next and previous run.",
+        "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything, n and p go to the lane's next and previous instance.",
     });
     this.tip = el(
       "p",
       {class: "tip soft", role: "status"},
-      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything, n and p go from run to run. Point at a run to read it.",
+      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything, n and p go from instance to instance. Point at one to read it.",
     );
     this.search = el("input", {
       type: "search",
@@ -60,7 +60,7 @@ export const timeline = {
         "div",
         {class: "key"},
         colour("wait", "released, not started"),
-        colour("run", "runs"),
+        colour("run", "instances"),
         colour("preempted", "preempted meanwhile (its share)"),
         colour("fail", "tall: beyond its deadline, or nothing shows that it ended"),
         lanes.lanes.some(l => l.hasLostEnd)
@@ -71,7 +71,7 @@ export const timeline = {
         ? el(
             "p",
             {class: "soft"},
-            `${plural(kept, "run")} of ${count(of)} are drawn: an even choice, all that never ended or missed releases, and the slowest of each callback. Tables and histograms count every one.`,
+            `${plural(kept, "instance")} of ${count(of)} are drawn: an even choice, all that never ended or missed releases, and the slowest of each callback. Tables and histograms count every one.`,
           )
         : null,
     );
@@ -201,7 +201,7 @@ export const timeline = {
   },
   tell(lane, i) {
     const parts = [
-      `${lane.title}, run #${count(lane.seq[i])} on thread ${lane.tid(i)}`,
+      `${lane.title}, instance #${count(lane.seq[i])} on thread ${lane.tid(i)}`,
       `starts ${time(lane.start[i] - this.zero)} into the recording`,
     ];
     if (!Number.isNaN(lane.response(i))) parts.push(`response ${time(lane.response(i))}`);

@@ -34,7 +34,7 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   const auto window = fmt::format("last {:.0f} s", std::max(seconds, 1.0));
   TextTable table({{"", "callback", TextTable::Align::left},
                    {"", has_hosts ? "host" : "pid"},
-                   {"", "runs/s"},
+                   {"", "inst/s"},
                    {"response time, " + window, "p50", TextTable::Align::right, 1, true},
                    {"", "p99", TextTable::Align::right, 0, true},
                    {"", "max"},

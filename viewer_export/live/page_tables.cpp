@@ -85,7 +85,7 @@ std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
   using Group = NumberColumn::Group;
   std::vector<NumberColumn> all{
       {"pid", {}, 8, 8, Group::none, pid},
-      {"runs/s", SortKey::rate, 8, 5, Group::window, rate},
+      {"inst/s", SortKey::rate, 8, 5, Group::window, rate},
       {"p50", SortKey::p50, 10, 6, Group::window, of_window(&Summary::p50)},
       {"p99", SortKey::response, 10, 1, Group::window, of_window(&Summary::p99)},
       {"max", SortKey::max, 10, 2, Group::window, of_window(&Summary::max)},

@@ -221,7 +221,7 @@ Line Pages::selected_name() const {
 }
 
 Line Pages::keys() const {
-  return text_line("q quit  h help  s sort  / filter  p pause  Enter runs  t threads  v violations",
+  return text_line("q quit  h help  s sort  / filter  p pause  Enter open  t threads  v violations",
                    Look::faint);
 }
 

@@ -131,7 +131,7 @@ std::string in_words(const HostGap& gap, const Model& model) {
 
 std::string in_words(const RunsBetweenSessions& runs, const Model& model) {
   const SinceBegin since_begin(model, runs.host, runs.begin);
-  return counted(runs.count, "run") + " on " + model.hosts[at(runs.host)].name + ", from " +
+  return counted(runs.count, "instance") + " on " + model.hosts[at(runs.host)].name + ", from " +
          since_begin(runs.begin) + " to " + since_begin(runs.end) +
          " after the recording's begin: in the window of neither of two sessions, and without "
          "numbers that would prove that no other is missing; not counted";

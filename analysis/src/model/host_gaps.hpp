@@ -18,7 +18,7 @@ std::vector<HostGap> host_gaps(const Model& model);
 
 // "nothing is known of robot from 3.250 s to 4.125 s after the begin of the recording: ..."
 std::string in_words(const HostGap& gap, const Model& model);
-// "2 runs on robot, from 3.250 s to 3.300 s after the recording's begin: in the window of neither ..."
+// "2 instances on robot, from 3.250 s to 3.300 s after the recording's begin: in the window of neither ..."
 std::string in_words(const RunsBetweenSessions& runs, const Model& model);
 
 }  // namespace cie::analysis

@@ -187,7 +187,7 @@ const Rule kNoNesting{
     "Why it matters: The inner callback runs at the outer one's priority and its time is "
     "counted twice.\n"
     "Inconclusive when events of a callback on that thread were lost, another callback may have been "
-    "lost with all of its runs, the context vtid is absent, or the thread may have served what ROS 2's events do not show (M2).\n"
+    "lost with all of its instances, the context vtid is absent, or the thread may have served what ROS 2's events do not show (M2).\n"
     "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
     "callback of the client instead.",
     judge_no_nesting,

@@ -71,7 +71,7 @@ std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& proce
   if (!process.ros2_begin) {
     return without_event(
         process.first_seen.value_or(EventRef{}),
-        "the process began before the recording: a client or an action, whose runs "
+        "the process began before the recording: a client or an action, whose instances "
         "ROS 2's events do not show, may have been made before");
   }
   // Within what is judged whoever judges asks for losses.
@@ -79,7 +79,7 @@ std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& proce
   if (before == nullptr) return std::nullopt;
   auto unseen = evidence_of(*before);
   unseen.note +=
-      ": a client or an action, whose runs ROS 2's events do not show, may have been made then";
+      ": a client or an action, whose instances ROS 2's events do not show, may have been made then";
   return unseen;
 }
 
@@ -102,7 +102,7 @@ std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
   if (all.count > 1) note += " and " + counted(all.count - 1, "other callback");
   note += all.count == 1 && hidden.is_client && !hidden.is_action
               ? ", whose responses ROS 2's events do not show"
-              : ", whose runs ROS 2's events do not show";
+              : ", whose instances ROS 2's events do not show";
   return evidence(hidden.is_client ? "rcl_client_init" : "rcl_service_init", hidden.made,
                   std::move(note));
 }

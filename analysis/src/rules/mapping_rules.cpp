@@ -245,7 +245,7 @@ bool is_known_by_start(const CallbackFacts& callback, const Move& move) {
 // Events of two CPUs have no order within a nanosecond.
 Evidence unordered_init(const EventRef& init, const ThreadFacts& thread) {
   return evidence("callback_init", init,
-                  "in the nanosecond of its run on " + thread_name(thread) +
+                  "in the nanosecond of its instance on " + thread_name(thread) +
                       ": which of the two came first is unknown");
 }
 
@@ -425,8 +425,8 @@ const Rule kOneCallbackPerThread{
     "priorities: the urgent one is as late as the slowest before it.\n"
     "Inconclusive when a callback on the thread was never registered, or lost instances that "
     "may have been another callback's, when a callback without a thread may have been lost with all "
-    "of its runs, or when the thread may have served a client or an action "
-    "of ROS 2, whose runs its events do not show.\n"
+    "of its instances, or when the thread may have served a client or an action "
+    "of ROS 2, whose instances its events do not show.\n"
     "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
     "group of its own.\n"
     "Remedy with rclcpp: give each callback a callback group of its own and run each "

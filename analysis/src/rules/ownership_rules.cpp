@@ -348,7 +348,7 @@ const Rule kNoForeignWork{
     "Why it matters: Work that no callback accounts for delays the callback at its own "
     "priority, and no analysis of callbacks sees it.\n"
     "Inconclusive when a callback on it lost instances, another one may have been lost with all of "
-    "its runs, the context vtid is absent, it may have "
+    "its instances, the context vtid is absent, it may have "
     "served what ROS 2's events do not show (M2), or (for the "
     "budget) there are no kernel events, their record has a hole or begins after the thread, or "
     "read-backs or the end of the thread were lost.\n"
@@ -381,7 +381,7 @@ const Rule kThreadKnown{
     "Why it matters: Of a thread that nobody announced nobody knows the role or applied "
     "parameters: its callbacks run by chance.\n"
     "Inconclusive when no announcement was seen, and there is no proof that nothing is missing, when "
-    "a callback may have been lost with all of its runs, a start after a thread_fini or the "
+    "a callback may have been lost with all of its instances, a start after a thread_fini or the "
     "thread_fini of a thread that was not replaced was lost, or the context vtid is absent.\n"
     "Remedy: run callbacks from the executor's threads only; call no callback from a thread of "
     "your own.",

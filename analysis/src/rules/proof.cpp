@@ -383,7 +383,7 @@ void Proof::prove(CallbackIndex index) {
     if (!loss) loss = untold_loss(facts.process, last);
     if (!loss && facts.own) {
       loss = evidence("callback_start", facts.own->others_since,
-                      "from here on a run " + std::string(kPerhapsAnothers));
+                      "from here on an instance " + std::string(kPerhapsAnothers));
     }
   }
   if (!loss) return;

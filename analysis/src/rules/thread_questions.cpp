@@ -116,7 +116,7 @@ const EventRef& first_start_on(const ThreadFacts& thread) {
 std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
   if (pair.is_certain) return std::nullopt;
   return evidence(pair.starts != 0 ? "callback_start" : "callback_end", pair.first_start,
-                  "this run " + std::string(kPerhapsAnothers));
+                  "this instance " + std::string(kPerhapsAnothers));
 }
 
 EventRef first_sign(const CallbackFacts& callback) noexcept {

@@ -87,8 +87,9 @@ std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
 
 // What violates a rule only by instances that may be another callback's.
 void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement) {
-  judgement.doubt(evidence("callback_start", callback.own->others_since,
-                           "from here on a run " + std::string(kPerhapsAnothers) + "; " + finding));
+  judgement.doubt(
+      evidence("callback_start", callback.own->others_since,
+               "from here on an instance " + std::string(kPerhapsAnothers) + "; " + finding));
 }
 
 template <typename Predicate>

@@ -191,7 +191,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   }
   const bool is_any_lost = events.by_name.contains("callback_start") && !has_runs(context.model);
   if (is_any_lost && events.cie_without_pid == 0) {
-    missing("no run of a callback lies within what all streams cover");
+    missing("no instance of a callback lies within what all streams cover");
   }
   return only(std::move(judgement));
 }
@@ -265,7 +265,7 @@ const Rule kRequiredEvents{
     "Why it matters: Without them there is nothing to judge, and a rule that judges nothing "
     "must not look as if it passed.\n"
     "Inconclusive when one of them is absent: the message names it and how to enable it; or when no "
-    "run of a callback lies within what all streams cover.\n"
+    "instance of a callback lies within what all streams cover.\n"
     "Remedy: record with cie record, or enable the named events and contexts.",
     judge_required_events,
     {.is_about_trace = true}};

@@ -43,7 +43,7 @@ class Analysis {
     const auto& callback = *task.callback;
     const auto* sched = task.sched();
     if (callback.threads.empty() && known_runs(callback) > 0)
-      return "none of its runs is in the recording";
+      return "none of its instances is in the recording";
     if (callback.threads.empty()) return "it never ran";
     if (callback.threads.size() > 1) return "it ran on several threads";
     if (sched == nullptr) return "the parameters of its thread are not in the recording";
@@ -73,7 +73,7 @@ class Analysis {
              "; declare wcet in the spec";
     }
     if (const auto unmeasured = unmeasured_waiting(task); !unmeasured.empty()) {
-      return "how long it waits within a run is not known, because " + unmeasured;
+      return "how long it waits within an instance is not known, because " + unmeasured;
     }
     if (const auto nearer = nearer_releases(task); !nearer.empty()) {
       return "its shortest inter-arrival time is not known, because " + nearer +

@@ -65,7 +65,7 @@ bool is_one_in_progress(const CallbackReport& callback) {
   return callback.incomplete == 1 && callback.longest_open.has_value();
 }
 
-constexpr const char* kLacksRuns = "runs of it are missing from the recording";
+constexpr const char* kLacksRuns = "instances of it are missing from the recording";
 
 // Runs of which nobody knows how long they executed or waited; empty: none.
 std::string unknown_runs(const Task& task) {
@@ -74,7 +74,7 @@ std::string unknown_runs(const Task& task) {
   const bool is_open_within = is_one_in_progress(callback) &&
                               callback.longest_open->until_end.ns <= task.result.execution->ns;
   if (callback.incomplete == 0 || is_open_within) return {};
-  return std::to_string(callback.incomplete) + " of its runs did not end in the recording";
+  return std::to_string(callback.incomplete) + " of its instances did not end in the recording";
 }
 
 bool may_use(const std::vector<std::uint32_t>& cpus, std::uint32_t cpu) {
@@ -166,7 +166,7 @@ std::string longer_execution(const Task& task) {
   if (auto unseen = unknown_runs(task); !unseen.empty()) return unseen;
   const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
-  return "a run that took longer was not measured";
+  return "an instance that took longer was not measured";
 }
 
 std::string unmeasured_waiting(const Task& task) {
@@ -175,7 +175,7 @@ std::string unmeasured_waiting(const Task& task) {
     return unseen + "; record without losses, until its process ends";
   const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
-  return "a run that took longer than its wcet was not measured; record with --kernel";
+  return "an instance that took longer than its wcet was not measured; record with --kernel";
 }
 
 std::string overrun(const Task& task) {
@@ -362,7 +362,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
       task.entry != nullptr && task.entry->wcet_ns && task.entry->min_inter_arrival_ns;
   const bool has_run = callback.may_lack_runs || known_runs(callback) > 0;
   if (callback.threads.empty() && has_run && !(is_described && task.entry->parameters.policy)) {
-    found.unknown = "all runs of " + callback.logical_id +
+    found.unknown = "all instances of " + callback.logical_id +
                     ", which may preempt it, are missing from the recording";
     return;
   }
@@ -399,7 +399,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
                     "; declare wcet in the spec";
   } else if (!unmeasured_waiting(task).empty()) {
     found.unknown = "how long " + callback.logical_id +
-                    ", which may preempt it, waits within a run is not known, because " +
+                    ", which may preempt it, waits within an instance is not known, because " +
                     unmeasured_waiting(task);
   } else if (!period && known_runs(callback) > 1) {
     found.unknown = "how often " + callback.logical_id +

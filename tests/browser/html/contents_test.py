@@ -74,7 +74,7 @@ class Contents(Page):
                 by_title = {c["logical_id"] + (f" (pid {c['pid']})" if several else ""): c for c in report["callbacks"]}
                 for full_name, cells in rows.items():
                     callback = by_title.pop(full_name)
-                    self.assertEqual(cells["runs"][0].replace("\u202f", ""), str(callback["instances"]))
+                    self.assertEqual(cells["count"][0].replace("\u202f", ""), str(callback["instances"]))
                     self.assertEqual(cells["isolated"][0].endswith("yes"), callback["isolated"])
                     for header, key in keys.items():
                         told = callback["response_time_ns"]
@@ -107,7 +107,7 @@ class Contents(Page):
                 callback["response_time_ns"].update({key: 5_001_000 for key in ("min", "max", "p50", "p99")}, count=90)
                 document["histograms"][i] = [[5_013_504, 90]]  # the middle of its bucket, beyond them all
         self.shown(change, of=None)
-        self.assertEqual(self.see(".detail svg rect.f-run > title")[:1], ["5.001\u202fms: 90 runs"])
+        self.assertEqual(self.see(".detail svg rect.f-run > title")[:1], ["5.001\u202fms: 90 instances"])
 
     def test_a_lost_end_is_no_run_that_never_ended(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")
@@ -263,7 +263,7 @@ class Contents(Page):
         left = max(begin - (end - begin), first)
         self.assertEqual(seen, [left, left + 3 * (end - begin)])
         self.assertEqual(self.browser.evaluate("cie.fullName(cie.timeline.marked.lane.callbackReport)"), worst["logical_id"])
-        self.assertIn(f"run #{worst['seq']} on thread {worst['tid']}", self.see(".tip")[0])
+        self.assertIn(f"instance #{worst['seq']} on thread {worst['tid']}", self.see(".tip")[0])
         self.assertEqual(self.browser.evaluate("scrollY"), 0, "the head is in sight")
 
     def test_opens_on_the_longest_run_where_no_release_is_known(self):
@@ -295,7 +295,7 @@ class Contents(Page):
         self.assertEqual(headers[:5], ["callback", "duration p50", "duration p99", "duration max", "isolated"])
         self.assertEqual(self.see("[aria-labelledby=threads] th"), ["thread", "pid", "tid", "callbacks"])
         self.assertNotIn("data age p50", self.see("#chain-table th"))
-        self.assertEqual(self.see(".detail thead th")[:5], ["run", "response time", "duration", "execution time", "preempted"])
+        self.assertEqual(self.see(".detail thead th")[:5], ["instance", "response time", "duration", "execution time", "preempted"])
         self.assertTrue(all(cell.startswith("\u2265") for cell in self.see(".detail tbody tr td:nth-child(2)")))
         self.assertRegex(" ".join(self.see("#short li")), r"Most of it: (execution time|blocked), \d")
 

@@ -128,7 +128,7 @@ class Isolation(Page):
                 callback[key] = {**callback["duration_ns"], "count": self.runs - 1, "mean": 1000.0}
         self.shown(change)
         told = next(text for text in self.see(".detail p") if text.startswith("Where the time goes"))
-        self.assertEqual(told, f"Where the time goes, on average of {self.runs - 1} of {self.runs} runs, from start to end:")
+        self.assertEqual(told, f"Where the time goes, on average of {self.runs - 1} of {self.runs} instances, from start to end:")
         self.assertNotIn("start latency", " ".join(self.see(".detail .key")))
 
     def test_timing_is_not_enforcement(self):
@@ -156,7 +156,7 @@ class Isolation(Page):
         tips = self.browser.evaluate(f"""[...document.querySelectorAll("#callback-table tbody tr")]
             .filter(row => row.querySelector("button").title === {json.dumps(name)}).flatMap(row => [...row.cells].map(c => c.title)).filter(Boolean)""")
         self.assertEqual(len(tips), 3)
-        for part in ("7 runs", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
+        for part in ("7 instances", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
             self.assertIn(part, tips[0])
 
 

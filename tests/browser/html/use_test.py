@@ -85,7 +85,7 @@ class Use(Page):
             seen.add(self.browser.evaluate(picture))
         self.assertGreaterEqual(len(seen), 4, "everything, twice nearer, and to the right")
         self.do("document.querySelector('.detail tbody button').click()")
-        self.assertIn("run #", self.see(".tip")[0])
+        self.assertIn("instance #", self.see(".tip")[0])
         self.assertEqual(self.browser.evaluate("document.activeElement.tagName"), "CANVAS")
 
     def test_prints(self):
@@ -153,7 +153,7 @@ class Looks(Page):
         key = "document.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {key: '%s'}))"
         self.do(key % "n")
         self.assertEqual(self.browser.evaluate("cie.timeline.marked.i"), first + 1)
-        self.assertIn("run #", self.see(".tip")[0])
+        self.assertIn("instance #", self.see(".tip")[0])
         self.do(key % "p")
         self.assertEqual(self.browser.evaluate("cie.timeline.marked.i"), first)
 

@@ -130,7 +130,7 @@ class Diff(Folder):
             lossy(report)
             del report["callbacks"][0]
 
-        for change, said in ((lossy, b"after lacks runs: seq-gaps x 5"), (drop, b"may be gone: ")):
+        for change, said in ((lossy, b"after lacks instances: seq-gaps x 5"), (drop, b"may be gone: ")):
             done = cie("diff", TRACE, self.report("lossy.json", change))
             self.assertEqual(done.returncode, 3, done.stderr)
             self.assertTrue(done.stdout.startswith(b"Undecided: no regression in what was recorded"), done.stdout)

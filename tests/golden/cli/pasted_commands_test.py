@@ -87,7 +87,7 @@ class ToPaste(Folder):
                                            f"    response_deadline: {deadline}\n".encode())
             late = sum(time > deadline for time in times)
             text = cie("verify", TRACE, "--spec", spec).stdout.decode()
-            self.assertIn(f"callback missed deadlines: late {late} of {len(times)} runs\n", text)
+            self.assertIn(f"callback missed deadlines: late {late} of {len(times)} instances\n", text)
             self.assertRegex(text, rf"  late {late} of {len(times)}, up to [^,>]* > [^,>]* \(late\.yaml:2\)\n")
 
     def test_what_lies_below_is_said_to_lie_below(self):

@@ -175,7 +175,7 @@ class SameNumbers(unittest.TestCase):
             self.assertEqual(len(rows), len(ran))
             for row, callback in zip(rows, ran):
                 name, runs, p50, p99, longest = (row.get(column, "-") for column in (
-                    "callback", "runs", "time p50", "time p99", "time max"))
+                    "callback", "count", "time p50", "time p99", "time max"))
                 start, execution, missed, isolated, deadline, late = (row.get(column, "-") for column in (
                     "lat. max", "exec. time max", "missed", "lated", "deadline", "late"))
                 head, _, tail = callback["logical_id"].partition("...") if "..." not in name else name.partition("...")

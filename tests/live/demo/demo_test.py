@@ -47,7 +47,7 @@ class Demo(unittest.TestCase):
         self.assertLessEqual(len(lines), LINES if is_isolated_on_time else LINES_WHERE_TIME_RULES_FAIL, text)
         if not is_isolated_on_time:
             self.assertRegex(" ".join(text.split()), "(not all was in time|is not decided): is this machine busy\\?")
-        self.assertRegex(text, r"\nLate: \d+ of \d+ runs before, \d+ of \d+ after; 19 callbacks have a deadline\n")
+        self.assertRegex(text, r"\nLate: \d+ of \d+ instances before, \d+ of \d+ after; 19 callbacks have a deadline\n")
         self.assertRegex(text, r"\n  isolation  0 of 28 callbacks had a thread of their own before, 28 of 28 after\n")
         self.assertRegex(text, r"\n  deadline 10.00ms +late +p99 +max\n  callback +multi  isolated +multi  isolated +multi  isolated\n")
         self.assertIn("✗ FAIL  multi: 28 of 28 callbacks share threads", text)

@@ -1,5 +1,5 @@
 // An application that does a known number of everything, by the facade alone: of the node
-// /robot/arm a timer (5 runs), a subscription (7), a service (3), a client (2) and a waitable (2).
+// /robot/arm a timer (5 instances), a subscription (7), a service (3), a client (2) and a waitable (2).
 // The timer's thread publishes 7 messages on /robot/angle, which the subscription takes.
 //
 //   profile_app [FILE]     FILE: writes it when everything is registered, and waits for its removal

@@ -173,7 +173,7 @@ TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
   EXPECT_EQ(found.lateness_after, std::nullopt);
 }
 
-// Of a rate that stayed, 0 of n + 0 runs fall on the time after with probability 0.5^n: below 0.001
+// Of a rate that stayed, 0 of n + 0 instances fall on the time after with probability 0.5^n: below 0.001
 // from n = 10.
 TEST(Compare, MissesWhatNeverRunsAnyMoreBeyondChance) {
   EXPECT_EQ(change(sample(0, 10), sample(0, 0)).absence, Absence::never_runs);
@@ -195,7 +195,7 @@ TEST(Compare, OfWhatRanBeforeTheRecordItIsUndecidedWhetherItRunsAnyMore) {
   EXPECT_EQ(comparison.outcome(), Outcome::undecided);
 }
 
-// A record a ninth as long has 0 of 10 runs with probability 0.9^10.
+// A record a ninth as long has 0 of 10 instances with probability 0.9^10.
 TEST(Compare, ExpectsFewerRunsOfAShorterRecord) {
   ComparedSide before{.record = {.is_complete = true, .losses = {}, .length = Duration{9'000}},
                       .callbacks = {sample(0, 10)}};
@@ -293,7 +293,7 @@ TEST(Compare, NoticesMoreLostAndOverwrittenSamples) {
   EXPECT_FALSE(change(overwriting, overwriting).is_regression());
 }
 
-// Of one of two processes a count is known: 60 of 200 runs at least, and nobody knows how many more.
+// Of one of two processes a count is known: 60 of 200 instances at least, and nobody knows how many more.
 TEST(Compare, KnowsNoSumOfWhichOnePartIsUnknown) {
   using Count = std::optional<std::uint64_t> CallbackSample::*;
   for (const Count count : {&CallbackSample::exceptions, &CallbackSample::missed_releases,
@@ -399,7 +399,7 @@ TEST(OrderStatistics, OfTwoReportsBoundThoseOfBoth) {
   EXPECT_EQ(merged(of(1), OrderStatistics{}).at_most, of(1).at_most);
 }
 
-// 100 runs took 1 us; of 200 nobody knows more than that they took 9 us at least.
+// 100 instances took 1 us; of 200 nobody knows more than that they took 9 us at least.
 TEST(OrderStatistics, TakeWhatIsBoundedIntoAccount) {
   const auto times = [](std::uint64_t count, std::int64_t ns) {
     Statistics statistics;
@@ -439,7 +439,7 @@ TEST(OrderStatistics, TakeWhatIsBoundedIntoAccount) {
   EXPECT_EQ(start->upper, std::nullopt);
 }
 
-// Of 60 of 80 runs the release is known, and the others took longer: the 40th is among the former.
+// Of 60 of 80 instances the release is known, and the others took longer: the 40th is among the former.
 TEST(OrderStatistics, KnowAMedianThatMostRunsShow) {
   auto at_least = ramp(1, 60);
   at_least.merge(ramp(100, 20));

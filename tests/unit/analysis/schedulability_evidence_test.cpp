@@ -98,10 +98,10 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideRunsThatAreMissing) {
   const auto is_second = [](const auto& event, const EventHead&) { return event.seq == 1; };
   trace.erase<CallbackStart>(is_second);
   trace.erase<CallbackEnd>(is_second);
-  expect_undecided(of(trace, "lo"), "runs of it are missing from the recording");
+  expect_undecided(of(trace, "lo"), "instances of it are missing from the recording");
   expect_undecided(
       of(trace, "lo", "{id: hi, wcet: 20, min_inter_arrival: 100}"),
-      "how long hi, which may preempt it, waits within a run is not known, because runs "
+      "how long hi, which may preempt it, waits within an instance is not known, because instances "
       "of it are missing from the recording; record without losses");
 }
 
@@ -126,7 +126,7 @@ TEST(SchedulabilityEvidence, SaysThatALossMayHaveTakenACallback) {
   const auto trace = test::trace_of("    process app crash\n" + std::string(kSystem) + R"(
     180 discard user until=190 count=9)");
   expect_undecided(of(trace, "lo", "{id: lo, wcet: 10, min_inter_arrival: 100}"),
-                   "runs of it are missing from the recording; record without losses");
+                   "instances of it are missing from the recording; record without losses");
 }
 
 TEST(SchedulabilityEvidence, DecidesNothingBesideARunThatDidNotEnd) {
@@ -134,7 +134,7 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideARunThatDidNotEnd) {
     249 switch 0 idle hi
     250 start hi release=250
     300 switch 0 hi idle)");
-  expect_undecided(of(trace, "lo"), "1 of its runs did not end in the recording");
+  expect_undecided(of(trace, "lo"), "1 of its instances did not end in the recording");
 }
 
 // An application outlives its recording, which ends 1 after `last`; hi has run since 470.
@@ -147,7 +147,8 @@ test::TextTrace running_at_end(const std::string& last) {
 
 TEST(SchedulabilityEvidence, TakesForExecutionWhatWasSeenOfTheRunInProgress) {
   EXPECT_EQ(of(running_at_end("489"), "lo").bound_ns, 10 + 2 * 20);
-  expect_undecided(of(running_at_end("490"), "lo"), "1 of its runs did not end in the recording");
+  expect_undecided(of(running_at_end("490"), "lo"),
+                   "1 of its instances did not end in the recording");
 }
 
 // hi was released every 100 until the run in progress, 25 after the last one.
@@ -211,8 +212,8 @@ TEST(SchedulabilityEvidence, TakesForExecutionWhatARunMayHaveExecuted) {
   EXPECT_EQ(of(with_hole("270"), "lo").meets_deadline(), true);
   expect_undecided(
       of(with_hole("271"), "lo"),
-      "the longest execution time of hi, which may preempt it, is not known, because a "
-      "run that took longer was not measured; declare wcet in the spec");
+      "the longest execution time of hi, which may preempt it, is not known, because an "
+      "instance that took longer was not measured; declare wcet in the spec");
   expect_undecided(of(with_hole("271"), "hi"), "its longest execution time is not known");
 }
 
@@ -285,10 +286,12 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideWaitingThatWasNotMeasured) {
     return "{id: lo, wcet: 10}, {id: hi, min_inter_arrival: 100, wcet: " + wcet + "}";
   };
   EXPECT_EQ(of(trace, "lo", spec("20")).bound_ns, 10 + 20) << "no run took longer";
-  expect_undecided(of(trace, "lo", spec("19")),
-                   "how long hi, which may preempt it, waits within a run is not known, because a "
-                   "run that took longer than its wcet was not measured; record with --kernel");
-  expect_undecided(of(trace, "hi", spec("19")), "how long it waits within a run is not known");
+  expect_undecided(
+      of(trace, "lo", spec("19")),
+      "how long hi, which may preempt it, waits within an instance is not known, because an "
+      "instance that took longer than its wcet was not measured; record with --kernel");
+  expect_undecided(of(trace, "hi", spec("19")),
+                   "how long it waits within an instance is not known");
 }
 
 // Linux may postpone the deadline of a server whose job waits, however short.
@@ -314,7 +317,7 @@ TEST(SchedulabilityEvidence, DecidesNothingWhereTheKernelShowsOtherParameters) {
   expect_undecided(lo, "the kernel shows thread 102 with other parameters than were read back");
 }
 
-// Totals count 20 runs of `hi`, which ended before the recording began.
+// Totals count 20 instances of `hi`, which ended before the recording began.
 TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatRanBefore) {
   auto system = textbook();
   auto& high = system.report.callbacks[0];
@@ -326,8 +329,8 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatRanBefore) {
   EXPECT_TRUE(system.analyzed().callbacks[1].bound_ns) << "it never ran";
   high.runs_not_seen = 20;
   const auto result = system.analyzed();
-  expect_undecided(result.callbacks[1], "all runs of high, which may preempt it, are missing");
-  EXPECT_EQ(result.callbacks[0].reason, "none of its runs is in the recording");
+  expect_undecided(result.callbacks[1], "all instances of high, which may preempt it, are missing");
+  EXPECT_EQ(result.callbacks[0].reason, "none of its instances is in the recording");
 }
 
 TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceededWithoutExplanation) {

@@ -232,7 +232,7 @@ TEST_F(ByHand, WithoutNumbersWhatLiesBetweenTheWindowsIsALoss) {
   EXPECT_EQ(instances(result), 2U);
   EXPECT_EQ(gaps(result), 2) << "behind the first window, and before the second one";
   const auto has_two_runs = [](const TraceDefect& defect) {
-    return defect.advice.starts_with("2 runs on robot");
+    return defect.advice.starts_with("2 instances on robot");
   };
   EXPECT_EQ(std::ranges::count_if(result.report.defects, has_two_runs), 1);
   EXPECT_FALSE(result.report.trace.complete);

@@ -175,7 +175,7 @@ TEST(Monitor, SaysOfAViolationWhichCallbacksAndThreadsItIsAbout) {
       said += verdict.rule + ' ' + verdict.says + '\n';
   }
   EXPECT_NE(said.find(": 2 callbacks: plan, show\n"), std::string::npos) << said;
-  EXPECT_NE(said.find("M3 callback plan: 2 threads: 1 run on plan, 1 on show\n"), std::string::npos)
+  EXPECT_NE(said.find("M3 callback plan: 2 threads: 1 on plan, 1 on show\n"), std::string::npos)
       << said;
 }
 

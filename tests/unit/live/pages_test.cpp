@@ -124,14 +124,14 @@ TEST_F(PagesTest, SayOfWhatAndOfWhenTheNumbersAre) {
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[0].substr(0, 28), std::string(28, ' '));
   EXPECT_EQ(lines[0].substr(28), "               last 5 s: response time   since start");
-  EXPECT_EQ(lines[1].substr(28), "  runs/s       p50      *p99       max   late missed");
+  EXPECT_EQ(lines[1].substr(28), "  inst/s       p50      *p99       max   late missed");
   EXPECT_EQ(lines[2].substr(28), "     1.0  9.000 ms  9.000 ms  9.000 ms      0      0");
 }
 
 TEST_F(PagesTest, ANarrowTableHasFewerNumbersBelowTheirTitles) {
   const auto lines = table_lines(draw(Size{12, 50}));
   ASSERT_EQ(lines.size(), 3U);
-  // 50 - 12 of the name: p99 and max, then late and missed have room; runs/s and p50 have not.
+  // 50 - 12 of the name: p99 and max, then late and missed have room; inst/s and p50 have not.
   EXPECT_EQ(lines[0].substr(16), "  response, last 5 s   since start");
   EXPECT_EQ(lines[1].substr(16), "      *p99       max   late missed");
   EXPECT_EQ(lines[2].substr(16), "  9.000 ms  9.000 ms      0      0");

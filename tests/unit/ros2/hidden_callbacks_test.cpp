@@ -1,4 +1,4 @@
-// Callbacks that nobody can see: of clients and actions, whose runs ROS 2's events do not show.
+// Callbacks that nobody can see: of clients and actions, whose instances ROS 2's events do not show.
 #include "ros2_text.hpp"
 #include "support/verdicts.hpp"
 
@@ -69,7 +69,7 @@ TEST(HiddenCallbacks, AnActionIsOneHoweverManyServicesItHas) {
   EXPECT_EQ(result.verdict("M2"), Verdict::inconclusive);
   EXPECT_THAT(result.evidence("M2"),
               HasSubstr("rcl_service_init: may also have served the action server of /go (node "
-                        "/n), whose runs ROS 2's events do not show"));
+                        "/n), whose instances ROS 2's events do not show"));
 }
 
 TEST(HiddenCallbacks, AnActionClientIsOneToo) {
@@ -83,8 +83,9 @@ TEST(HiddenCallbacks, OthersAreCounted) {
   const auto result = judged(std::string(kClient) + R"(
     3 rcl_client_init client_handle=0x60 node_handle=0x10 service_name=/b rmw_client_handle=0x61
     3 rcl_client_init client_handle=0x70 node_handle=0x10 service_name=/c rmw_client_handle=0x71)");
-  EXPECT_THAT(result.evidence("M2"), HasSubstr("the client of /enable (node /n) and 2 other "
-                                               "callbacks, whose runs ROS 2's events do not show"));
+  EXPECT_THAT(result.evidence("M2"),
+              HasSubstr("the client of /enable (node /n) and 2 other "
+                        "callbacks, whose instances ROS 2's events do not show"));
 }
 
 TEST(HiddenCallbacks, AServiceIsNotHidden) {

@@ -95,7 +95,7 @@ TEST(RequiredEvents, IsInconclusiveWhereNoRunLiesWithinTheWindow) {
   }
   const Verified verified(trace);
   EXPECT_EQ(verified["T5"], Verdict::inconclusive);
-  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("no run of a callback lies within"));
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("no instance of a callback lies within"));
 }
 
 TEST(RequiredEvents, NamesMissingContexts) {
@@ -116,7 +116,8 @@ TEST(RequiredEvents, WithoutAVpidNothingIsOfAnyProcessAndNoRulePasses) {
   }
   const Verified verified(trace);
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("--type=vpid"));
-  EXPECT_THAT(verified.evidence("T5", "trace"), Not(HasSubstr("no run of a callback lies within")));
+  EXPECT_THAT(verified.evidence("T5", "trace"),
+              Not(HasSubstr("no instance of a callback lies within")));
   EXPECT_THAT(verified.evidence("T4", "process 100"),
               HasSubstr("its run_end may be among the events without a vpid"));
   for (const auto* rule : {"M2", "M3", "M4", "E1", "E2", "E3", "R1"}) {

@@ -196,7 +196,7 @@ CallbackChange with_deadline(std::int64_t deadline_ns, std::uint64_t late_before
 // What comes before the command that tells the rest.
 TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
   EXPECT_EQ(diff_text_of({kSame, with_deadline(2'000'000, 3, 0), with_deadline(2'000'000, 7, 1)}),
-            "Late: 10 of 200 runs before, 1 of 200 after; 2 callbacks have a deadline\n"
+            "Late: 10 of 200 instances before, 1 of 200 after; 2 callbacks have a deadline\n"
             "No regression; better: 2 of 3 callbacks, beyond a tolerance of 5 %\n"
             "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
             "\n"
@@ -269,14 +269,14 @@ TEST(DiffText, NamesWhatRunsOtherwise) {
   const auto text = diff_text_of({silent, fewer, hanging});
   EXPECT_THAT(
       text, StartsWith("Worse: 3 of 3 callbacks (1 slower, 1 gone from processes, 1 never running "
-                       "any more, 1 with a run\n  that never ends, 1 with more exceptions), "
+                       "any more, 1 with an\n  instance that never ends, 1 with more exceptions), "
                        "beyond a tolerance of 5 %\n"));
   EXPECT_THAT(text,
               HasSubstr("\n  is gone from processes: plan timer 20 ms (2 -> 1 processes)\n"
-                        "  never runs any more: map timer 1 us (100 runs before)\n"
-                        "  has a run that never ends: lidar <- /points\n"
-                        "  more runs end by an exception: lidar <- /points (0 -> 90)\n"
-                        "  runs less than half as often: lidar <- /points (100 -> 3 runs)\n"));
+                        "  never runs any more: map timer 1 us (100 instances before)\n"
+                        "  has an instance that never ends: lidar <- /points\n"
+                        "  more instances end by an exception: lidar <- /points (0 -> 90)\n"
+                        "  runs less than half as often: lidar <- /points (100 -> 3 instances)\n"));
 }
 
 // The tolerance is one of times.
@@ -344,7 +344,7 @@ TEST(DiffText, SaysWhatTheRecordsLack) {
   EXPECT_THAT(
       diff_text_of(comparison),
       StartsWith("Undecided: no regression in what was recorded, beyond a tolerance of 5 %\n"
-                 "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325\n"
+                 "  record     after lacks instances: damaged-packets x 2, seq-gaps x 325\n"
                  "  record     not known to be complete: before\n"));
 }
 
@@ -364,7 +364,7 @@ TEST(DiffText, SaysFirstThatNoTimeIsDecided) {
   EXPECT_THAT(
       diff_text_of({change}),
       StartsWith("Times undecided: of 1 quantile none is certain; no other regression\n"
-                 "Late: 3 of 100 runs before, 0 of 100 after; 1 callback has a deadline\n"));
+                 "Late: 3 of 100 instances before, 0 of 100 after; 1 callback has a deadline\n"));
   change.quantities.clear();
   EXPECT_THAT(
       diff_text_of({change}),
@@ -377,7 +377,8 @@ TEST(DiffText, SaysFirstThatNoTimeIsDecided) {
 TEST(DiffText, BreaksTheLineOfLateRunsWhereItIsTooLong) {
   EXPECT_THAT(
       diff_text_of({with_deadline(2'000'000, 3, 0)}, {.columns = 60}),
-      StartsWith("Late: 3 of 100 runs before, 0 of 100 after;\n  1 callback has a deadline\n"));
+      StartsWith(
+          "Late: 3 of 100 instances before, 0 of 100 after;\n  1 callback has a deadline\n"));
 }
 
 TEST(DiffText, SaysBeforeLateRunsThatRecordsDoNotDecide) {

@@ -22,17 +22,17 @@ using testing::StartsWith;
 TEST(ReportScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(shared_report(), test::sample_verdicts(), {.columns = 80, .unicode = true}),
             "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
-            "  130.0 ms on robot: 1 process, isolated executor; 3 callbacks, 14 runs, nothing\n"
-            "  lost, 1 cut or never ended\n"
+            "  130.0 ms on robot: 1 process, isolated executor; 3 callbacks, 14 instances,\n"
+            "  nothing lost, 1 cut or never ended\n"
             "\n"
-            "                                                       response time\n"
-            "  callback                               runs       p50       p99       max\n"
-            "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms\n"
-            "  plan timer 20 ms                          7   187.3us   289.4us   289.4us\n"
-            "  chain braking                             6   892.3us   1.008ms   1.008ms\n"
+            "                                                        response time\n"
+            "  callback                               count       p50       p99       max\n"
+            "  lidar ← /sensing/lidar/top/points_raw    7+1  >1.750ms  >2.500ms  >2.500ms\n"
+            "  plan timer 20 ms                           7   187.3us   289.4us   289.4us\n"
+            "  chain braking                              6   892.3us   1.008ms   1.008ms\n"
             "  response time: \">\" at least, where a release is not known\n"
-            "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us\n"
-            "         preempted by cc1plus (of 2.500 ms)\n"
+            "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms: 200.0\n"
+            "         us preempted by cc1plus (of 2.500 ms)\n"
             "  releases missed: 3 of plan timer 20 ms\n"
             "  never ran: 1 callback: plan ⇐ /never called\n"
             "  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
@@ -55,13 +55,13 @@ TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
       AllOf(
           HasSubstr(
               "\n\n"
-              "                                                       response time                    own     start     exec.\n"
-              "  callback                               runs       p50       p99       max  missed  thread  lat. max  time max\n"
-              "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO         -         -\n"
-              "  plan timer 20 ms                          7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
-              "  chain braking                             6   892.3us   1.008ms   1.008ms       -       -         -         -\n"
+              "                                                        response time                    own     start     exec.\n"
+              "  callback                               count       p50       p99       max  missed  thread  lat. max  time max\n"
+              "  lidar ← /sensing/lidar/top/points_raw    7+1  >1.750ms  >2.500ms  >2.500ms       -      NO         -         -\n"
+              "  plan timer 20 ms                           7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
+              "  chain braking                              6   892.3us   1.008ms   1.008ms       -       -         -         -\n"
               "  response time: \">\" at least, where a release is not known\n"
-              "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us preempted "
+              "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms: 200.0 us preempted "
               "by cc1plus (of 2.500 ms)\n"),
           HasSubstr("  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
                     "  threads: cie report 'recordings/run 1' --window=+1s.. --threads\n"
@@ -76,11 +76,11 @@ TEST(ReportScreen, OfAPipeIsAscii) {
       text,
       HasSubstr(
           "\n\n"
-          "                                                        response time                    own\n"
-          "  callback                                runs       p50       p99       max  missed  thread\n"
-          "  lidar <- /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO\n"
-          "  plan timer 20 ms                           7   187.3us   289.4us   289.4us       3     yes\n"
-          "  chain braking                              6   892.3us   1.008ms   1.008ms       -       -\n"));
+          "                                                         response time                    own\n"
+          "  callback                                count       p50       p99       max  missed  thread\n"
+          "  lidar <- /sensing/lidar/top/points_raw    7+1  >1.750ms  >2.500ms  >2.500ms       -      NO\n"
+          "  plan timer 20 ms                            7   187.3us   289.4us   289.4us       3     yes\n"
+          "  chain braking                               6   892.3us   1.008ms   1.008ms       -       -\n"));
   for (const char c : text)
     EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~')) << text;
 }
@@ -119,8 +119,9 @@ TEST(ReportScreen, OfAMissedDeadlineIsAFailWhoeverDeclaredIt) {
   auto report = unclaimed_report();
   const auto verdicts = with_missed_deadline(report);
   const auto text = screen_of(report, verdicts);
-  EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
-                               "  callbacks share threads: 1 of 2\n"));
+  EXPECT_THAT(text,
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 instances\n"
+                         "  callbacks share threads: 1 of 2\n"));
   EXPECT_LT(text.find("plan timer 20 ms"), text.find("lidar <-")) << "the late one is the worst";
   EXPECT_THAT(text, HasSubstr("187.3us   289.4us   289.4us   100.0us     5"));
 }
@@ -152,8 +153,9 @@ TEST(ReportScreen, CountsTheRunsOfAllThatHaveADeadline) {
   const auto verdicts = with_missed_deadline(report);
   report.callbacks[1].response_deadline = analysis::Duration{100'000'000};
   report.callbacks[1].late = 0;
-  EXPECT_THAT(screen_of(report, verdicts),
-              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 14 runs\n"));
+  EXPECT_THAT(
+      screen_of(report, verdicts),
+      StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 14 instances\n"));
 }
 
 // Late 5 times by 2.9 times its deadline at most, and once by 25 times.
@@ -173,7 +175,7 @@ TEST(ReportScreen, SaysWhetherIsolationHoldsBesideWhatIsGraver) {
   auto verdicts = with_missed_deadline(report);
   std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
   EXPECT_THAT(screen_of(report, verdicts),
-              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 instances\n"
                          "  1 of 1 callback that ran had a thread of its own\n"));
 }
 
@@ -199,7 +201,7 @@ TEST(ReportScreen, OfDurationsAloneSaysHowOftenAndHowMuchOfTheTime) {
   callback.inter_arrival = test::summary(20'000'000, 20'000'000, 6);
   report.callbacks = {callback};
   report.chains.clear();
-  // 7 runs of 1.65 ms in 130 ms: 8.9 %.
+  // 7 instances of 1.65 ms in 130 ms: 8.9 %.
   EXPECT_THAT(screen_of(report, test::sample_verdicts()),
               HasSubstr("                                   duration\n"));
   EXPECT_THAT(screen_of(report, test::sample_verdicts()),
@@ -278,25 +280,26 @@ TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {
   using analysis::Severity;
   auto report = unclaimed_report();  // of which the tracer counted no loss
   const auto counts = [&report] { return screen_of(report, {}, {.columns = 200}); };
-  EXPECT_THAT(counts(), HasSubstr("14 runs, nothing lost, 1 cut"));
+  EXPECT_THAT(counts(), HasSubstr("14 instances, nothing lost, 1 cut"));
   report.defects.push_back(
       {.kind = DefectKind::damaged_packets, .severity = Severity::error, .count = 1, .advice = {}});
-  EXPECT_THAT(counts(), HasSubstr("14 runs, 1 packet damaged, 1 cut"));
+  EXPECT_THAT(counts(), HasSubstr("14 instances, 1 packet damaged, 1 cut"));
   report.defects.push_back(
       {.kind = DefectKind::seq_gaps, .severity = Severity::loss, .count = 5, .advice = {}});
-  EXPECT_THAT(counts(), HasSubstr("14 runs, 5 missing, 1 packet damaged, 1 cut"));
+  EXPECT_THAT(counts(), HasSubstr("14 instances, 5 missing, 1 packet damaged, 1 cut"));
   report.trace.lost_events = 7;
-  EXPECT_THAT(counts(), HasSubstr("14 runs, 5 missing, 1 packet damaged, 7 events lost, 1 cut"));
+  EXPECT_THAT(counts(),
+              HasSubstr("14 instances, 5 missing, 1 packet damaged, 7 events lost, 1 cut"));
   report.defects = {{.kind = DefectKind::sched_switch_gaps,
                      .severity = Severity::loss,
                      .count = 15,
                      .advice = {}}};
   EXPECT_THAT(counts(),
-              HasSubstr("14 runs, 15 gaps in the kernel's switches, 7 events lost, 1 cut"));
+              HasSubstr("14 instances, 15 gaps in context switches, 7 events lost, 1 cut"));
   report.trace.lost_events = 0;
   report.defects = {
       {.kind = DefectKind::host_gap, .severity = Severity::loss, .count = 1, .advice = {}}};
-  EXPECT_THAT(counts(), HasSubstr("14 runs, 1 gap not recorded, 1 cut"));
+  EXPECT_THAT(counts(), HasSubstr("14 instances, 1 gap not recorded, 1 cut"));
 }
 
 TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
@@ -323,9 +326,9 @@ TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
     specified.verify.spec = &spec;
     return screen_of(report, {}, {}, specified);
   };
-  EXPECT_THAT(of(1'008'309), HasSubstr("1.008ms   1.008ms   1.008ms     0       -\n"));
-  EXPECT_THAT(of(1'008'308), HasSubstr("1.008ms   1.008ms   1.008ms    >0       -\n"));
-  EXPECT_THAT(of(700'000), HasSubstr("1.008ms   1.008ms   700.0us     6       -\n"));
+  EXPECT_THAT(of(1'008'309), HasSubstr("1.008ms   1.008ms   1.008ms     0"));
+  EXPECT_THAT(of(1'008'308), HasSubstr("1.008ms   1.008ms   1.008ms    >0"));
+  EXPECT_THAT(of(700'000), HasSubstr("1.008ms   1.008ms   700.0us     6"));
 }
 
 // The second host booted 8 s after the first one, whose clock the recording's begin is of.
@@ -335,9 +338,11 @@ TEST(ReportScreen, OfSeveralHostsTellsTimesByOneClock) {
   report.hosts[0].shift = {8'000'000'000};
   auto later = usual_context();
   later.verify.worst_runs[0].start = {983'001'500'000 - 8'000'000'000};
-  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later), HasSubstr("run 3 at +1.500 ms: "));
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later),
+              HasSubstr("instance 3 at +1.500 ms: "));
   later.verify.worst_runs[0].start.ns -= 2'000'000;
-  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later), HasSubstr("run 3 at -500.0 us: "))
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later),
+              HasSubstr("instance 3 at -500.0 us: "))
       << "before the other one's record began";
 }
 
@@ -369,12 +374,14 @@ TEST(ReportScreen, SaysHowLongARunThatDidNotEndHasBeenOpen) {
   callback.longest_open = analysis::OpenRun{.seq = 7, .until_end = {200'000}};
   EXPECT_THAT(text(), Not(HasSubstr("did not end")));
   callback.response_deadline = analysis::Duration{100'000};
-  EXPECT_THAT(text(), HasSubstr("  did not end: plan timer 20 ms, run 7 began 200.0 us before the "
-                                "end (deadline 100.0 us)\n"));
+  EXPECT_THAT(text(),
+              HasSubstr("  did not end: plan timer 20 ms, instance 7 began 200.0 us before the "
+                        "end (deadline 100.0 us)\n"));
   callback.response_deadline.reset();
   callback.longest_open->until_end = {470'000'000};
-  EXPECT_THAT(text(), HasSubstr("  did not end: plan timer 20 ms, run 7 began 470.0 ms before the "
-                                "end\n"));
+  EXPECT_THAT(text(),
+              HasSubstr("  did not end: plan timer 20 ms, instance 7 began 470.0 ms before the "
+                        "end\n"));
 }
 
 TEST(ReportScreen, TellsWhatNeverRanFromWhatRanUnseen) {
@@ -384,7 +391,7 @@ TEST(ReportScreen, TellsWhatNeverRanFromWhatRanUnseen) {
   report.callbacks[3].logical_id = "/a/plan@Service(/asked)";
   report.callbacks[3].runs_not_seen = 50;
   EXPECT_THAT(screen_of(report, {}, {.columns = 200}),
-              HasSubstr("  no run seen: 1 callback: plan <= /asked\n"
+              HasSubstr("  no instance seen: 1 callback: plan <= /asked\n"
                         "  never ran: 1 callback: plan <= /never called\n"));
 }
 
@@ -393,9 +400,9 @@ TEST(ReportScreen, OfAWindowWithinARunSaysThatNoWholeOneWasSeen) {
   report.callbacks = {report.callbacks[2]};
   EXPECT_THAT(screen_of(report, {}), HasSubstr("  no callback ran\n"));
   report.callbacks[0].runs_not_seen = 1;
-  EXPECT_THAT(screen_of(report, {}), HasSubstr("  no run of a callback was seen\n"));
+  EXPECT_THAT(screen_of(report, {}), HasSubstr("  no instance of a callback was seen\n"));
   report.callbacks[0].cut = 1;
-  EXPECT_THAT(screen_of(report, {}), AllOf(HasSubstr("no whole run of a callback was seen\n"),
+  EXPECT_THAT(screen_of(report, {}), AllOf(HasSubstr("no whole instance of a callback was seen\n"),
                                            HasSubstr("   0+1"), Not(HasSubstr("never ran"))));
 }
 

@@ -178,7 +178,7 @@ TEST(ReportText, TellsWhatNeverRanFromWhatRanUnseen) {
   report.callbacks[3].logical_id = "/b@Service(/asked before)";
   report.callbacks[3].runs_not_seen = 50;
   const auto text = report_text_of(report);
-  EXPECT_THAT(text, HasSubstr("  no run seen                1 of 4  callbacks\n"
+  EXPECT_THAT(text, HasSubstr("  no instance seen           1 of 4  callbacks\n"
                               "  never ran                  1 of 4  callbacks\n"));
   EXPECT_THAT(text, HasSubstr("1 callback ran, but in nothing of what was recorded\n"
                               "  /b@Service(/asked before)\n"));

@@ -25,7 +25,7 @@ TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
   worst.execution = analysis::Duration{2'350'000};
   EXPECT_THAT(
       screen_of(shared_report(), {}, {.columns = 200}, blocked),
-      HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 50.00 us blocked, 2.350 ms in "
+      HasSubstr("instance 3 at +1.500 ms: 100.0 us waiting to start, 50.00 us blocked, 2.350 ms in "
                 "the callback itself (of 2.500 ms)\n"));
 }
 
@@ -36,9 +36,10 @@ TEST(ReportScreen, WaitingForACpuIsNotTheCallbacksOwnWork) {
   worst.start_latency = analysis::Duration{100'000};
   worst.wake_delay = analysis::Duration{2'300'000};
   worst.execution = analysis::Duration{100'000};
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, woken),
-              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.300 ms waiting for a CPU "
-                        "after it was woken (of 2.500 ms)\n"));
+  EXPECT_THAT(
+      screen_of(shared_report(), {}, {.columns = 200}, woken),
+      HasSubstr("instance 3 at +1.500 ms: 100.0 us waiting to start, 2.300 ms waiting for a CPU "
+                "after it was woken (of 2.500 ms)\n"));
 }
 
 TEST(ReportScreen, WithoutTheKernelsEventsNobodyKnowsWhatTheRunDid) {
@@ -46,9 +47,10 @@ TEST(ReportScreen, WithoutTheKernelsEventsNobodyKnowsWhatTheRunDid) {
   auto& worst = alone.verify.worst_runs[0];  // of 2.5 ms
   worst.preempted.reset();
   worst.start_latency = analysis::Duration{100'000};
-  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, alone),
-              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.400 ms from start to end "
-                        "(of 2.500 ms)\n"));
+  EXPECT_THAT(
+      screen_of(shared_report(), {}, {.columns = 200}, alone),
+      HasSubstr("instance 3 at +1.500 ms: 100.0 us waiting to start, 2.400 ms from start to end "
+                "(of 2.500 ms)\n"));
 }
 
 TEST(ReportScreen, NamesNoWorstRunOfAReleaseThatNothingProved) {
@@ -72,10 +74,10 @@ TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
   worst.start_latency = analysis::Duration{2'400'000};
   worst.behind = {.callback = shared_report().callbacks[0].index, .time = {2'000'000}};
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
-              HasSubstr("run 3 at +1.500 ms: 2.000 ms of 2.500 ms behind plan timer 20 ms\n"));
+              HasSubstr("instance 3 at +1.500 ms: 2.000 ms of 2.500 ms behind plan timer 20 ms\n"));
   worst.behind->time = {1'200'000};  // less than half of it all
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
-              HasSubstr("run 3 at +1.500 ms: 2.400 ms waiting to start"));
+              HasSubstr("instance 3 at +1.500 ms: 2.400 ms waiting to start"));
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST(SchedulabilityText, SaysOfHowManyRunsAnExecutionTimeIs) {
   EXPECT_THAT(text_of(report), Not(HasSubstr("Measured in part")));
   callback.runs_measured = 1;
   EXPECT_THAT(text_of(report), HasSubstr("Measured in part, for holes in the kernel's record\n"
-                                         "  /plan@Timer(1): C of 1 of 8 runs\n"));
+                                         "  /plan@Timer(1): C of 1 of 8 instances\n"));
   callback.execution->source = ParameterSource::declared;
   EXPECT_THAT(text_of(report), Not(HasSubstr("Measured in part")));
 }
@@ -270,8 +270,9 @@ TEST_F(SchedulabilityScreen, NamesTheWorstFirstAndSaysWhyAndWhatNext) {
   EXPECT_THAT(shown[kFirstRow + 1], MatchesRegex("  n21 timer 10 ms +NO +10.00ms +20.00ms .*"));
   EXPECT_THAT(shown[kFirstRow + 2], MatchesRegex("  n20 timer 10 ms +NO +10.00ms +15.00ms .*"));
   EXPECT_THAT(shown[kFirstRow + 3], MatchesRegex("  n0 timer 10 ms +yes .*"));
-  EXPECT_THAT(shown, Contains("  worst: n33 timer 10 ms, run 12: 15.00 ms waiting to start (of "
-                              "17.67 ms)"));
+  EXPECT_THAT(shown,
+              Contains("  worst: n33 timer 10 ms, instance 12: 15.00 ms waiting to start (of "
+                       "17.67 ms)"));
   EXPECT_THAT(shown, Contains(StartsWith("  -> shorten it or what is as urgent")));
   EXPECT_THAT(shown, Contains("  no bound: n33 timer 10 ms: it may run on 2 CPUs"));
   EXPECT_THAT(shown, Contains(HasSubstr("cie analyze schedulability run1 --all")));

@@ -56,8 +56,8 @@ TEST(VerifyScreen, OfATerminalOf80Columns) {
                 "  undecided\n"
                 "     T4  1 process  no run_end: the process was interrupted\n"
                 "  → give each callback a callback group of its own\n"
-                "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 runs, nothing\n"
-                "  lost, 1 cut or never ended\n"
+                "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 instances,\n"
+                "  nothing lost, 1 cut or never ended\n"
                 "  evidence: cie verify 'recordings/run 1' --only M2 --all\n"
                 "  rule: cie verify --explain M2    look: cie view 'recordings/run 1'\n");
 }
@@ -72,7 +72,7 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
           "  undecided\n"
           "     T4  1 process  no run_end: the process was interrupted\n"
           "  → give each callback a callback group of its own\n"
-          "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 runs, nothing lost, 1 cut "
+          "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 instances, nothing lost, 1 cut "
           "or never ended\n"
           "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify --explain "
           "M2\n"
@@ -97,7 +97,7 @@ TEST(VerifyScreen, OfAPassIsWhatWasChecked) {
   };
   EXPECT_EQ(screen_of({.verdict = Verdict::pass, .rules = {passing("M2"), passing("M3")}}, report),
             "PASS  run 1: 1 of 1 callback had a thread of its own\n"
-            "  2 rules pass; 7 runs, nothing lost\n");
+            "  2 rules pass; 7 instances, nothing lost\n");
 }
 
 TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
@@ -128,7 +128,7 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
             "  S3 S4  2 threads  e.g. thread 1 is unknown\n"
             "  M9     1 thread   /b@Timer(1) is unknown\n"
             "  -> where these rules may stay undecided: --inconclusive=warn exits with 0\n"
-            "  2 rules pass, 3 undecided; 14 runs, nothing lost, 1 cut or never ended\n"
+            "  2 rules pass, 3 undecided; 14 instances, nothing lost, 1 cut or never ended\n"
             "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify "
             "--explain S3\n"
             "  look: cie view 'recordings/run 1'\n");
@@ -213,11 +213,11 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
   report.callbacks[0].response_deadline = analysis::Duration{100'000};
   report.callbacks[0].late = 5;
   EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
-              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 instances\n"
                          "  R3 deadline                    1 of 1 callback missed deadlines\n"
                          "     plan timer 20 ms  late 5 of 7, up to 289.4 us > 100.0 us "
                          "(app.yaml:7)\n"
-                         "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
+                         "     worst: instance 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
                          "preempted by cc1plus (of 289.4 us)\n"));
 }
 
@@ -257,7 +257,7 @@ TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
       HasSubstr(
           "  R3 deadline                    2 of 2 callbacks missed deadlines, by ratio\n"
           "     lidar <- /sensing/lidar/top/points_raw  late 2 of 7, up to 45.89 ms > 10.00 ms\n"
-          "     worst: run 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
+          "     worst: instance 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
           "     plan timer 20 ms                        late 5 of 7, up to 54.39 ms > 50.00 ms\n"));
 }
 

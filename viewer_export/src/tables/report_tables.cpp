@@ -391,7 +391,7 @@ std::string callback_tables(const Report& report, const analysis::VerdictReport*
       "Callbacks", report, that_ran, style,
       [] {
         return TextTable({{"", "callback", TextTable::Align::left},
-                          {"", "runs"},
+                          {"", "count"},
                           {"", "every"},
                           {"response", "time p50", TextTable::Align::right, 2},
                           {"response", "time p99"},

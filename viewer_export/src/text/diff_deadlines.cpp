@@ -70,7 +70,7 @@ std::string lateness_words(const std::vector<const CallbackChange*>& changes,
       return paint(fmt::format("{} of {}", all.late, all.instances),
                    all.late > 0 ? Look::bad : Look::good, painted);
     };
-    return fmt::format("Late: {} runs before, {} after;{}{} {} a deadline", share(before),
+    return fmt::format("Late: {} instances before, {} after;{}{} {} a deadline", share(before),
                        share(after), gap, counted(changes.size(), "callback"),
                        changes.size() == 1 ? "has" : "have");
   };

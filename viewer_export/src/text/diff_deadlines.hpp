@@ -17,7 +17,7 @@ namespace cie::viewer_export {
 std::vector<const analysis::CallbackChange*> with_deadline(
     const std::vector<analysis::CallbackChange>& changes);
 
-// "Late: 96 of 970 runs before, 0 of 968 after; 19 callbacks have a deadline".
+// "Late: 96 of 970 instances before, 0 of 968 after; 19 callbacks have a deadline".
 std::string lateness_words(const std::vector<const analysis::CallbackChange*>& changes,
                            const TextStyle& style);
 

@@ -100,7 +100,7 @@ void add_absences(NameLists& lists, const TextStyle& style) {
   };
   const auto runs = [](const CallbackChange& change) {
     return fmt::format(" ({} before)",
-                       counted(change.instances_before + change.incomplete_before, "run"));
+                       counted(change.instances_before + change.incomplete_before, "instance"));
   };
   lists.say("is gone", Look::bad, has(Absence::gone, true));
   lists.say("is gone from processes", Look::bad, has(Absence::gone_from_process, true), processes);
@@ -122,7 +122,7 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
               " ({})", before_to_after((c.*before).value_or(0), (c.*after).value_or(0), style));
         });
   };
-  say("more runs end by an exception", &CallbackChange::exceptions,
+  say("more instances end by an exception", &CallbackChange::exceptions,
       &CallbackChange::exceptions_before, &CallbackChange::exceptions_after);
   say("more samples are lost", &CallbackChange::lost, &CallbackChange::lost_before,
       &CallbackChange::lost_after);
@@ -143,7 +143,7 @@ Lines record_lines(const analysis::Comparison& comparison, ListLength length,
   std::string incomplete;
   const auto add = [&](const analysis::ComparedRecord& record, const char* side) {
     if (!record.losses.empty()) {
-      say(fmt::format("{} lacks runs: {}", side, losses_in_words(record.losses)));
+      say(fmt::format("{} lacks instances: {}", side, losses_in_words(record.losses)));
     } else if (!record.is_complete) {
       incomplete += (incomplete.empty() ? "" : " and ") + std::string(side);
     }
@@ -161,12 +161,13 @@ Lines structural_changes(const std::vector<CallbackChange>& changes, const Callb
   lists.say("is new", Look::plain, [](const auto& c) { return !c.is_before; });
   lists.say("no longer has a thread of its own", Look::bad,
             [](const auto& c) { return c.lost_isolation; });
-  lists.say("has a run that never ends", Look::bad, [](const auto& c) { return c.never_ends; });
+  lists.say("has an instance that never ends", Look::bad,
+            [](const auto& c) { return c.never_ends; });
   add_worse_counts(lists, style);
   lists.say(
       "runs less than half as often", Look::doubtful, [](const auto& c) { return c.runs_less; },
       [&style](const CallbackChange& c) {
-        return fmt::format(" ({} runs)",
+        return fmt::format(" ({} instances)",
                            before_to_after(c.instances_before, c.instances_after, style));
       });
   return lists.take();

@@ -18,7 +18,7 @@ constexpr std::size_t kDiffLabel = 11;  // columns of what a fact is about
 // Whether lists are as long as they are, or shortened for a screen.
 enum class ListLength : bool { screen, whole };
 
-// "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325"; none for complete records.
+// "  record     after lacks instances: damaged-packets x 2, seq-gaps x 325"; none for complete records.
 Lines record_lines(const analysis::Comparison& comparison, ListLength length,
                    const TextStyle& style);
 

@@ -110,7 +110,8 @@ std::string kinds_of_regression(const std::vector<CallbackChange>& changes) {
   add("gone", is_absent(Absence::gone));
   add("gone from processes", is_absent(Absence::gone_from_process));
   add("never running any more", is_absent(Absence::never_runs));
-  add("with a run that never ends", [](const CallbackChange& change) { return change.never_ends; });
+  add("with an instance that never ends",
+      [](const CallbackChange& change) { return change.never_ends; });
   add("with more exceptions", is_worse(&CallbackChange::exceptions));
   add("with more lost samples", is_worse(&CallbackChange::lost));
   add("with more overwritten samples", is_worse(&CallbackChange::overwritten));

@@ -137,7 +137,7 @@ Lines missing_of(const analysis::Report& report) {
        {DefectKind::unseen_process, "process", "not recorded"},
        {DefectKind::unseen_chunk, "chunk", "missing"},
        {DefectKind::unseen_kernel, "kernel record", "missing"},
-       {DefectKind::sched_switch_gaps, "gap", "in the kernel's switches"},
+       {DefectKind::sched_switch_gaps, "gap", "in context switches"},
        {DefectKind::cpus_not_recorded, "CPU", "not recorded"},
        {DefectKind::publish_gaps, "publication", "missing"},
        {DefectKind::ends_without_start, "start", "missing"},
@@ -158,11 +158,11 @@ Lines missing_of(const analysis::Report& report) {
 }  // namespace
 
 std::string counts_of_runs(const analysis::Report& report) {
-  std::uint64_t runs = 0;
+  std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;
   std::uint64_t thrown = 0;
   for (const auto& callback : report.callbacks) {
-    runs += callback.instances;
+    instances += callback.instances;
     incomplete += callback.partly_seen();
     thrown += callback.exceptions.value_or(0);
   }
@@ -171,11 +171,11 @@ std::string counts_of_runs(const analysis::Report& report) {
   if (!lost) missing.emplace_back("whole packets lost");
   if (lost.value_or(0) > 0) missing.push_back(counted(*lost, "event") + " lost");
   if (missing.empty()) missing.emplace_back("nothing lost");
-  auto text = counted(runs, "run");
+  auto text = counted(instances, "instance");
   for (const auto& part : missing)
     text += ", " + part;
   if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
-  if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "run"));
+  if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "instance"));
   return text;
 }
 

@@ -42,7 +42,7 @@ class Headline {
   const TextStyle& style_;
 };
 
-// "1558 runs, nothing lost, 2 cut or never ended"; "1553 runs, 5 missing": what the trace shows to be
+// "1558 instances, nothing lost, 2 cut or never ended"; "1553 instances, 5 missing": what the trace shows to be
 // missing is told whether or not the tracer counted it.
 std::string counts_of_runs(const analysis::Report& report);
 // "spec: 2 of 5 callbacks not in the recording: /a/plam@Timer(20000000) (app.yaml:2), …", with the ids

@@ -139,7 +139,7 @@ class ReportScreen {
     return lines;
   }
 
-  // "3.186 s on vm: 2 processes, isolated executor; 26 callbacks, 1568 runs, nothing lost".
+  // "3.186 s on vm: 2 processes, isolated executor; 26 callbacks, 1568 instances, nothing lost".
   std::string recorded() const {
     constexpr std::size_t kNamed = 3;
     auto text = length_of(report_, kNamed);
@@ -166,7 +166,7 @@ class ReportScreen {
     using Align = TextTable::Align;
     std::vector<TextTable::Column> columns{
         {"", "callback", Align::left},
-        {"", "runs", Align::right, 1},
+        {"", "count", Align::right, 1},
         {"", "every", Align::right, 4},
         {has_durations_alone_ ? "duration" : "response time", "p50", Align::right, 3, true},
         {"", "p99", Align::right, 2, true},
@@ -353,7 +353,7 @@ class ReportScreen {
     append(lines, counts("samples lost", &CallbackReport::lost_samples));
     append(lines, counts("samples overwritten", &CallbackReport::overwritten_samples));
     append(lines, open_runs());
-    append(lines, without_runs("no run seen", [](const CallbackReport& callback) {
+    append(lines, without_runs("no instance seen", [](const CallbackReport& callback) {
              return !callback.has_run() && !callback.never_ran();
            }));
     append(lines, without_runs("never ran", &CallbackReport::never_ran));
@@ -408,8 +408,8 @@ class ReportScreen {
     if (longest == nullptr) return {};
     const auto seq = longest->longest_open->seq;
     const auto until_end = longest->longest_open->until_end;
-    auto text = fmt::format("{}, run {} began {} before the end", judged_.names.of(*longest), seq,
-                            format_duration(until_end.ns));
+    auto text = fmt::format("{}, instance {} began {} before the end", judged_.names.of(*longest),
+                            seq, format_duration(until_end.ns));
     if (const auto& deadline = longest->response_deadline)
       text += fmt::format(" (deadline {})", format_duration(deadline->ns));
     return paragraph("  did not end: ", text, 2, style_);

@@ -229,7 +229,7 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
                    style.columns, kNames - 2);
   }
   for (const auto& [count, what] :
-       {std::pair(unseen, "no run seen"), std::pair(idle, "never ran")}) {
+       {std::pair(unseen, "no instance seen"), std::pair(idle, "never ran")}) {
     if (count == 0) continue;
     text += fmt::format("  {:<22}{:>11}  callbacks\n", what, fmt::format("{} of {}", count, all));
   }

@@ -137,7 +137,7 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
       filled(
           "R bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
           "declared, the rest was measured and holds for what this recording saw. C holds the longest "
-          "time that a run was blocked, too, where that was measured. Interrupts and the kernel's own work are not in R: where it was exceeded, a deadline is met if R and "
+          "time that an instance was blocked, too, where that was measured. Interrupts and the kernel's own work are not in R: where it was exceeded, a deadline is met if R and "
           "what explains the excess are within it together. "
           "Before a name, MISSED, NO (not guaranteed), ? (undecided) and yes say whether its deadline is met, and "
           "ABOVE R that nothing explains an excess. --format json has all callbacks.",
@@ -149,7 +149,7 @@ std::string notes(const SchedulabilityReport& report, const TextStyle& style) {
   return text;
 }
 
-// Of a callback: "C of 1 of 8 runs".
+// Of a callback: "C of 1 of 8 instances".
 std::string measured_in_part(const SchedulabilityReport& report, const Titles& titles,
                              const TextStyle& style) {
   std::string text;
@@ -158,7 +158,7 @@ std::string measured_in_part(const SchedulabilityReport& report, const Titles& t
                             callback.execution->source == analysis::ParameterSource::measured;
     if (!is_in_part) continue;
     text += filled(fmt::format("  {}: C of {} of {}", titles.of(callback), callback.runs_measured,
-                               counted(callback.runs, "run")),
+                               counted(callback.runs, "instance")),
                    style.columns, 4);
   }
   return titled("Measured in part, for holes in the kernel's record", text, style);

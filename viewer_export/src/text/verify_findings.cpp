@@ -114,7 +114,8 @@ std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) 
   return text;
 }
 
-// By name if that tells it from the callback's others.
+// "2 threads: 21 on pool-1, 19 on 4008": how many instances on each, which is told by its name where
+// that tells it from the callback's others.
 std::string runs_on_threads(const CallbackReport& callback) {
   auto threads = callback.threads;
   std::ranges::stable_sort(threads, std::ranges::greater{}, &analysis::CallbackThread::instances);
@@ -125,9 +126,7 @@ std::string runs_on_threads(const CallbackReport& callback) {
         !thread.name.empty() &&
         std::ranges::count(threads, thread.name, &analysis::CallbackThread::name) == 1;
     const auto name = is_told ? printable(thread.name) : fmt::format("{}", thread.tid);
-    text +=
-        i == 0 ? ": " + counted(thread.instances, "run") : fmt::format(", {}", thread.instances);
-    text += " on " + name;
+    text += fmt::format("{}{} on {}", i == 0 ? ": " : ", ", thread.instances, name);
   }
   return text;
 }
@@ -218,7 +217,7 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
     const auto missed = *callback->missed_releases;
     return {.weight = static_cast<double>(missed),
             .detail = fmt::format("{} skipped, {}", counted(missed, "period"),
-                                  counted(callback->instances, "run")),
+                                  counted(callback->instances, "instance")),
             .of_one = {}};
   }
   double weight = 0;
@@ -391,10 +390,10 @@ std::string isolation_fact(const analysis::Report& report) {
                    callbacks_with(report, Isolation::never_ran);
   if (ran == 0) {
     if (std::ranges::any_of(report.callbacks, &analysis::CallbackReport::has_run))
-      return "no whole run of a callback was seen";
+      return "no whole instance of a callback was seen";
     return std::ranges::all_of(report.callbacks, &analysis::CallbackReport::never_ran)
                ? "no callback ran"
-               : "no run of a callback was seen";
+               : "no instance of a callback was seen";
   }
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0) {
     return share_of_callbacks(shared, ran) +
@@ -436,7 +435,8 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
   for (const auto& callback : judged.report.callbacks) {
     if (const auto lateness = analysis::Lateness::of(callback)) instances += lateness->instances;
   }
-  return late == 0 ? text : fmt::format("{}: late {} of {}", text, late, counted(instances, "run"));
+  return late == 0 ? text
+                   : fmt::format("{}: late {} of {}", text, late, counted(instances, "instance"));
 }
 
 std::string remedy_of(const Judged& judged, const Finding& finding) {

@@ -14,10 +14,10 @@ namespace {
 
 using analysis::Duration;
 
-// "run 140 at +1.466 s" after the recording's begin, which is a time of one host's clock; with a
+// "instance 140 at +1.466 s" after the recording's begin, which is a time of one host's clock; with a
 // window, which begins later, "at +1.466 s of the recording".
 std::string title_of(const Judged& judged, const WorstRun& worst) {
-  auto text = fmt::format("run {}", worst.seq);
+  auto text = fmt::format("instance {}", worst.seq);
   const auto* callback = judged.rows.find(worst.callback);
   const auto begin = judged.report.trace.zero();
   if (!begin || callback == nullptr) return text;

@@ -9,7 +9,7 @@ namespace cie::viewer_export {
 
 // Null: none of its runs was noted.
 const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackReport& callback);
-// "run 140 at +1.466 s: 376.0 us waiting to start (of 423.0 us)"; empty where nothing of it was.
+// "instance 140 at +1.466 s: 376.0 us waiting to start (of 423.0 us)"; empty where nothing of it was.
 std::string where_time_went(const Judged& judged, const WorstRun& worst);
 
 }  // namespace cie::viewer_export
