@@ -73,7 +73,7 @@ struct ProcessFacts {
   Timestamp last_begin{};                // last run_begin seen
   std::optional<EventRef> first_seen{};  // any event of this pid
   std::optional<EventRef> last_seen{};
-  std::uint64_t announcements = 0;  // run_begin of moment announce
+  std::uint64_t announcements = 0;               // run_begin of moment announce
   std::optional<std::int64_t> announcing_tid{};  // that told the last of them, and what followed
   bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
   std::string name{};           // command name where known
