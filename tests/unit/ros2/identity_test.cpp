@@ -174,6 +174,28 @@ TEST(Ros2Identity, AReusedObjectIsNotTakenForTheOldOneWhenItsCallbackComesFirst)
   EXPECT_EQ(result.durations(), "/rviz@Subscription(/path): 1 of 2 to 2\n");
 }
 
+// The address goes on to /path, and the handle that it was of to /scan.
+TEST(Ros2Identity, AnAddressIsNoLongerThatOfTheHandleWhichHadItBefore) {
+  const auto made = [](int time, const std::string& topic, const std::string& handle,
+                       const std::string& object, const std::string& callback) {
+    const auto at = '\n' + std::to_string(time) + ' ';
+    return at +
+           "rcl_subscription_init node_handle=0x10 queue_depth=1 subscription_handle=" + handle +
+           " topic_name=" + topic + at + "rclcpp_subscription_init subscription_handle=" + handle +
+           " subscription=" + object + at +
+           "rclcpp_subscription_callback_added subscription=" + object + " callback=" + callback;
+  };
+  const auto result = analyze_ros2("0 rcl_node_init node_handle=0x10 node_name=rviz namespace=/" +
+                                   made(1, "/map", "0x20", "0x40", "0x50") +
+                                   made(2, "/path", "0x21", "0x41", "0x50") + R"(
+    10 callback_start callback=0x50
+    11 callback_end callback=0x50)" +
+                                   made(20, "/scan", "0x20", "0x42", "0x51") + R"(
+    30 callback_start callback=0x50
+    33 callback_end callback=0x50)");
+  EXPECT_EQ(result.durations(), "/rviz@Subscription(/path): 2 of 1 to 3\n");
+}
+
 TEST(Ros2Identity, EqualNamesAreNumberedInOrderOfCreation) {
   const auto result = analyze_ros2(R"(
     0 rcl_node_init node_handle=0x10 node_name=a namespace=/

@@ -284,7 +284,9 @@ class Directory {
   // The address will be one of another callback.
   Binding& take_over(Address address, const Telling& telling);
   void release(Address address, Binding& binding);
-  // Until it is taken over.
+  // Its handle has it no more; that handle. 0: none had it.
+  Address let_go(Address address, Binding& binding);
+  // Until it is let go.
   void hold(Address address, Binding& binding, Address handle);
   // By the object that its callback belongs to.
   void hold_by(Object& object, Address address, Binding& binding, const Telling& telling);

@@ -87,7 +87,9 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
-  auto& binding = bindings_[address] = Binding{.told_after = losses_};
+  auto& binding = bindings_[address];
+  let_go(address, binding);
+  binding = Binding{.told_after = losses_};
   auto& entity = entities_[handle];
   if (!entity.is_announced) entity.kind = kind;
   bind(address, binding, handle);
@@ -155,7 +157,11 @@ bool Directory::has_run(const Callback* callback, const Telling& telling) noexce
 Directory::Binding& Directory::take_over(Address address, const Telling& telling) {
   forget(address);
   auto& binding = bindings_[address];
-  if (telling.repeats && telling.made) release(address, binding);
+  if (telling.repeats && telling.made) {
+    release(address, binding);
+  } else {
+    let_go(address, binding);
+  }
   auto* const ran = has_run(binding.ran, telling) ? binding.ran : nullptr;
   Binding next{.callback = ran, .ran = ran, .made = telling.made, .told_after = losses_};
   if (telling.repeats && telling.made) {  // of its symbols the last one may be told first
@@ -168,10 +174,9 @@ Directory::Binding& Directory::take_over(Address address, const Telling& telling
 
 // What ran there unnamed goes with the address, unless it was told under the name that it had until now.
 void Directory::release(Address address, Binding& binding) {
-  const auto handle = std::exchange(binding.handle, 0);
+  const auto handle = let_go(address, binding);
   if (handle == 0) return;
   auto& entity = entities_[handle];
-  std::erase(entity.addresses, address);
   binding.callback = binding.ran;
   auto* const ran = binding.ran;
   if (ran == nullptr || entity.callback != ran || ran->is_told) return;
@@ -179,6 +184,12 @@ void Directory::release(Address address, Binding& binding) {
   entity.callback = nullptr;
   for (const auto other : entity.addresses)
     bind(other, bindings_[other], handle);
+}
+
+Address Directory::let_go(Address address, Binding& binding) {
+  const auto handle = std::exchange(binding.handle, 0);
+  if (handle != 0) std::erase(entities_[handle].addresses, address);
+  return handle;
 }
 
 void Directory::hold(Address address, Binding& binding, Address handle) {
