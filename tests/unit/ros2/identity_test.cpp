@@ -140,6 +140,39 @@ TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
   EXPECT_EQ(callback.instances, 1U);
 }
 
+// Those of a LifecycleNode, which is loaded again.
+TEST(Ros2Identity, AServiceThatIsRegisteredAgainIsAnotherOne) {
+  const auto result = analyze_ros2(R"(
+    0 rclcpp_service_callback_added service_handle=0x20 callback=0x30
+    10 callback_start callback=0x30
+    14 callback_end callback=0x30
+    20 rclcpp_service_callback_added service_handle=0x20 callback=0x30
+    30 callback_start callback=0x30
+    37 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "?@Service(?): 1 of 4 to 4\n?@Service(?)#2: 1 of 7 to 7\n");
+}
+
+// Whichever of the two was announced.
+TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsNotTheOneThatHadItBeforeNorAfter) {
+  const std::string node = "0 rcl_node_init node_handle=0x10 node_name=n namespace=/\n";
+  const std::string init =
+      " rcl_service_init service_handle=0x20 node_handle=0x10 service_name=/s\n";
+  const auto added = [](int time, const std::string& callback) {
+    return std::to_string(time) +
+           " rclcpp_service_callback_added service_handle=0x20 callback=" + callback + '\n';
+  };
+  const std::string first_runs = "10 callback_start callback=0x30\n14 callback_end callback=0x30\n";
+  const std::string second_runs = "30 callback_start callback=0x31\n37 callback_end callback=0x31";
+  EXPECT_EQ(analyze_ros2(node + "1" + init + added(2, "0x30") + first_runs + added(20, "0x31") +
+                         second_runs)
+                .durations(),
+            "/n@Service(/s): 1 of 4 to 4\n?@Service(?): 1 of 7 to 7\n");
+  EXPECT_EQ(analyze_ros2(node + added(2, "0x30") + first_runs + "19" + init + added(20, "0x31") +
+                         second_runs)
+                .durations(),
+            "?@Service(?): 1 of 4 to 4\n/n@Service(/s): 1 of 7 to 7\n");
+}
+
 TEST(Ros2Identity, AnAddressThatIsUsedAgainIsAnotherCallback) {
   const auto result = analyze_ros2(R"(
     0 rcl_node_init node_handle=0x10 node_name=rviz namespace=/

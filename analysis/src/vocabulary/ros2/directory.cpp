@@ -126,7 +126,9 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
   if (is_of_former(telling, entity)) return nullptr;
   const bool is_same = telling.repeats && entity.is_announced && entity.kind == described.kind &&
                        entity.source == described.source && entity.period_ns == described.period_ns;
-  if (!is_same) leave_former(handle, entity, telling);
+  // A tracer that repeats nothing tells of what is made now, before it says anything else of that.
+  const bool is_first = telling.repeats && !entity.is_announced;
+  if (!is_same) leave_former(handle, entity, telling, is_first);
   entity.kind = described.kind;
   entity.source = described.source;
   entity.period_ns = described.period_ns;
@@ -139,8 +141,8 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
 
 // What was told of a handle belongs to what is told to have it now if it was made since; where that is
 // not told, if nothing had the handle before.
-void Directory::leave_former(Address handle, Entity& entity, const Telling& telling) {
-  const bool is_first = !entity.is_announced;
+void Directory::leave_former(Address handle, Entity& entity, const Telling& telling,
+                             bool is_first) {
   const auto is_its = [&telling, is_first](const Made& made) {
     return telling.repeats && telling.made && made ? *made >= *telling.made : is_first;
   };

@@ -280,7 +280,8 @@ class Directory {
   }
   // Null: another one has the handle since.
   Entity* renew(Address handle, const Entity& described, const Telling& telling);
-  void leave_former(Address handle, Entity& entity, const Telling& telling);
+  // `is_first`: nothing is known to have had the handle before.
+  void leave_former(Address handle, Entity& entity, const Telling& telling, bool is_first);
   // The address will be one of another callback.
   Binding& take_over(Address address, const Telling& telling);
   void release(Address address, Binding& binding);

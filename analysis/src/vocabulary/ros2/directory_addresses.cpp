@@ -75,13 +75,15 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
   if (const auto bound = bindings_.find(callback); bound != bindings_.end()) {
     auto& binding = bound->second;
     if (is_former(telling, binding.made)) return;
-    if (binding.callback != nullptr && entity.callback == binding.callback) {
+    const bool has_it = binding.callback != nullptr && entity.callback == binding.callback;
+    if (telling.repeats && has_it) {
       binding.made = telling.made;
       confirm(binding);
       return;
     }
   }
   auto& binding = take_over(callback, telling);
+  if (!telling.repeats && entity.callback != nullptr) leave_former(handle, entity, telling, false);
   entity.kind = kind;
   hold(callback, binding, handle);
 }
