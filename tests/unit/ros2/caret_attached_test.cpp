@@ -60,17 +60,23 @@ const Tellings kCaretNode{
            "add_callback_group callback_group_addr=0x91 "
            "group_type_name=mutually_exclusive")};
 
-// The callback runs before all that is told and behind it.
-Ros2Result told_by_caret(const Tellings& tellings, const std::string& callback) {
-  const auto run = [&callback](int time, int duration) {
-    return std::to_string(time) + " callback_start callback=" + callback + '\n' +
-           std::to_string(time + duration) + " callback_end callback=" + callback + '\n';
-  };
-  auto text = run(1000, 5);
-  int time = 2000;
+std::string run_of(const std::string& callback, int time, int duration) {
+  return std::to_string(time) + " callback_start callback=" + callback + '\n' +
+         std::to_string(time + duration) + " callback_end callback=" + callback + '\n';
+}
+
+// One each nanosecond.
+std::string told_from(int time, const Tellings& tellings) {
+  std::string text;
   for (const auto& telling : tellings)
     text += std::to_string(time++) + ' ' + telling + '\n';
-  return analyze_ros2(text + run(3000, 7));
+  return text;
+}
+
+// The callback runs before all that is told and behind it.
+Ros2Result told_by_caret(const Tellings& tellings, const std::string& callback) {
+  return analyze_ros2(run_of(callback, 1000, 5) + told_from(2000, tellings) +
+                      run_of(callback, 3000, 7));
 }
 
 // Kind by kind as CARET stores them: names of events in order of the alphabet.
@@ -179,6 +185,24 @@ TEST(Ros2CaretAttached, WhatIsToldAgainIsTheSame) {
   const auto all = kCaretNode + timer + subscription;
   EXPECT_EQ(told_by_caret(all + by_kind(all), "0x71").durations(),
             "/n@Subscription(/scan): 2 of 5 to 7\n");
+}
+
+// As rviz2 subscribes to a topic again.
+TEST(Ros2CaretAttached, WhatIsMadeAgainWhereItLayIsAnother) {
+  const auto runs = [](const auto& made) {
+    return analyze_ros2(told_from(60, kCaretNode) + told_from(100, made(100)) +
+                        run_of("0x71", 200, 5) + told_from(300, made(300)) + run_of("0x71", 400, 7))
+        .durations();
+  };
+  EXPECT_EQ(runs([](int time) { return subscription_made(time, "0x60", "0x70", "0x71", "/scan"); }),
+            "/n@Subscription(/scan): 1 of 5 to 5\n/n@Subscription(/scan)#2: 1 of 7 to 7\n");
+  EXPECT_EQ(runs([](int time) { return timer_made(time, "0x60", "0x71", 50); }),
+            "/n@Timer(50): 1 of 5 to 5\n/n@Timer(50)#2: 1 of 7 to 7\n");
+  EXPECT_EQ(runs([](int time) {
+              return Tellings{
+                  stored(time, "rclcpp_service_callback_added service_handle=0x60 callback=0x71")};
+            }),
+            "?@Service(?): 1 of 5 to 5\n?@Service(?)#2: 1 of 7 to 7\n");
 }
 
 TEST(Ros2CaretAttached, APublisherIsTheOneThatWasMadeLast) {

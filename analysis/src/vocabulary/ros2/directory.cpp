@@ -80,8 +80,9 @@ Node* Directory::node(NodeId id) {
 
 bool Directory::is_renewed(Publisher& known, std::string_view topic, const Telling& telling) {
   if (is_former(telling, known.made)) return false;
+  const bool is_same = is_repeated(telling, known.made) && known.topic == topic;
   known.made = telling.made;
-  return !telling.repeats || known.topic != topic;
+  return !is_same;
 }
 
 void Directory::add_publisher(Address handle, Address node, std::string_view topic,
@@ -124,8 +125,9 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
                                     const Telling& telling) {
   auto& entity = entities_[handle];
   if (is_of_former(telling, entity)) return nullptr;
-  const bool is_same = telling.repeats && entity.is_announced && entity.kind == described.kind &&
-                       entity.source == described.source && entity.period_ns == described.period_ns;
+  const bool is_same = is_repeated(telling, entity.made) && entity.is_announced &&
+                       entity.kind == described.kind && entity.source == described.source &&
+                       entity.period_ns == described.period_ns;
   // A tracer that repeats nothing tells of what is made now, before it says anything else of that.
   const bool is_first = telling.repeats && !entity.is_announced;
   if (!is_same) leave_former(handle, entity, telling, is_first);

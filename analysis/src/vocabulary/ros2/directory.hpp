@@ -263,6 +263,10 @@ class Directory {
   static bool is_former(const Telling& telling, const Made& known) noexcept {
     return telling.repeats && telling.made && known && *telling.made < *known;
   }
+  // It may have been told before: whatever was made when that was.
+  static bool is_repeated(const Telling& telling, const Made& known) noexcept {
+    return telling.repeats && (!telling.made || !known || *telling.made == *known);
+  }
   static bool is_of_former(const Telling& telling, const Entity& entity) noexcept {
     return entity.is_announced && is_former(telling, entity.made);
   }

@@ -41,7 +41,7 @@ void Directory::add_object_callback(Address object, Address callback, const Tell
   if (const auto bound = bindings_.find(callback); bound != bindings_.end()) {
     if (is_former(telling, bound->second.made)) return;
     const bool is_same = bound->second.handle != 0 && bound->second.object == object;
-    if (telling.repeats && is_same) {
+    if (is_same && is_repeated(telling, bound->second.made)) {
       bound->second.made = telling.made;
       confirm(bound->second);
       return;
@@ -72,18 +72,20 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
                                     const Telling& telling) {
   auto& entity = entities_[handle];
   if (is_of_former(telling, entity)) return;
+  bool is_another = !telling.repeats;
   if (const auto bound = bindings_.find(callback); bound != bindings_.end()) {
     auto& binding = bound->second;
     if (is_former(telling, binding.made)) return;
     const bool has_it = binding.callback != nullptr && entity.callback == binding.callback;
-    if (telling.repeats && has_it) {
+    if (has_it && is_repeated(telling, binding.made)) {
       binding.made = telling.made;
       confirm(binding);
       return;
     }
+    is_another = is_another || has_it;
   }
   auto& binding = take_over(callback, telling);
-  if (!telling.repeats && entity.callback != nullptr) leave_former(handle, entity, telling, false);
+  if (is_another && entity.callback != nullptr) leave_former(handle, entity, telling, false);
   entity.kind = kind;
   hold(callback, binding, handle);
 }
