@@ -172,6 +172,13 @@ TEST(Ros2CaretAttached, EqualIdsAreNumberedInOrderOfCreation) {
             2U);
 }
 
+TEST(Ros2CaretAttached, EqualIdsAreNumberedAlsoWhereTheirNodeIsToldLast) {
+  const auto first = timer_made(100, "0x60", "0x61", 50);
+  const auto second = timer_made(300, "0x62", "0x63", 50);
+  for (const auto& timers : {first + second, second + first})
+    EXPECT_EQ(told_by_caret(timers + kCaretNode, "0x63").callback("/n@Timer(50)#2").instances, 2U);
+}
+
 // What it tells while it records was made just now.
 TEST(Ros2CaretAttached, WhatIsMadeNowHasNotRunBefore) {
   const auto result = told_by_caret(kCaretNode + timer_made(1990, "0x60", "0x61", 50), "0x61");

@@ -63,14 +63,10 @@ void Directory::set_node(Entity& entity, Address node, const Telling& telling) c
   entity.node_handle = telling.repeats ? node : 0;
 }
 
-void Directory::find_node(const Callback& callback) {
-  const auto found = entities_.find(callback.handle);
-  if (found == entities_.end() || found->second.callback != &callback) return;
-  auto& entity = found->second;
-  if (entity.node_handle == 0) return;
-  entity.node = node_of(entity.node_handle, entity.node_made);
-  entity.is_node_unknown = !entity.node;
-  refresh(entity);
+void Directory::find_node(Callback& callback) const {
+  if (callback.node_handle == 0) return;
+  callback.node = node_of(callback.node_handle, callback.node_made);
+  callback.is_identified = callback.node && is_described(callback);
 }
 
 Node* Directory::node(NodeId id) {
@@ -303,6 +299,9 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   const bool is_timer = entity.kind == CallbackKind::timer;
   const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);
   callback.is_identified = entity.is_announced && !lacks_node;
+  callback.node_handle = entity.node_handle;
+  callback.node_made = entity.node_made;
+  find_node(callback);
 }
 
 void Directory::refresh(const Entity& entity) {

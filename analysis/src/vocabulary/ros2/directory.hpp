@@ -78,6 +78,8 @@ struct Callback {
   std::optional<Address> group{};
   Address handle = 0;  // rcl's; 0: not known
   Made made{};
+  Address node_handle = 0;     // which a tracer that repeats may tell of later
+  Made node_made{};            // when it was linked to that
   Timestamp unnamed_since{};   // if it ran before anything was said of its address
   bool is_identified = false;  // what its logical id is made of was told, as far as tracers do
   std::uint64_t releases = 0;
@@ -176,10 +178,10 @@ class Directory {
   std::optional<GroupId> group(Address address) const;
 
   // Of a callback that will be told: nodes may have been told of since it was described.
-  void find_node(const Callback& callback);
+  void find_node(Callback& callback) const;
   // `<node>@Subscription(<topic>)`, with #2, #3, … for those of the same name made later.
   // Asked for once, when the callback is told.
-  std::string logical_id(Callback& callback) const;
+  std::string logical_id(Callback& callback);
 
  private:
   // What a handle stands for: how its callback will be described.
@@ -307,6 +309,8 @@ class Directory {
   void set_node(Entity& entity, Address node, const Telling& telling) const;
   std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
+  // Its topic, service or period was told.
+  static bool is_described(const Callback& callback) noexcept;
 
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;

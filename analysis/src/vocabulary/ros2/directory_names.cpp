@@ -11,20 +11,26 @@ std::string_view Directory::node_name(const Callback& callback) const {
   return callback.node ? std::string_view(nodes_[to_number(*callback.node) - kFirstId].name) : "?";
 }
 
-std::string Directory::plain_id(const Callback& callback) const {
-  const bool is_timer = callback.kind == CallbackKind::timer;
-  const bool is_known = is_timer ? callback.period_ns.has_value() : !callback.source.empty();
-  const auto what = is_timer ? std::to_string(callback.period_ns.value_or(0)) : callback.source;
-  return cie::logical_id(node_name(callback), callback.kind.value_or(CallbackKind::waitable),
-                         is_known ? what : "?");
+bool Directory::is_described(const Callback& callback) noexcept {
+  return callback.kind == CallbackKind::timer ? callback.period_ns.has_value()
+                                              : !callback.source.empty();
 }
 
-std::string Directory::logical_id(Callback& callback) const {
+std::string Directory::plain_id(const Callback& callback) const {
+  const bool is_timer = callback.kind == CallbackKind::timer;
+  const auto what = is_timer ? std::to_string(callback.period_ns.value_or(0)) : callback.source;
+  return cie::logical_id(node_name(callback), callback.kind.value_or(CallbackKind::waitable),
+                         is_described(callback) ? what : "?");
+}
+
+std::string Directory::logical_id(Callback& callback) {
   auto text = plain_id(callback);
   const auto node = node_name(callback);  // several nodes may have it
-  const auto has_same_id = [&](const Callback& other) {
-    return other.kind == callback.kind && other.period_ns == callback.period_ns &&
-           other.source == callback.source && node_name(other) == node;
+  const auto has_same_id = [&](Callback& other) {
+    const bool is_alike = other.kind == callback.kind && other.period_ns == callback.period_ns &&
+                          other.source == callback.source;
+    if (is_alike && !other.is_told) find_node(other);
+    return is_alike && node_name(other) == node;
   };
   std::uint32_t number = 1;
   std::vector<std::uint32_t> told;
@@ -34,7 +40,7 @@ std::string Directory::logical_id(Callback& callback) const {
         names_late_ && callback.made && other.made && *callback.made != *other.made;
     return is_told_when ? *other.made < *callback.made : is_before;
   };
-  for (const auto& other : callbacks_) {
+  for (auto& other : callbacks_) {
     if (&other == &callback) {
       if (!names_late_) break;
       is_before = false;  // a later one may have been told first
