@@ -171,6 +171,7 @@ class Registry {
   void apply(const EventHead& head, const SchedProcessExit& event);
   void apply(const EventHead& head, const ProcessName& event);
   void apply(const EventHead& head, const Ros2Begin& event);
+  void apply(const EventHead& head, const LivedOn& event);
   void apply(const EventHead& head, const Ros2Tracer& event);
   void apply(const EventHead& head, const HiddenInit& event);
   void apply(const EventHead& head, const UnseenWriter& event);

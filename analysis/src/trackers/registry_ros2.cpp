@@ -10,6 +10,16 @@ void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
   if (!begin) begin = ref(head);
 }
 
+// Most events of ROS 2 mean nothing by themselves, and are not seen here.
+void Registry::apply(const EventHead& head, const LivedOn& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& first = *model_.processes[at(*process)].first_seen;
+  if (event.since >= first.time) return;
+  first.time = event.since;
+  first.stream = event.stream;
+}
+
 void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
   if (const auto process = process_of(head))
     model_.processes[at(*process)].tracetools = event.version;

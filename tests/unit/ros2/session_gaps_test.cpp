@@ -133,6 +133,24 @@ TEST(Ros2SessionGaps, HideNothingOfProcessesThatDidNotLiveThen) {
   EXPECT_NE(result.verdict("T2"), Verdict::inconclusive);
 }
 
+// Whatever it tells there: nothing but the events tells that it did not end before.
+TEST(Ros2SessionGaps, WereLivedThroughByAProcessThatTellsOfAnythingOnBothSides) {
+  const std::string session = "  3500 session until=9000\n";
+  const std::string poll = " rclcpp_executor_wait_for_work timeout=0\n";
+  const std::string take = " rmw_take rmw_subscription_handle=0xa1 taken=0\n";
+  for (const auto& sign : {poll, take}) {
+    const auto behind =
+        analyze_ros2(subscription(1) + run(1000, 1100) + session + "  12000" + sign);
+    EXPECT_TRUE(has_gap(behind)) << sign;
+    EXPECT_EQ(behind.verdict("T2"), Verdict::inconclusive) << sign;
+    EXPECT_EQ(behind.verdict("M3"), Verdict::inconclusive) << sign;
+    const auto before =
+        analyze_ros2("  100" + sign + session + "  10000 rcl_node_init node_handle=0x10\n" +
+                     run(12'000, 12'100));
+    EXPECT_TRUE(has_gap(before)) << sign;
+  }
+}
+
 // A timer publishes every 100, and the subscription takes that 5 later. The runs at 300 and 400 were
 // not recorded.
 std::string chain(const std::string& session, bool has_all) {

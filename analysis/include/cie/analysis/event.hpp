@@ -311,6 +311,13 @@ struct Ros2Begin {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "rcl_init";
 };  // nothing of the process came before
+// The process spoke before a gap between two sessions, and does so behind it.
+struct LivedOn {
+  static constexpr EventCategory kCategory = EventCategory::state;
+  static constexpr std::string_view kName{};
+  Timestamp since;       // its last event before
+  StreamIndex stream{};  // of that
+};
 // What the process's tracepoints are of.
 struct Ros2Tracer {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -473,7 +480,7 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun,
+                 ClockSync, Ros2Begin, LivedOn, Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun,
                  ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork,
                  SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 

@@ -272,8 +272,9 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     return false;
   }
   auto& process = *emitting.process;
-  if (process.has_spoken && process.last.time < host.session_begin) [[unlikely]]
-    links_.lose();
+  const bool lived_on = process.has_spoken && process.last.time < host.session_begin;
+  if (lived_on) [[unlikely]]
+    tell_lived_on(event, translation, process, batch);
   process.last.time = head.time;
   process.last.stream = head.stream;
   process.last.tid = emitting.tid;
@@ -295,7 +296,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     return true;
   }
   EventBatch::leave_other(event, translation);
-  if (host.has_clock && take_note(ros2_event, fields, context)) return false;
+  if (host.has_clock && take_note(ros2_event, fields, context)) return lived_on;
   if (!host.has_clock) {
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);

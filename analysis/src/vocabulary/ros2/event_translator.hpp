@@ -107,6 +107,9 @@ class EventTranslator final : public Translator {
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
   static void forget_what_runs(Host& host);
+  // The process that speaks now spoke before such a gap.
+  void tell_lived_on(Event& event, const Translation& translation, const ros2::Process& process,
+                     EventBatch& batch);
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);

@@ -84,6 +84,15 @@ void EventTranslator::end_gap(const Event& packet_begin, EventBatch& batch) {
   batch.derive(&packet_begin, head, *gap);
 }
 
+// What it published meanwhile was not told.
+void EventTranslator::tell_lived_on(Event& event, const Translation& translation,
+                                    const ros2::Process& process, EventBatch& batch) {
+  links_.lose();
+  EventBatch::leave_other(event, translation);  // what it means itself is derived after that
+  batch.derive(&event, event.head,
+               LivedOn{.since = process.last.time, .stream = process.last.stream});
+}
+
 void EventTranslator::forget_what_runs(Host& host) {
   for (auto& [pid, process] : host.processes) {
     for (auto& [tid, thread] : process.threads)
