@@ -22,6 +22,12 @@ struct Callbacks {
   std::vector<const CallbackFacts*> nameless;
 };
 
+// Another process with this pid may have made the one of its id before it.
+bool follows_rcl_init(const CallbackFacts& callback) {
+  const bool is_numbered = without_number(callback.logical_id).size() < callback.logical_id.size();
+  return callback.is_after_rcl_init && is_numbered;
+}
+
 // What is known of the nameless one may be said of the other.
 bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
   const bool is_kind_alike = !nameless.kind || nameless.kind == other.kind;
@@ -66,8 +72,9 @@ void doubt_numbered_ids(Model& model) {
           return may_be_alike(*nameless, *callback);
         };
         callback->may_be_another =
-            may_lack_earlier(*callback) &&
-            (of_id.size() > 1 || std::ranges::any_of(callbacks.nameless, has_namesake));
+            follows_rcl_init(*callback) ||
+            (may_lack_earlier(*callback) &&
+             (of_id.size() > 1 || std::ranges::any_of(callbacks.nameless, has_namesake)));
       }
     }
   }

@@ -44,6 +44,7 @@ enum class PidSharing : std::uint8_t {
                // child of fork() without LTTng's library for it
   other_init,  // its callback_init: its run_begin was lost
   perhaps,     // events that follow the run_end and a loss, which may have taken a run_begin
+  crossed,     // runs on one thread that lie across each other
 };
 
 // One process incarnation: (host, pid, process start).

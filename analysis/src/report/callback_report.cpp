@@ -37,12 +37,15 @@ std::optional<Isolation> isolation_of(const RuleContext& context, const Callback
   };
   const auto may_be_with_others = [&](const CallbackOnThread* pair) {
     const auto& ran = model.threads[at(pair->thread)].ran;
-    return is_doubtful(pair) || !std::ranges::all_of(ran, &CallbackOnThread::is_certain);
+    return is_doubtful(pair) || ran.size() > 1;
   };
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
-  const auto is_with_others = [&model](const CallbackOnThread* pair) {
+  const auto is_certain = [&model](const CallbackOnThread* pair) {
+    return is_there_for_certain(model, *pair);
+  };
+  const auto is_with_others = [&](const CallbackOnThread* pair) {
     const auto& ran = model.threads[at(pair->thread)].ran;
-    return pair->is_certain && std::ranges::count_if(ran, &CallbackOnThread::is_certain) > 1;
+    return is_certain(pair) && std::ranges::count_if(ran, is_certain) > 1;
   };
   const bool is_shared =
       std::ssize(facts.ran_on) - doubtful > 1 || std::ranges::any_of(facts.ran_on, is_with_others);

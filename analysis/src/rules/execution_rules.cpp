@@ -121,6 +121,13 @@ void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& 
   }
 }
 
+// Another process may have begun one of the two.
+std::optional<Evidence> perhaps_on_two_threads(const Model& model,
+                                               const ThreadFacts::Nesting& nesting) {
+  auto doubt = perhaps_another_process(model.callbacks[at(nesting.inner)]);
+  return doubt ? doubt : perhaps_another_process(model.callbacks[at(nesting.outer)]);
+}
+
 std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   const auto& model = context.model;
   const auto& losses = context.losses;
@@ -133,6 +140,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {
+      judgement.overrule(perhaps_on_two_threads(model, *thread.nesting));
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
       if (has_unended(model.callbacks[at(thread.nesting_unproven->outer)])) {

@@ -61,15 +61,18 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
-        const auto several = std::ranges::count_if(thread.ran, [&](const CallbackOnThread* pair) {
-          return pair->is_certain && is_of_its_own(model.callbacks[at(pair->callback)]);
-        });
+        const auto is_witness = [&model](const CallbackOnThread* pair) {
+          return is_there_for_certain(model, *pair) &&
+                 is_of_its_own(model.callbacks[at(pair->callback)]);
+        };
+        const auto several = std::ranges::count_if(thread.ran, is_witness);
         for (const auto* pair : in_order(model, thread.ran)) {
           judgement.check(pair->starts);
           if (thread.ran.size() > 1) judgement.doubt(perhaps_anothers(*pair));
-          if (several > 1 && pair->is_certain)
+          if (several > 1 && is_witness(pair))
             judgement.fail([&] { return started_here(model, *pair); });
           const auto& callback = model.callbacks[at(pair->callback)];
+          if (thread.ran.size() > 1) judgement.doubt(perhaps_another_process(callback));
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
             judgement.doubt(without_event(
                 first_sign(callback),

@@ -138,6 +138,10 @@ Evidence sharing(const ProcessFacts& process) {
       return since(
           "events were lost since the run_end of this pid: what follows may be of another "
           "process, and its run_begin was not recorded");
+    case PidSharing::crossed:
+      return since(
+          "runs of callbacks on one thread lie across each other: two processes have this pid, as "
+          "those of containers, which need a recording each");
     case PidSharing::begun:
       break;
   }

@@ -53,8 +53,12 @@ ThreadLives::ThreadLives(const Model& model, const KernelHoles& holes)
     const auto index = ThreadIndex{static_cast<std::uint32_t>(lives_.size())};
     const auto host = model.processes[at(thread.process)].host;
     births_.push_back(birth(index, lives_.emplace_back(life_of(thread, host, holes)).begin));
-    const bool is_main = thread.tid == model.processes[at(thread.process)].pid;
-    if (is_main && is_exit_its_own(thread, host, holes)) exited_.insert(thread.process);
+    if (thread.tid != model.processes[at(thread.process)].pid) continue;
+    if (is_exit_its_own(thread, host, holes)) {
+      exited_.insert(thread.process);
+    } else {
+      exited_.erase(thread.process);  // the pid was given anew
+    }
   }
   std::ranges::sort(births_);
   for (const auto& process : model.processes)

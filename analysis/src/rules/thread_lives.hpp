@@ -31,7 +31,7 @@ class ThreadLives {
   bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;
   // Nothing shows that it lived on: its last event, or when a thread of it was switched in last.
   Timestamp last_sign(ProcessIndex process) const { return last_signs_[at(process)]; }
-  // The kernel saw its main thread exit.
+  // The kernel saw its main thread exit, and no other one that has the pid since.
   bool has_exited(ProcessIndex process) const { return exited_.contains(process); }
   // The instance was still running when its record was cut off: no callback's event followed on its
   // thread.

@@ -119,6 +119,18 @@ std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
                   "this instance " + std::string(kPerhapsAnothers));
 }
 
+std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
+  if (!callback.is_after_rcl_init) return std::nullopt;
+  return without_event(first_sign(callback),
+                       callback.logical_id +
+                           " was made after another rcl_init of this pid: another process may have "
+                           "that, and so another thread its tid");
+}
+
+bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept {
+  return pair.is_certain && !model.callbacks[at(pair.callback)].is_after_rcl_init;
+}
+
 EventRef first_sign(const CallbackFacts& callback) noexcept {
   if (callback.registered) return *callback.registered;
   if (callback.starts.first) return callback.starts.first_at;
@@ -142,9 +154,11 @@ bool is_identified(const CallbackFacts& callback) noexcept {
 
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
   if (!callback.registered) return "never registered";
-  return callback.is_identified
-             ? "registered after events were lost, perhaps those of another of its id"
-             : "registered in part only";
+  if (!callback.is_identified) return "registered in part only";
+  return callback.is_after_rcl_init
+             ? "made after another rcl_init of this pid, perhaps by another process than the one of "
+               "its id before"
+             : "registered after events were lost, perhaps those of another of its id";
 }
 
 EventRef last_sign(const CallbackFacts& callback) {

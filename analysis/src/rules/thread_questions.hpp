@@ -29,6 +29,10 @@ bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) 
 const EventRef& first_start_on(const ThreadFacts& thread);
 // Why the runs of the callback on a thread may be another one's; empty: some is its own.
 std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair);
+// Why its threads may be those of another process with that pid; empty: they are not.
+std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback);
+// Neither is so: the callback ran on that thread.
+bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 // Its logical id is known, and so are its kind, its deadline and its entry in the spec.

@@ -172,6 +172,7 @@ class Registry {
   void apply(const EventHead& head, const ProcessName& event);
   void apply(const EventHead& head, const Ros2Begin& event);
   void apply(const EventHead& head, const LivedOn& event);
+  void apply(const EventHead& head, const CrossedRuns& event);
   void apply(const EventHead& head, const Ros2Tracer& event);
   void apply(const EventHead& head, const HiddenInit& event);
   void apply(const EventHead& head, const UnseenWriter& event);
@@ -241,6 +242,8 @@ class Registry {
   // After what has_tids_of_kernel() says of the process has changed.
   void set_known_to_kernel(ProcessIndex process);
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);
+  // Another process has the pid of whoever has it.
+  void note_sharing(const EventHead& head, PidSharing sharing);
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);

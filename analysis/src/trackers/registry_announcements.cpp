@@ -159,6 +159,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
   facts.is_identified = event.is_identified;
+  facts.is_after_rcl_init = event.is_after_rcl_init;
   facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);

@@ -20,6 +20,19 @@ void Registry::apply(const EventHead& head, const LivedOn& event) {
   first.stream = event.stream;
 }
 
+void Registry::apply(const EventHead& head, const CrossedRuns& /*event*/) {
+  note_sharing(head, PidSharing::crossed);
+}
+
+void Registry::note_sharing(const EventHead& head, PidSharing sharing) {
+  const auto index = process_of(head);
+  if (!index) return;
+  auto& process = model_.processes[at(*index)];
+  if (process.shares_pid_since && process.pid_sharing != PidSharing::perhaps) return;
+  process.shares_pid_since = ref(head);
+  process.pid_sharing = sharing;
+}
+
 void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
   if (const auto process = process_of(head))
     model_.processes[at(*process)].tracetools = event.version;

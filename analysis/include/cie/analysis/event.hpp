@@ -177,6 +177,8 @@ struct CallbackInit {
   Duration expiry_spread{};                 // all of them may be earlier by up to that
   // False: what makes its logical id was recorded in part only; others may have that id, too.
   bool is_identified = true;
+  // It was made since an rcl_init that was not the first sign of its pid, perhaps in another process.
+  bool is_after_rcl_init = false;
 };
 struct CallbackFini {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -317,6 +319,11 @@ struct LivedOn {
   static constexpr std::string_view kName{};
   Timestamp since;       // its last event before
   StreamIndex stream{};  // of that
+};
+// Runs on a thread lie across each other, which those of one thread cannot.
+struct CrossedRuns {
+  static constexpr EventCategory kCategory = EventCategory::state;
+  static constexpr std::string_view kName{};
 };
 // What the process's tracepoints are of.
 struct Ros2Tracer {
@@ -480,9 +487,10 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, LivedOn, Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun,
-                 ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork,
-                 SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
+                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, Ros2Tracer, HiddenInit,
+                 UnseenWriter, HiddenRun, ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup,
+                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
+                 OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -49,7 +49,8 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                     .queue_depth = callback.queue_depth,
                     .first_expiry = callback.first_expiry,
                     .expiry_spread = callback.expiry_spread,
-                    .is_identified = callback.is_identified},
+                    .is_identified = callback.is_identified,
+                    .is_after_rcl_init = callback.is_after_rcl_init},
        sink);
 }
 

@@ -74,6 +74,14 @@ void enter_publisher(const Telling& telling, const Payload& p, Directory& direct
 
 }  // namespace
 
+void enter_begin(Address context, const Telling& telling, bool has_spoken, Process& process) {
+  if (telling.repeats) {
+    process.repeated_context = context;
+  } else if (has_spoken && process.repeated_context != context) {
+    process.directory.begin_again();
+  }
+}
+
 void enter_description(Ros2Event event, const Telling& telling, const Payload& p, Process& process,
                        Duration quiet, MessageLinks& links) {
   auto& directory = process.directory;

@@ -280,8 +280,9 @@ std::optional<GroupType> Directory::group_type(Address address) const {
 }
 
 Callback& Directory::new_callback() {
-  return callbacks_.emplace_back(
-      Callback{.id = id_of<CallbackId>(callbacks_.size()), .told_after = losses_});
+  return callbacks_.emplace_back(Callback{.id = id_of<CallbackId>(callbacks_.size()),
+                                          .told_after = losses_,
+                                          .is_after_rcl_init = is_begun_again_});
 }
 
 void Directory::describe(Callback& callback, const Entity& entity) const {

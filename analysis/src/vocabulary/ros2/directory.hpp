@@ -78,10 +78,11 @@ struct Callback {
   std::optional<Address> group{};
   Address handle = 0;  // rcl's; 0: not known
   Made made{};
-  Address node_handle = 0;     // which a tracer that repeats may tell of later
-  Made node_made{};            // when it was linked to that
-  Timestamp unnamed_since{};   // if it ran before anything was said of its address
-  bool is_identified = false;  // what its logical id is made of was told, as far as tracers do
+  Address node_handle = 0;         // which a tracer that repeats may tell of later
+  Made node_made{};                // when it was linked to that
+  Timestamp unnamed_since{};       // if it ran before anything was said of its address
+  bool is_identified = false;      // what its logical id is made of was told, as far as tracers do
+  bool is_after_rcl_init = false;  // made, or seen to run first, since Directory::begin_again()
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
 };
@@ -131,6 +132,8 @@ class Directory {
   // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
   // until they are told of again.
   void lose() noexcept { ++losses_; }
+  // rcl_init of a pid that has told before: of another context, or of another process.
+  void begin_again() noexcept { is_begun_again_ = true; }
   // What lies at the callback's addresses, or runs there.
   bool may_be_another(const Callback& callback) const noexcept {
     return callback.told_after != losses_;
@@ -331,6 +334,7 @@ class Directory {
   std::unordered_map<Address, Link> objects_of_buffers_;
   std::unordered_map<Address, Link> subscriptions_of_objects_;
   std::uint64_t losses_ = 0;
+  bool is_begun_again_ = false;
   bool links_timers_ = false;  // the tracer tells whose timers are
   bool names_late_ = false;    // callbacks ran before they were named, or are told in any order
 };

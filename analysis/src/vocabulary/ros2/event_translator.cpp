@@ -371,6 +371,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
       if (!has_spoken || telling.repeats || is_own) emit(head, Ros2Begin{}, sink);
       if (!has_spoken) process.is_seen_whole = true;
+      if (!is_own) enter_begin(p.number<Address>(0), telling, has_spoken, process);
       if (const auto version = p.text(1); !version.empty() && !is_own) {
         emit(head, Ros2Tracer{.version = version}, sink);
       }
@@ -449,6 +450,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   while (found != thread.open.rend() && found->address != address)
     ++found;
   const auto is_open = found != thread.open.rend();
+  const bool is_across = !is_open && thread.has_skipped(address);
   auto& callback = is_open ? *found->callback : process.directory.callback(address, head.time);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
   const auto seq = is_open ? found->seq : callback.next_seq == 0 ? 0 : callback.next_seq++;
@@ -457,7 +459,12 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   body.seq = seq;
   body.may_be_another = !is_open && process.directory.may_be_another(callback);
   // Those begun inside it cannot end any more.
-  if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
+  if (is_open) {
+    if (found != thread.open.rbegin()) thread.skipped.assign(found.base(), thread.open.end());
+    thread.open.erase(std::prev(found.base()), thread.open.end());
+  } else if (is_across) {
+    emit(head, CrossedRuns{}, sink);
+  }
   forget_callable(address, context.process);
 }
 

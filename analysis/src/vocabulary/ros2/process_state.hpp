@@ -9,6 +9,7 @@
 #include "taken_messages.hpp"
 #include "vocabulary/event_batch.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -79,7 +80,15 @@ struct QueuedMessage {
 struct Thread {
   static constexpr auto kLongAgo = std::numeric_limits<std::int64_t>::min();
 
+  // The latest run of the callback at the address is among those: left, for it can end no more.
+  bool has_skipped(Address address) const {
+    return std::ranges::any_of(skipped, [address](const RunningCallback& run) {
+      return run.address == address && run.seq + 1 == run.callback->next_seq;
+    });
+  }
+
   std::vector<RunningCallback> open{};
+  std::vector<RunningCallback> skipped{};  // open inside the last one that ended with others inside
   std::optional<Publishing> publishing{};
   std::shared_ptr<WrittenMessage> writing{};     // until the thread's next event
   HandedOver handed_over{};                      // being put into queues
@@ -122,6 +131,7 @@ struct Process {
   bool is_seen_whole = false;   // its begin was its first word: all that it makes is told
   bool is_repeated = false;     // what was made before is told while it runs, part by part
   bool has_own_events = false;  // this project's, which say more and are numbered
+  std::optional<Address> repeated_context{};  // the last one of which CARET told
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
   std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
   bool has_ros2_profile = false;  // says the same in ROS 2's words too

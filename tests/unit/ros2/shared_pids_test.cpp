@@ -1,0 +1,157 @@
+// Two processes with one pid, at once or one after the other: containers, or one that is started again.
+#include "ros2_text.hpp"
+
+#include <cstdint>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string at(std::int64_t time, const std::string& event) {
+  return "  " + std::to_string(time) + ' ' + event + '\n';
+}
+
+// A process with a timer of period 1000, at addresses that no other base has.
+std::string begin(std::int64_t time, const std::string& node, int base, int tid = 1) {
+  const auto address = [base](int place) { return std::to_string(base + place); };
+  const auto thread = " tid=" + std::to_string(tid) + ' ';
+  return at(time, "rcl_init" + thread + "context_handle=" + address(0x1)) +
+         at(time, "rcl_node_init" + thread + "node_handle=" + address(0x10) +
+                      " namespace=/ node_name=" + node) +
+         at(time, "rcl_timer_init" + thread + "period=1000 timer_handle=" + address(0x20)) +
+         at(time, "rclcpp_timer_callback_added" + thread + "timer_handle=" + address(0x20) +
+                      " callback=" + address(0x30)) +
+         at(time, "rclcpp_timer_link_node" + thread + "timer_handle=" + address(0x20) +
+                      " node_handle=" + address(0x10));
+}
+
+std::string start(std::int64_t time, int base, int cpu = 0) {
+  return at(time, "callback_start cpu=" + std::to_string(cpu) +
+                      " callback=" + std::to_string(base + 0x30));
+}
+
+std::string end(std::int64_t time, int base, int cpu = 0) {
+  return at(time,
+            "callback_end cpu=" + std::to_string(cpu) + " callback=" + std::to_string(base + 0x30));
+}
+
+std::string run(std::int64_t begins, std::int64_t ends, int base) {
+  return start(begins, base) + end(ends, base);
+}
+
+constexpr int kFirst = 0x1000;
+constexpr int kSecond = 0x2000;
+constexpr const char* kDeadline =
+    "callback_groups:\n  - {id: \"/a@Timer(1000)\", response_deadline: 500, wcet: 500}\n";
+
+// It keeps the deadline in its first life, and not in the second.
+std::string two_lives(const std::string& between = {}) {
+  return begin(0, "a", kFirst) + run(1000, 1100, kFirst) + run(2000, 2100, kFirst) + between +
+         begin(5000, "a", kSecond) + run(6000, 6900, kSecond) + run(7000, 7900, kSecond);
+}
+
+TEST(Ros2SharedPids, WhichEntryIsThatOfANumberedIdIsUnknownAfterAnotherBegin) {
+  const auto result = analyze_ros2(two_lives(), -1, kDeadline);
+  EXPECT_THAT(result.logical_ids(), ElementsAre("/a@Timer(1000)", "/a@Timer(1000)#2"));
+  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("R4"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("R3"), HasSubstr("another rcl_init of this pid"));
+}
+
+TEST(Ros2SharedPids, ANumberedIdOfTheFirstBeginHasNoEntryOfAnother) {
+  auto second = begin(1, "a", kSecond);
+  second.erase(0, second.find('\n') + 1);  // without its rcl_init
+  const auto result = analyze_ros2(
+      begin(0, "a", kFirst) + second + run(1000, 1100, kFirst) + run(6000, 6900, kSecond), -1,
+      kDeadline);
+  EXPECT_EQ(result.verdict("R4"), Verdict::pass) << result.evidence("R4");
+}
+
+TEST(Ros2SharedPids, AnotherNodeOfASecondContextHasItsOwnEntry) {
+  const auto result = analyze_ros2(begin(0, "b", kFirst) + run(1000, 1100, kFirst) +
+                                       begin(5000, "a", kSecond) + run(6000, 6900, kSecond),
+                                   -1, kDeadline);
+  EXPECT_EQ(result.verdict("R3"), Verdict::fail) << result.evidence("R3");
+}
+
+TEST(Ros2SharedPids, CallbacksOfTwoBeginsAreNoTwoOnOneThread) {
+  const auto result = analyze_ros2(two_lives());
+  EXPECT_EQ(result.verdict("M2"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("M2"), HasSubstr("another process may have that"));
+  EXPECT_FALSE(result.callback("/a@Timer(1000)").isolation) << "neither isolated nor not";
+  const auto both = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    11 callback_end callback=0x30
+    12 callback_start callback=0x31
+    13 callback_end callback=0x31)" +
+                                 '\n' + begin(5000, "a", kSecond) + run(6000, 6900, kSecond));
+  EXPECT_EQ(both.verdict("M2"), Verdict::fail) << "two of the first begin";
+}
+
+// They may be on two CPUs, of which the outer one's thread was moved there.
+TEST(Ros2SharedPids, ARunInsideOneOfAnotherBeginIsNoNesting) {
+  const auto inside = [](const std::string& second) {
+    return analyze_ros2(begin(0, "a", kFirst) + second + start(6000, kFirst) +
+                        start(6010, kSecond, 1) + end(6020, kSecond, 1) + end(6030, kFirst));
+  };
+  const auto result = inside(begin(10, "b", kSecond));
+  EXPECT_EQ(result.verdict("E3"), Verdict::inconclusive);
+  auto same = begin(10, "b", kSecond);
+  same.erase(0, same.find('\n') + 1);  // without its rcl_init
+  EXPECT_EQ(inside(same).verdict("E3"), Verdict::fail);
+}
+
+TEST(Ros2SharedPids, RunsAcrossEachOtherAreOfTwoThreads) {
+  const auto both = begin(0, "a", kFirst) + begin(10, "b", kSecond);
+  for (const bool is_begin_seen : {true, false}) {
+    auto text = both;
+    if (!is_begin_seen) text.clear();  // both began before the recording
+    const auto result = analyze_ros2(text + start(1002, kFirst) + start(1012, kSecond, 1) +
+                                     end(1020, kFirst) + end(1030, kSecond, 1));
+    for (const auto* rule : {"M2", "M3", "E1", "E2", "E3"})
+      EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(result.evidence("M2"), HasSubstr("lie across each other"));
+  }
+}
+
+// An exception leaves the inner run, and what it is of runs again.
+TEST(Ros2SharedPids, ARunThatIsLeftLiesAcrossNone) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    11 callback_start callback=0x31
+    15 callback_end callback=0x30
+    20 callback_start callback=0x31
+    21 callback_end callback=0x31)");
+  EXPECT_EQ(result.verdict("M2"), Verdict::fail) << result.evidence("M2");
+}
+
+// The kernel tells that the main thread exits, and that a thread with its tid is made.
+TEST(Ros2SharedPids, AnExitIsNotThatOfTheNextProcess) {
+  const auto switched_in = [](std::int64_t time) {
+    return at(time,
+              "sched:sched_switch cpu=0 prev_tid=0 prev_prio=120 prev_state=0 next_tid=1 "
+              "next_prio=120");
+  };
+  const auto exit = [](std::int64_t time) {
+    return at(time, "sched:sched_process_exit tid=1 pid=1") +
+           at(time + 1,
+              "sched:sched_switch cpu=0 prev_tid=1 prev_prio=120 prev_state=16 next_tid=0 "
+              "next_prio=120");
+  };
+  const auto given_anew =
+      switched_in(2500) + exit(3000) +
+      at(4000, "sched:sched_process_fork parent_tid=9 parent_pid=9 child_tid=1 child_pid=1") +
+      switched_in(4500);
+  EXPECT_EQ(analyze_ros2(two_lives(given_anew)).verdict("T4"), Verdict::inconclusive);
+  EXPECT_EQ(analyze_ros2(two_lives(given_anew) + exit(9000)).verdict("T4"), Verdict::pass);
+}
+
+}  // namespace
+}  // namespace cie::test
