@@ -45,6 +45,7 @@ enum class PidSharing : std::uint8_t {
   other_init,  // its callback_init: its run_begin was lost
   perhaps,     // events that follow the run_end and a loss, which may have taken a run_begin
   crossed,     // runs on one thread that lie across each other
+  beside_own,  // since an rcl_init, ROS 2's events tell of runs that none of its own ones tells
 };
 
 // One process incarnation: (host, pid, process start).
@@ -206,12 +207,12 @@ struct ScheduledAs {
   std::vector<UsedCpu> cpus{};
 };
 
+inline constexpr Duration kTickOfStart{10'000'000};  // USER_HZ is 100
 // It had begun by then: it was seen, or says when it was started, in ticks of the kernel's clock.
 inline Timestamp latest_begin(const ProcessFacts& process) noexcept {
-  constexpr std::int64_t kTick = 10'000'000;  // USER_HZ is 100
   const auto seen = process.first_seen.value_or(EventRef{}).time;
   if (!process.start_ns) return seen;
-  return std::min(seen, Timestamp{*process.start_ns} + Duration{kTick});
+  return std::min(seen, Timestamp{*process.start_ns} + kTickOfStart);
 }
 
 // The kernel's events name threads by their tids in its first pid namespace. In another one, as of a

@@ -142,6 +142,10 @@ Evidence sharing(const ProcessFacts& process) {
       return since(
           "runs of callbacks on one thread lie across each other: two processes have this pid, as "
           "those of containers, which need a recording each");
+    case PidSharing::beside_own:
+      return since(
+          "ROS 2's events tell of a run since another rcl_init of this pid, of which this "
+          "project's tell nothing: another process has it, or another executor runs there");
     case PidSharing::begun:
       break;
   }

@@ -69,6 +69,10 @@ class InstanceBuilder {
   void forget_wakes(const EventHead& head, const Emitter& who);
   // Such an instance may run on the thread.
   bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
+  // The thread runs something, as far as is seen.
+  bool is_running(const Emitter& who) {
+    return who.thread && (!threads_[*who.thread].open.empty() || is_inside_unseen(*who.thread));
+  }
   // Instances of the callback that began in the window and have not ended yet.
   std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
   bool is_open(CallbackIndex callback, std::uint64_t seq);

@@ -6,6 +6,16 @@
 #include <algorithm>
 
 namespace cie::analysis {
+namespace {
+
+// Before the process began that tells of its run: that it did in a tick of the kernel's clock, and no
+// earlier than it says, for suspends move what it says back.
+bool was_seen_before(const ProcessFacts& process, const RunBegin& event) {
+  return process.first_seen &&
+         process.first_seen->time + kTickOfStart < Timestamp{event.process_start_ns};
+}
+
+}  // namespace
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   ReadBack read{.at = ref(head),
@@ -40,7 +50,8 @@ void Registry::meet(const EventHead& head, const RunBegin& event) {
     return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
            process.is_pid_own == is_pid_own;
   };
-  if (!model_.processes[at(former)].start_ns || is_of(model_.processes[at(former)])) return;
+  const auto& known = model_.processes[at(former)];
+  if (known.start_ns ? is_of(known) : !was_seen_before(known, event)) return;
   const auto index = new_process(host_of(head), pid);
   auto& before = model_.processes[at(former)];
   auto& process = model_.processes[at(index)];

@@ -24,6 +24,10 @@ void Registry::apply(const EventHead& head, const CrossedRuns& /*event*/) {
   note_sharing(head, PidSharing::crossed);
 }
 
+void Registry::apply(const EventHead& head, const RunBesideOwn& /*event*/) {
+  note_sharing(head, PidSharing::beside_own);
+}
+
 void Registry::note_sharing(const EventHead& head, PidSharing sharing) {
   const auto index = process_of(head);
   if (!index) return;

@@ -153,5 +153,58 @@ TEST(Ros2SharedPids, AnExitIsNotThatOfTheNextProcess) {
   EXPECT_EQ(analyze_ros2(two_lives(given_anew) + exit(9000)).verdict("T4"), Verdict::pass);
 }
 
+// This project's process has one timer, which ran once.
+constexpr const char* kOwn = R"(
+  2 cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b moment=start
+  2 cie:node_init node_id=0 name=/n
+  2 cie:group_init group_id=0 node_id=0 type=mutually_exclusive
+  2 cie:callback_init callback_id=0 node_id=0 group_id=0 kind=timer logical_id=/n@Timer(7) period_ns=7 next_seq=0
+  3 cie:thread_init tid=2 role=callback callback_id=0 group_id=0 name=n start_ns=3
+  9 cie:callback_start tid=2 callback_id=0 seq=0 release_kind=timer release_ns=9
+)";
+constexpr const char* kOwnRan = "  11 cie:callback_end tid=2 callback_id=0 seq=0 status=ok\n";
+std::string own_end(int time) {
+  return at(time, "cie:thread_fini tid=2 read_backs=0") +
+         at(time,
+            "cie:callback_fini callback_id=0 started=1 ended=1 released=0 overwritten=0 lost=0") +
+         at(time, "cie:run_end callbacks=1 threads=1 groups=1 publishers=0 status=0");
+}
+
+TEST(Ros2SharedPids, ARunOfRos2AloneSinceAnotherBeginIsOfAnotherProcessThanAnOwnOne) {
+  const auto plain = begin(100, "a", kSecond) + run(1100, 2000, kSecond);
+  const auto own = std::string(kOwn) + kOwnRan;
+  for (const auto& text : {own + own_end(30) + plain, own + plain + own_end(3000)}) {
+    const auto result = analyze_ros2(text, -1, kDeadline);
+    for (const auto* rule : {"T4", "M1", "M2", "E1"})
+      EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(result.evidence("M1"), HasSubstr("another rcl_init of this pid"));
+  }
+}
+
+// As of a second context, whose callbacks this project's executor runs.
+TEST(Ros2SharedPids, ARunThatAnOwnOneTellsOfIsOfItsProcess) {
+  const auto result = analyze_ros2(
+      at(0, "rcl_init context_handle=0x1") + kOwn + at(9, "rcl_init context_handle=0x2") +
+      at(10, "callback_start tid=2 callback=0x30") + at(11, "callback_end tid=2 callback=0x30") +
+      kOwnRan + own_end(30));
+  EXPECT_EQ(result.verdict("T4"), Verdict::pass) << result.evidence("T4");
+  EXPECT_EQ(result.verdict("M2"), Verdict::pass) << result.evidence("M2");
+}
+
+// ROS 2's events of the pid came more than a tick of 10 ms before the start that run_begin tells.
+TEST(Ros2SharedPids, AProcessThatBeganLaterIsAnother) {
+  const auto after = [](std::int64_t start_ns) {
+    const auto own =
+        at(50'000'000,
+           "cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b "
+           "moment=start process_start_ns=" +
+               std::to_string(start_ns)) +
+        at(50'000'001, "cie:run_end callbacks=0 threads=0 groups=0 publishers=0 status=0");
+    return analyze_ros2(begin(0, "a", kFirst) + run(1000, 1100, kFirst) + own);
+  };
+  EXPECT_EQ(after(9'000'000).analysis.report.processes.size(), 1U);
+  EXPECT_EQ(after(11'000'000).analysis.report.processes.size(), 2U);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -325,6 +325,11 @@ struct CrossedRuns {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
 };
+// In a process that tells in this project's events, ROS 2's tell of a run since another rcl_init.
+struct RunBesideOwn {
+  static constexpr EventCategory kCategory = EventCategory::callback;
+  static constexpr std::string_view kName{};
+};
 // What the process's tracepoints are of.
 struct Ros2Tracer {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -487,7 +492,7 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, Ros2Tracer, HiddenInit,
+                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, RunBesideOwn, Ros2Tracer, HiddenInit,
                  UnseenWriter, HiddenRun, ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup,
                  SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
                  OtherEvent>;

@@ -77,8 +77,9 @@ void enter_publisher(const Telling& telling, const Payload& p, Directory& direct
 void enter_begin(Address context, const Telling& telling, bool has_spoken, Process& process) {
   if (telling.repeats) {
     process.repeated_context = context;
-  } else if (has_spoken && process.repeated_context != context) {
-    process.directory.begin_again();
+  } else if (process.repeated_context != context) {
+    process.has_begun_beside_own = process.has_own_events;
+    if (has_spoken) process.directory.begin_again();
   }
 }
 

@@ -359,7 +359,11 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   if (is_told_better(event, p, process)) return;
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
-  if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
+  if (process.has_own_events && is_told_by_own(event, p, context.thread)) {
+    const bool is_beside = process.has_begun_beside_own && event == Ros2Event::callback_start;
+    if (is_beside) emit(head, RunBesideOwn{}, sink);
+    return;
+  }
   const auto telling = telling_of(kind, p, head.time);
   if (telling.repeats) process.is_repeated = true;
   switch (event) {

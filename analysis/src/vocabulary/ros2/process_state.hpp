@@ -132,6 +132,7 @@ struct Process {
   bool is_repeated = false;     // what was made before is told while it runs, part by part
   bool has_own_events = false;  // this project's, which say more and are numbered
   std::optional<Address> repeated_context{};  // the last one of which CARET told
+  bool has_begun_beside_own = false;          // an rcl_init after these
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
   std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
   bool has_ros2_profile = false;  // says the same in ROS 2's words too
