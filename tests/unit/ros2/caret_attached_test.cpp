@@ -179,6 +179,24 @@ TEST(Ros2CaretAttached, EqualIdsAreNumberedAlsoWhereTheirNodeIsToldLast) {
     EXPECT_EQ(told_by_caret(timers + kCaretNode, "0x63").callback("/n@Timer(50)#2").instances, 2U);
 }
 
+// As they were made, or kind by kind, which is how CARET tells them, once or twice.
+TEST(Ros2CaretAttached, EqualIdsAreNumberedBehindThoseThatAreGone) {
+  const auto second_is_there = [](const Tellings& all, const std::string& id) {
+    for (const auto& order : {all, by_kind(all), by_kind(all) + by_kind(all)})
+      EXPECT_EQ(told_by_caret(order, "0x71").callback(id + "#2").instances, 2U);
+  };
+  const auto subscription = [](int time) {
+    return subscription_made(time, "0x60", "0x70", "0x71", "/scan");
+  };
+  second_is_there(kCaretNode + subscription(100) + subscription(300), "/n@Subscription(/scan)");
+  second_is_there(
+      kCaretNode + subscription(100) + subscription_made(300, "0x62", "0x70", "0x71", "/scan"),
+      "/n@Subscription(/scan)");
+  second_is_there(
+      kCaretNode + timer_made(100, "0x60", "0x71", 50) + timer_made(300, "0x60", "0x71", 50),
+      "/n@Timer(50)");
+}
+
 // What it tells while it records was made just now.
 TEST(Ros2CaretAttached, WhatIsMadeNowHasNotRunBefore) {
   const auto result = told_by_caret(kCaretNode + timer_made(1990, "0x60", "0x61", 50), "0x61");

@@ -120,7 +120,12 @@ Publisher& Directory::publisher(Address handle) {
 Directory::Entity* Directory::renew(Address handle, const Entity& described,
                                     const Telling& telling) {
   auto& entity = entities_[handle];
-  if (is_of_former(telling, entity)) return nullptr;
+  if (is_of_former(telling, entity)) {
+    auto former = described;
+    former.made = former.node_made = telling.made;
+    if (entity.may_repeat) count_former(handle, former);
+    return nullptr;
+  }
   const bool is_same = is_repeated(telling, entity.made) && entity.is_announced &&
                        entity.kind == described.kind && entity.source == described.source &&
                        entity.period_ns == described.period_ns;
@@ -132,6 +137,7 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
   entity.period_ns = described.period_ns;
   entity.made = telling.made;
   entity.is_announced = true;
+  entity.may_repeat = telling.repeats;
   entity.told_after = losses_;
   names_late_ = names_late_ || (telling.repeats && telling.made);
   return &entity;
@@ -171,10 +177,25 @@ void Directory::leave_former(Address handle, Entity& entity, const Telling& tell
       binding.ran->kind.reset();
     if (is_bound_since(address)) hold(address, binding, handle);
   }
+  if (telling.repeats && former.may_repeat) count_former(handle, former);
+}
+
+// It counts where equal ids are numbered, though no callback was told to be its.
+void Directory::count_former(Address handle, const Entity& former) {
+  const auto is_it = [&former, handle](const Callback& known) {
+    return known.kind && known.handle == handle && known.made == former.made;
+  };
+  const bool is_known =
+      std::ranges::any_of(callbacks_, is_it) || std::ranges::any_of(formers_, is_it);
+  if (!former.made || is_known) return;
+  auto& counted = formers_.emplace_back(Callback{.handle = handle});
+  describe(counted, former);
 }
 
 void Directory::add_subscription(const SubscriptionInit& init, const Telling& telling) {
-  Entity described{.kind = CallbackKind::subscription, .source = std::string(init.topic)};
+  Entity described{.kind = CallbackKind::subscription,
+                   .source = std::string(init.topic),
+                   .node_handle = init.node};
   auto* entity = renew(init.handle, described, telling);
   if (entity == nullptr) return;
   set_node(*entity, init.node, telling);
@@ -185,7 +206,8 @@ void Directory::add_subscription(const SubscriptionInit& init, const Telling& te
 
 void Directory::add_service(Address handle, Address node, std::string_view service,
                             const Telling& telling) {
-  Entity described{.kind = CallbackKind::service, .source = std::string(service)};
+  Entity described{
+      .kind = CallbackKind::service, .source = std::string(service), .node_handle = node};
   auto* entity = renew(handle, described, telling);
   if (entity == nullptr) return;
   set_node(*entity, node, telling);
@@ -242,9 +264,24 @@ void Directory::add_timer(Address handle, std::uint64_t period_ns, std::optional
 void Directory::link_timer(Address handle, Address node, const Telling& telling) {
   links_timers_ = true;
   auto& entity = entities_[handle];
-  if (is_of_former(telling, entity)) return;
+  if (is_of_former(telling, entity)) {
+    link_former(handle, node, telling);
+    return;
+  }
   set_node(entity, node, telling);
   refresh(entity);
+}
+
+// To the node of the timer that had the handle then.
+void Directory::link_former(Address handle, Address node, const Telling& telling) {
+  Callback* its = nullptr;
+  for (auto& former : formers_) {
+    const bool may_be_its = former.handle == handle && *former.made <= *telling.made;
+    if (may_be_its && (its == nullptr || *its->made < *former.made)) its = &former;
+  }
+  if (its == nullptr) return;
+  its->node_handle = node;
+  its->node_made = telling.made;
 }
 
 void Directory::add_group(Address group, std::string_view type, const Telling& telling) {

@@ -203,6 +203,7 @@ class Directory {
     Address node_handle = 0;  // which a tracer that repeats may tell of later
     Made group_made{};        // likewise
     bool is_announced = false;
+    bool may_repeat = false;        // by a tracer that may say it a second time
     bool is_node_unknown = false;   // it has one that was never announced
     std::uint64_t told_after = 0;   // losses
     std::uint64_t bound_after = 0;  // likewise, to an address of its callback
@@ -291,6 +292,8 @@ class Directory {
   Entity* renew(Address handle, const Entity& described, const Telling& telling);
   // `is_first`: nothing is known to have had the handle before.
   void leave_former(Address handle, Entity& entity, const Telling& telling, bool is_first);
+  void count_former(Address handle, const Entity& former);
+  void link_former(Address handle, Address node, const Telling& telling);
   // The address will be one of another callback.
   Binding& take_over(Address address, const Telling& telling);
   void release(Address address, Binding& binding);
@@ -312,12 +315,15 @@ class Directory {
   void set_node(Entity& entity, Address node, const Telling& telling) const;
   std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
+  bool is_called_like(const Callback& callback, Callback& other) const;
+  std::uint32_t count_without_callback(const Callback& callback);
   // Its topic, service or period was told.
   static bool is_described(const Callback& callback) noexcept;
 
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
+  std::vector<Callback> formers_;  // gone when a tracer that repeats told of them; nobody else is
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;

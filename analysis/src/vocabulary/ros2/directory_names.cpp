@@ -23,16 +23,36 @@ std::string Directory::plain_id(const Callback& callback) const {
                          is_described(callback) ? what : "?");
 }
 
+// But for their numbers. Several nodes may have one name.
+bool Directory::is_called_like(const Callback& callback, Callback& other) const {
+  const bool is_alike = other.kind == callback.kind && other.period_ns == callback.period_ns &&
+                        other.source == callback.source;
+  if (is_alike && !other.is_told) find_node(other);
+  return is_alike && node_name(other) == node_name(callback);
+}
+
+// Those called like it that were made before, as a tracer that repeats tells, and of which no callback is
+// known: what was theirs is another one's by then.
+std::uint32_t Directory::count_without_callback(const Callback& callback) {
+  if (!names_late_ || !callback.made) return 0;
+  std::uint32_t count = 0;
+  const auto consider = [&](Callback& other) {
+    if (*other.made < *callback.made && is_called_like(callback, other)) ++count;
+  };
+  for (auto& former : formers_)
+    consider(former);
+  for (const auto& [handle, entity] : entities_) {
+    if (!entity.may_repeat || entity.callback != nullptr || !entity.made) continue;
+    Callback its;
+    describe(its, entity);
+    consider(its);
+  }
+  return count;
+}
+
 std::string Directory::logical_id(Callback& callback) {
   auto text = plain_id(callback);
-  const auto node = node_name(callback);  // several nodes may have it
-  const auto has_same_id = [&](Callback& other) {
-    const bool is_alike = other.kind == callback.kind && other.period_ns == callback.period_ns &&
-                          other.source == callback.source;
-    if (is_alike && !other.is_told) find_node(other);
-    return is_alike && node_name(other) == node;
-  };
-  std::uint32_t number = 1;
+  std::uint32_t number = 1 + count_without_callback(callback);
   std::vector<std::uint32_t> told;
   bool is_before = true;
   const auto is_earlier = [&](const Callback& other) {
@@ -44,7 +64,7 @@ std::string Directory::logical_id(Callback& callback) {
     if (&other == &callback) {
       if (!names_late_) break;
       is_before = false;  // a later one may have been told first
-    } else if (has_same_id(other)) {
+    } else if (is_called_like(callback, other)) {
       if (is_earlier(other)) ++number;
       if (other.number != 0) told.push_back(other.number);
     }
