@@ -48,6 +48,13 @@ enum class PidSharing : std::uint8_t {
   beside_own,  // since an rcl_init, ROS 2's events tell of runs that none of its own ones tells
 };
 
+// The spec that a run_begin names first. Of several executors it is the first one's, or that of the
+// last one that reloaded.
+struct LoadedSpec {
+  Timestamp since{};
+  std::string sha256{};  // empty: none
+};
+
 // One process incarnation: (host, pid, process start).
 struct ProcessFacts {
   HostIndex host{};
@@ -56,9 +63,7 @@ struct ProcessFacts {
   std::optional<RunMoment> first_moment{};
   std::string executor{};
   std::string boot_id{};
-  std::string spec_sha256{};        // of the last run_begin that names one
-  std::string first_spec_sha256{};  // of the first run_begin seen: another one if it was reloaded
-  std::optional<Timestamp> spec_since{};  // its last reload, for another spec than before
+  std::vector<LoadedSpec> specs{};  // in order: of its first run_begin, and of each reload
   std::string tool_version{};
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;

@@ -40,12 +40,47 @@ void doubt_identity(const CallbackFacts& callback, Judgement& judgement) {
                                               ": whether the spec asks for parameters is unknown"));
 }
 
-// The thread ended before its process was given the spec that is judged by.
+bool is_judged_by(const RuleContext& context, const LoadedSpec& loaded) {
+  return loaded.sha256 == context.options.spec->sha256();
+}
+
+// The spec of the process then. Null: it was not told yet.
+const LoadedSpec* spec_then(const ProcessFacts& process, Timestamp time) {
+  const LoadedSpec* then = nullptr;
+  for (const auto& loaded : process.specs) {
+    if (loaded.since <= time) then = &loaded;
+  }
+  return then;
+}
+
+// The thread ended before its process was given the spec that is judged by, and that was not the
+// one that the process had until then.
 bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& thread) {
   const auto& process = context.model.processes[at(thread.process)];
-  return thread.fini && process.spec_since && thread.fini->time < *process.spec_since &&
-         process.spec_sha256 == context.options.spec->sha256();
+  if (!thread.fini) return false;
+  const LoadedSpec* last_named = nullptr;
+  for (const auto& loaded : process.specs) {
+    if (!loaded.sha256.empty()) last_named = &loaded;
+  }
+  if (last_named == nullptr || !is_judged_by(context, *last_named)) return false;
+  if (thread.fini->time >= last_named->since) return false;
+  const auto* then = spec_then(process, thread.fini->time);
+  return then == nullptr || !is_judged_by(context, *then);
 }
+
+// What was applied is what another spec than the one that is judged by asked for. A request that
+// failed tells not whose it was: the process names the spec of one executor, and another one's
+// thread may have had another one.
+bool is_by_another_spec(const RuleContext& context, const ThreadFacts& thread,
+                        const ReadBack& applied, const ThreadParameters& asked) {
+  if (applied.error != 0) return false;
+  if (was_asked_otherwise(applied, asked)) return true;
+  const auto* then = spec_then(context.model.processes[at(thread.process)], applied.at.time);
+  return then != nullptr && !is_judged_by(context, *then) &&
+         !context.proof.user_loss(thread.process, Timestamp{}, applied.at.time);
+}
+
+constexpr const char* kUnknownSpec = "; by which spec of its process the thread ran so is unknown";
 
 // "EPERM: Operation not permitted"; numbers are Linux's on all its machines that we know.
 std::string error_words(std::int32_t error) {
@@ -54,16 +89,50 @@ std::string error_words(std::int32_t error) {
                          : name + (": " + std::generic_category().message(error));
 }
 
+std::string failure_of(const ReadBack& applied) {
+  if (applied.error == 0) return {};
+  return " (the request failed with " + error_words(applied.error) + ")";
+}
+
+// Of a thread that ended with a former spec, which owes the later one nothing.
+void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
+                  const SpecEntry& entry, Judgement& judgement) {
+  if (context.proof.may_hide_read_back(index, applied.n, std::nullopt)) {
+    judgement.doubt(context.proof.loss(index));
+  }
+  const auto& thread = context.model.threads[at(index)];
+  if (is_as_specified(applied, entry.parameters) == true) return;
+  const auto end = thread.fini->time;
+  const bool is_spec_told =
+      spec_then(context.model.processes[at(thread.process)], end) != nullptr &&
+      !context.proof.user_loss(thread.process, Timestamp{}, end);
+  if (is_spec_told && is_by_another_spec(context, thread, applied, entry.parameters)) return;
+  judgement.doubt(evidence("thread_sched", applied.at,
+                           asks(context, entry) + "; the thread ran " + describe(applied) +
+                               failure_of(applied) + kUnknownSpec));
+}
+
+// Its process was told of a spec behind the end of the thread, and what told of another one before
+// may be lost.
+std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread) {
+  const auto& process = context.model.processes[at(thread.process)];
+  if (!thread.fini || process.last_begin <= thread.fini->time) return std::nullopt;
+  return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);
+}
+
 void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
-  if (ended_with_former_spec(context, thread)) return;
   const auto* applied = last_applied(context.model, thread);
   if (applied == nullptr) {
     judgement.doubt(evidence(
         "thread_init", *thread.announced,
         "thread " + std::to_string(thread.tid) + " has no read-back of applied parameters"));
+    return;
+  }
+  if (ended_with_former_spec(context, thread)) {
+    judge_former(context, index, *applied, entry, judgement);
     return;
   }
   judgement.check();
@@ -84,6 +153,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   if (*is_right) return;
+  judgement.overrule(doubt_of_spec(context, thread));
   const auto runs = describe(*applied);
   const auto is_unlike = [&runs](const ReadBack& later) { return describe(later) != runs; };
   const auto& last = thread.last_read_back;
@@ -93,7 +163,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
   if (applied->change != 0) {
     note += " (since change " + std::to_string(applied->change) + " of its parameters)";
   }
-  if (applied->error != 0) note += " (the request failed with " + error_words(applied->error) + ")";
+  note += failure_of(*applied);
   if (differs_later) note += ", and read back later was " + describe(*last);
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
 }
@@ -164,10 +234,25 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
   return isolated.empty() ? std::nullopt : std::optional(isolated.front());
 }
 
-// Whether the process began with the spec that is judged by; empty if its beginning was not seen.
-std::optional<bool> began_with_spec(const RuleContext& context, const ProcessFacts& process) {
-  if (process.first_moment != RunMoment::start) return std::nullopt;
-  return process.first_spec_sha256 == context.options.spec->sha256();
+// The parameters came with a change, as of a reload, after the callback's first start: did that run
+// as another spec said?
+void judge_changed(const RuleContext& context, ThreadIndex index, const EventRef& first_start,
+                   const ReadBack& match, const SpecEntry& entry, Judgement& judgement) {
+  if (context.proof.may_hide_read_back(index, std::nullopt, match.n)) {
+    judgement.doubt(context.proof.loss(index));
+  }
+  const auto& thread = context.model.threads[at(index)];
+  const ReadBack* former = nullptr;
+  for (const auto& applied : thread.applied) {
+    if (applied.at.time <= first_start.time) former = &applied;
+  }
+  if (former != nullptr && is_by_another_spec(context, thread, *former, entry.parameters)) return;
+  judgement.doubt(evidence("thread_sched", match.at,
+                           "the parameters came with change " + std::to_string(match.change) +
+                               (former == nullptr ? std::string{}
+                                                  : "; before the thread ran " + describe(*former) +
+                                                        failure_of(*former)) +
+                               kUnknownSpec));
 }
 
 void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackIndex callback_index,
@@ -199,18 +284,13 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
-  if (match->change != 0) {
-    if (proof.may_hide_read_back(index, std::nullopt, match->n)) judgement.doubt(proof.loss(index));
-    const auto is_first_spec = began_with_spec(context, model.processes[at(callback.process)]);
-    if (!is_first_spec) {
-      judgement.doubt(evidence("thread_sched", match->at,
-                               "the parameters came with a change; which spec the process began "
-                               "with is unknown"));
-    }
-    if (is_first_spec != true) return;  // what ran before ran as the former spec said
+  const bool is_in_time = starts.first_at.time >= match->at.time;
+  if (!is_in_time && match->change != 0) {
+    judge_changed(context, index, starts.first_at, *match, entry, judgement);
+    return;
   }
   judgement.check();
-  if (starts.first_at.time >= match->at.time) return;
+  if (is_in_time) return;
   if (proof.may_hide_read_back(index, std::nullopt, match->n)) {
     judgement.overrule(proof.loss(index));
   }
@@ -252,13 +332,13 @@ const Rule kParametersAsSpecified{
     "parameters-as-specified",
     "What the kernel reported when a thread's parameters were last applied is what the spec "
     "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. "
-    "After a reload the spec to judge by is the new one; threads that ended before owe it "
-    "nothing. On a process that was attached to, the "
-    "first audit stands for it.\n"
+    "After a reload the spec to judge by is the new one; threads that ended before, under another "
+    "one, owe it nothing. On a process that was attached to, the first audit stands for it.\n"
     "Why it matters: A refused or forgotten request leaves the thread with other parameters "
     "than planned, and every analysis of the plan is void.\n"
-    "Inconclusive when there is no such read-back, a later one may have been lost, or the "
-    "recording is too old to carry what is asked for. Recordings that never read back (ros2 "
+    "Inconclusive when there is no such read-back, a later one may have been lost, the recording is "
+    "too old to carry what is asked for, or the request of a thread that ended before a reload "
+    "failed (its executor may have had the spec before). Recordings that never read back (ros2 "
     "trace) are judged by the priorities and CPUs of sched_switch.\n"
     "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
     "cpusets are the usual causes); judge by the spec that the application was started with.\n"
@@ -271,12 +351,13 @@ const Rule kParametersBeforeFirstCallback{
     "S2",
     "parameters-before-first-callback",
     "A thread was configured before its callback ran for the first time; the evidence counts "
-    "the instances that ran unconfigured. Not judged where a reload brought the spec into the "
-    "running process.\n"
+    "the instances that ran unconfigured. Not judged where parameters came with a change and the "
+    "thread ran as another spec said before.\n"
     "Why it matters: The first instances after a start are often the longest ones, and without "
     "their parameters they are late or delay others.\n"
     "Inconclusive when the first start, or an earlier read-back (a switch, where nobody reads back), may "
-    "have been lost.\n"
+    "have been lost, or parameters came with a change and the request before it failed (of which "
+    "spec it was is not told).\n"
     "Remedy: let the application apply the spec itself before it spins; configurators outside "
     "the process come too late by nature.",
     judge_before,

@@ -236,6 +236,11 @@ std::optional<bool> is_as_specified(const ReadBack& read, const ThreadParameters
   return is_known ? std::optional(true) : std::nullopt;
 }
 
+bool was_asked_otherwise(const ReadBack& applied, const ThreadParameters& asked) {
+  return (asked.policy && !has_policy(applied, asked)) ||
+         (asked.cpus && !std::ranges::includes(*asked.cpus, applied.cpus));
+}
+
 bool judges_parameters(const ThreadParameters& parameters) noexcept {
   return parameters.policy || parameters.cpus;
 }

@@ -60,6 +60,9 @@ std::string describe(const ThreadParameters& parameters);
 // What is judged (policy with its parameters, time slice, utilization clamps, affinity) is as asked
 // for. Empty if only the recording, which is older than those fields, leaves it open.
 std::optional<bool> is_as_specified(const ReadBack& read_back, const ThreadParameters& parameters);
+// A request that did not fail asked for something else. The kernel sets a policy with its parameters
+// as it is asked to; it may leave out CPUs and round slices.
+bool was_asked_otherwise(const ReadBack& applied, const ThreadParameters& parameters);
 bool judges_parameters(const ThreadParameters& parameters) noexcept;
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);

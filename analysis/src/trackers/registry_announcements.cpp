@@ -80,13 +80,11 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
     process.shares_pid_since.reset();
     process.pid_sharing = {};
   }
-  if (!event.spec_sha256.empty() && event.spec_sha256 != process.spec_sha256) {
-    if (process.run_begin) process.spec_since = head.time;
-    process.spec_sha256 = event.spec_sha256;
+  if (process.specs.empty() || event.spec_sha256 != process.specs.back().sha256) {
+    process.specs.push_back({.since = head.time, .sha256 = std::string(event.spec_sha256)});
   }
   if (process.run_begin) return;
   process.run_begin = ref(head);
-  process.first_spec_sha256 = event.spec_sha256;
   process.first_moment = event.moment;
   process.boot_id = event.boot_id;
   process.tool_version = event.tool_version;

@@ -189,16 +189,31 @@ TEST(Reload, FailsByTheFormerSpecAndSaysThatAChangeCameLater) {
   EXPECT_EQ(verified["S2"], Verdict::pass);
 }
 
-TEST(Reload, IsInconclusiveWhenTheFirstSpecIsUnknown) {
+// SCHED_OTHER without an error was not what this spec had asked for.
+TEST(Reload, IsKnownByWhatTheThreadRanAsBefore) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
-  auto trace = trace_of(reloaded_with(sha256));
-  trace.erase<RunBegin>(
-      [](const RunBegin& e, const EventHead&) { return e.spec_sha256 != "former"; });
-  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::not_applicable) << "it began with another one";
-  trace = trace_of(reloaded_with(sha256));
-  trace.erase<RunBegin>(
-      [](const RunBegin& e, const EventHead&) { return e.spec_sha256 == "former"; });
-  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::inconclusive) << "no false FAIL";
+  for (const std::string& erased : {std::string("former"), sha256}) {
+    auto trace = trace_of(reloaded_with(sha256));
+    trace.erase<RunBegin>(
+        [&](const RunBegin& e, const EventHead&) { return e.spec_sha256 == erased; });
+    EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::not_applicable) << erased;
+  }
+}
+
+// The kernel leaves CPUs out where a cpuset has fewer, and reports no error.
+TEST(Reload, IsInconclusiveWhereFewerCpusMayBeTheSameSpecs) {
+  const char* const spec = "callback_groups:\n  - {id: fusion, affinity: [0, 1]}\n";
+  const std::string sha256 = SchedulingSpec::parse(spec, "").sha256();
+  const auto began_with = [&](const std::string& first) {
+    return Verified("process app spec=" + first + "\n" +
+                        run_with("-90 applied fusion cpus=0\n"
+                                 "16 applied fusion cpus=0,1 change=1\n"
+                                 "17 reload app spec=" +
+                                 sha256),
+                    spec)["S2"];
+  };
+  EXPECT_EQ(began_with("former"), Verdict::not_applicable);
+  EXPECT_EQ(began_with(sha256), Verdict::inconclusive);
 }
 
 // The process died while its parameters changed.
@@ -209,15 +224,35 @@ TEST(Reload, ThatDidNotEndLeavesOpenWhatTheThreadRunsAs) {
             Verdict::inconclusive);
 }
 
-TEST(Reload, OfTheSpecThatTheRunBeganWithExcusesNothing) {
+// The process names the spec of its first executor, and the thread may be another one's.
+TEST(Reload, MayBringASecondExecutorTheSpecThatTheRunBeganWith) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
-  EXPECT_EQ(Verified("process app spec=" + sha256 + "\n" +
-                         run_with("-90 applied fusion error=1\n"
-                                  "16 applied fusion policy=fifo priority=80 cpus=1 change=1\n"
-                                  "17 reload app spec=" +
+  const auto ran_before_with = [&](const char* error) {
+    return Verified("process app spec=" + sha256 + "\n" +
+                        run_with("-90 applied fusion error=" + std::string(error) +
+                                 "\n16 applied fusion policy=fifo priority=80 cpus=1 change=1\n"
+                                 "17 reload app spec=" +
+                                 sha256),
+                    kFifo80);
+  };
+  const auto unlike = ran_before_with("0");
+  EXPECT_EQ(unlike["S1"], Verdict::pass);
+  EXPECT_EQ(unlike["S2"], Verdict::not_applicable) << "a former spec asked for SCHED_OTHER";
+  const auto refused = ran_before_with("1");
+  EXPECT_EQ(refused["S2"], Verdict::inconclusive) << "whose spec was refused is not told";
+  EXPECT_THAT(refused.evidence("S2", "callback fusion"),
+              AllOf(HasSubstr("the request failed with EPERM"), HasSubstr("is unknown")));
+}
+
+TEST(Reload, BeforeTheFirstInstanceConfiguresIt) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  EXPECT_EQ(Verified("process app spec=former\n" +
+                         run_with("-90 applied fusion\n"
+                                  "5 applied fusion policy=fifo priority=80 cpus=1 change=1\n"
+                                  "6 reload app spec=" +
                                   sha256),
                      kFifo80)["S2"],
-            Verdict::fail);
+            Verdict::pass);
 }
 
 TEST(ParametersBeforeFirstCallback, AppliesOnlyWhenSomeReadBackMatches) {
@@ -262,6 +297,58 @@ TEST(Reload, AsksNothingOfThreadsThatHadEnded) {
   };
   EXPECT_EQ(reloaded_at("30"), Verdict::not_applicable);
   EXPECT_EQ(reloaded_at("15"), Verdict::fail) << "it lived on";
+}
+
+TEST(Reload, AsksNothingKnownOfThreadsThatHadEndedWhereTheirSpecIsNotTold) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  auto trace = trace_of(R"(
+      process app spec=former
+      callback fusion
+      1 initial fusion
+      2 applied fusion
+      10 start fusion
+      12 end fusion
+      20 finish fusion
+      30 reload app spec=)" +
+                        sha256);
+  trace.erase<RunBegin>(
+      [](const RunBegin& e, const EventHead&) { return e.spec_sha256 == "former"; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "it may have been this one";
+}
+
+// A thread that was refused FIFO 80 and ended at 20.
+std::string refused_and_ended(const std::string& spec, const std::string& reloads) {
+  return "process app spec=" + spec + R"(
+      callback fusion
+      1 initial fusion
+      2 applied fusion error=1
+      10 start fusion
+      12 end fusion
+      20 finish fusion
+      )" +
+         reloads;
+}
+
+TEST(Reload, ToASpecOfBeforeAsksThreadsThatEndedWithItThen) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  const auto and_back = [&](const char* other_since) {
+    return refused_and_ended(
+        sha256, std::string(other_since) + " reload app spec=other\n40 reload app spec=" + sha256);
+  };
+  EXPECT_EQ(Verified(and_back("30"), kFifo80)["S1"], Verdict::fail);
+  EXPECT_EQ(Verified(and_back("15"), kFifo80)["S1"], Verdict::inconclusive)
+      << "the other one may have been refused";
+  auto trace = trace_of(and_back("30"));
+  trace.erase<RunBegin>([](const RunBegin&, const EventHead& head) { return head.time.ns < 20; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "its spec is not told";
+}
+
+TEST(Reload, OfOneExecutorTellsNotWhatAnothersThreadsHadToDo) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  const Verified verified(refused_and_ended("former", "30 reload app spec=" + sha256), kFifo80);
+  EXPECT_EQ(verified["S1"], Verdict::inconclusive) << "a second executor may have had it";
+  EXPECT_THAT(verified.evidence("S1", "callback fusion"),
+              AllOf(HasSubstr("the request failed with EPERM"), HasSubstr("is unknown")));
 }
 
 // Writers other than this project's may list CPUs in any order.
