@@ -44,7 +44,7 @@ enum class PidSharing : std::uint8_t {
                // child of fork() without LTTng's library for it
   other_init,  // its callback_init: its run_begin was lost
   perhaps,     // events that follow the run_end and a loss, which may have taken a run_begin
-  crossed,     // runs on one thread that lie across each other
+  crossed,     // instances on one thread that overlap and do not nest
   beside_own,  // since an rcl_init, ROS 2's events tell of runs that none of its own ones tells
 };
 

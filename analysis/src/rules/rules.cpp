@@ -140,11 +140,11 @@ Evidence sharing(const ProcessFacts& process) {
           "process, and its run_begin was not recorded");
     case PidSharing::crossed:
       return since(
-          "runs of callbacks on one thread lie across each other: two processes have this pid, as "
+          "instances on one thread overlap and do not nest: two processes have this pid, as "
           "those of containers, which need a recording each");
     case PidSharing::beside_own:
       return since(
-          "ROS 2's events tell of a run since another rcl_init of this pid, of which this "
+          "ROS 2's events tell of an instance since another rcl_init of this pid, of which this "
           "project's tell nothing: another process has it, or another executor runs there");
     case PidSharing::begun:
       break;

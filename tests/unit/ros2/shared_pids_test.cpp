@@ -117,7 +117,7 @@ TEST(Ros2SharedPids, RunsAcrossEachOtherAreOfTwoThreads) {
                                      end(1020, kFirst) + end(1030, kSecond, 1));
     for (const auto* rule : {"M2", "M3", "E1", "E2", "E3"})
       EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
-    EXPECT_THAT(result.evidence("M2"), HasSubstr("lie across each other"));
+    EXPECT_THAT(result.evidence("M2"), HasSubstr("overlap and do not nest"));
   }
 }
 

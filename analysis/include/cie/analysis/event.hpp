@@ -320,12 +320,12 @@ struct LivedOn {
   Timestamp since;       // its last event before
   StreamIndex stream{};  // of that
 };
-// Runs on a thread lie across each other, which those of one thread cannot.
+// Instances on a thread overlap and do not nest, which those of one thread cannot.
 struct CrossedRuns {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
 };
-// In a process that tells in this project's events, ROS 2's tell of a run since another rcl_init.
+// In a process that tells in this project's events, ROS 2's tell of an instance since another rcl_init.
 struct RunBesideOwn {
   static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
