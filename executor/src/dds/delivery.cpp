@@ -20,6 +20,7 @@
 
 #include "message_data.hpp"
 #include "scheduling_names.hpp"
+#include "shared_memory.hpp"
 
 // Exported by libddsc 0.10, declared in none of its installed headers.
 extern "C" dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* type);
@@ -72,6 +73,7 @@ void Delivery::announce() noexcept {
 void Delivery::lost(std::uint32_t count) noexcept {
   {
     const std::lock_guard lock{mutex_};
+    if (is_closed_) return;
     if (trace_ != nullptr) {
       trace_->sample_lost(count);
     } else {
@@ -107,6 +109,7 @@ struct RecordingCache {
   dds_rhc* inner = nullptr;  // owned; null until associated
   std::shared_ptr<Delivery> delivery;
   LayoutPtr searched;
+  ChunkGaps gaps{};  // of the one thread on which iceoryx hands chunks over
 };
 
 RecordingCache& self(void* cache) noexcept { return *static_cast<RecordingCache*>(cache); }
@@ -160,9 +163,17 @@ bool has_cut_text(const MessageLayout& layout, const ddsi_serdata* sample) noexc
   return is_cut;
 }
 
+// Samples that were dropped in shared memory since the last one.
+void count_dropped(RecordingCache& cache, const void* chunk) {
+  const auto number = number_of_chunk(chunk);
+  const auto dropped = number ? cache.gaps.before(*number) : 0;
+  if (dropped > 0) cache.delivery->lost(static_cast<std::uint32_t>(dropped));
+}
+
 bool store(ddsi_rhc* cache, const ddsi_writer_info* writer, ddsi_serdata* sample,
            ddsi_tkmap_instance* instance) noexcept {
   const auto pass_on = [=] { return dds_rhc_store(inner(cache), writer, sample, instance); };
+  if (const void* const chunk = in_shared_memory(sample)) count_dropped(self(cache), chunk);
   if (sample->kind != SDK_DATA) return pass_on();  // a writer or an instance that ends
   const auto recipient = self(cache).delivery->recipient();
   if (recipient && !is_for(*recipient, sample)) return true;

@@ -4,7 +4,9 @@
 #include "dds_qos.hpp"
 #include "message_data.hpp"
 #include "serdata_ptr.hpp"
+#include "shared_memory.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace cie::executor {
@@ -12,6 +14,14 @@ namespace {
 
 // How many arrivals are remembered for a queue without bound.
 constexpr std::uint32_t kUnboundedLogDepth = 4096;
+
+// No deeper than shared memory can keep without loss: what it overwrites then is counted.
+QoS kept(QoS qos, const ContextState& context) {
+  if (context.options().shared_memory && qos.history() == History::keep_last) {
+    qos.keep_last(std::min(qos.depth(), kDeepestQueueInSharedMemory));
+  }
+  return qos;
+}
 
 void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* delivery) noexcept {
   if (status.total_count_change > 0) {
@@ -21,12 +31,13 @@ void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* d
 
 }  // namespace
 
-Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
+Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& asked,
                const dds_topic_descriptor& type, const std::string& user_data,
                std::optional<Reply> reply, std::shared_ptr<const EndpointEvents> events)
     : context_(std::move(context)),
       events_(events != nullptr ? std::move(events) : std::make_shared<const EndpointEvents>()),
       topic_(*context_, topic, type) {
+  const QoS qos = kept(asked, *context_);
   const bool keeps_all = qos.history() == History::keep_all;
   const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
   delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
