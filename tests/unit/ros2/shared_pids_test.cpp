@@ -42,23 +42,23 @@ std::string end(std::int64_t time, int base, int cpu = 0) {
             "callback_end cpu=" + std::to_string(cpu) + " callback=" + std::to_string(base + 0x30));
 }
 
-std::string run(std::int64_t begins, std::int64_t ends, int base) {
+std::string ran(std::int64_t begins, std::int64_t ends, int base) {
   return start(begins, base) + end(ends, base);
 }
 
 constexpr int kFirst = 0x1000;
 constexpr int kSecond = 0x2000;
-constexpr const char* kDeadline =
+constexpr const char* kDeadlineOfA =
     "callback_groups:\n  - {id: \"/a@Timer(1000)\", response_deadline: 500, wcet: 500}\n";
 
 // It keeps the deadline in its first life, and not in the second.
 std::string two_lives(const std::string& between = {}) {
-  return begin(0, "a", kFirst) + run(1000, 1100, kFirst) + run(2000, 2100, kFirst) + between +
-         begin(5000, "a", kSecond) + run(6000, 6900, kSecond) + run(7000, 7900, kSecond);
+  return begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + ran(2000, 2100, kFirst) + between +
+         begin(5000, "a", kSecond) + ran(6000, 6900, kSecond) + ran(7000, 7900, kSecond);
 }
 
 TEST(Ros2SharedPids, WhichEntryIsThatOfANumberedIdIsUnknownAfterAnotherBegin) {
-  const auto result = analyze_ros2(two_lives(), -1, kDeadline);
+  const auto result = analyze_ros2(two_lives(), -1, kDeadlineOfA);
   EXPECT_THAT(result.logical_ids(), ElementsAre("/a@Timer(1000)", "/a@Timer(1000)#2"));
   EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
   EXPECT_EQ(result.verdict("R4"), Verdict::inconclusive);
@@ -69,15 +69,15 @@ TEST(Ros2SharedPids, ANumberedIdOfTheFirstBeginHasNoEntryOfAnother) {
   auto second = begin(1, "a", kSecond);
   second.erase(0, second.find('\n') + 1);  // without its rcl_init
   const auto result = analyze_ros2(
-      begin(0, "a", kFirst) + second + run(1000, 1100, kFirst) + run(6000, 6900, kSecond), -1,
-      kDeadline);
+      begin(0, "a", kFirst) + second + ran(1000, 1100, kFirst) + ran(6000, 6900, kSecond), -1,
+      kDeadlineOfA);
   EXPECT_EQ(result.verdict("R4"), Verdict::pass) << result.evidence("R4");
 }
 
 TEST(Ros2SharedPids, AnotherNodeOfASecondContextHasItsOwnEntry) {
-  const auto result = analyze_ros2(begin(0, "b", kFirst) + run(1000, 1100, kFirst) +
-                                       begin(5000, "a", kSecond) + run(6000, 6900, kSecond),
-                                   -1, kDeadline);
+  const auto result = analyze_ros2(begin(0, "b", kFirst) + ran(1000, 1100, kFirst) +
+                                       begin(5000, "a", kSecond) + ran(6000, 6900, kSecond),
+                                   -1, kDeadlineOfA);
   EXPECT_EQ(result.verdict("R3"), Verdict::fail) << result.evidence("R3");
 }
 
@@ -91,7 +91,7 @@ TEST(Ros2SharedPids, CallbacksOfTwoBeginsAreNoTwoOnOneThread) {
     11 callback_end callback=0x30
     12 callback_start callback=0x31
     13 callback_end callback=0x31)" +
-                                 '\n' + begin(5000, "a", kSecond) + run(6000, 6900, kSecond));
+                                 '\n' + begin(5000, "a", kSecond) + ran(6000, 6900, kSecond));
   EXPECT_EQ(both.verdict("M2"), Verdict::fail) << "two of the first begin";
 }
 
@@ -171,10 +171,10 @@ std::string own_end(int time) {
 }
 
 TEST(Ros2SharedPids, ARunOfRos2AloneSinceAnotherBeginIsOfAnotherProcessThanAnOwnOne) {
-  const auto plain = begin(100, "a", kSecond) + run(1100, 2000, kSecond);
+  const auto plain = begin(100, "a", kSecond) + ran(1100, 2000, kSecond);
   const auto own = std::string(kOwn) + kOwnRan;
   for (const auto& text : {own + own_end(30) + plain, own + plain + own_end(3000)}) {
-    const auto result = analyze_ros2(text, -1, kDeadline);
+    const auto result = analyze_ros2(text, -1, kDeadlineOfA);
     for (const auto* rule : {"T4", "M1", "M2", "E1"})
       EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
     EXPECT_THAT(result.evidence("M1"), HasSubstr("another rcl_init of this pid"));
@@ -200,7 +200,7 @@ TEST(Ros2SharedPids, AProcessThatBeganLaterIsAnother) {
            "moment=start process_start_ns=" +
                std::to_string(start_ns)) +
         at(50'000'001, "cie:run_end callbacks=0 threads=0 groups=0 publishers=0 status=0");
-    return analyze_ros2(begin(0, "a", kFirst) + run(1000, 1100, kFirst) + own);
+    return analyze_ros2(begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + own);
   };
   EXPECT_EQ(after(9'000'000).analysis.report.processes.size(), 1U);
   EXPECT_EQ(after(11'000'000).analysis.report.processes.size(), 2U);
