@@ -73,9 +73,16 @@ inline bool InstanceMeasurer::is_woken_last(const PendingInstance& pending) cons
          !timeline_.overlaps_hole(pending.host, *woken, pending.start.time);
 }
 
+// Its message, by the clock of whoever wrote it: another one woke the thread, and was overwritten.
+inline bool InstanceMeasurer::is_written_after(const PendingInstance& pending, Timestamp time) {
+  return pending.source_timestamp > 0 && pending.realtime_offset &&
+         detail::wrapping_sub(pending.source_timestamp, *pending.realtime_offset) > time.ns;
+}
+
 // The first sign of its release: of a thread that waited again for something else that is the nearer
 // one. Of the kernel's only what a thread_wakeup followed: others ended no wait of the executor but
-// one for a lock, say. Empty: there is none that is not of an instance which nobody saw.
+// one for a lock, say. Empty: there is none that is not of an instance which nobody saw, or of another
+// message.
 inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
                                             const Measured& measured) {
   const auto its_own = [&pending](const OptionalTime& wake) {
@@ -83,8 +90,9 @@ inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
   };
   const auto waking = its_own(measured.waking);
   const auto wakeup = its_own(pending.wakeup);
-  if (!wakeup || !waking) return wakeup;
-  return std::min(*waking, *wakeup);
+  if (!wakeup) return wakeup;
+  const auto woken = waking ? std::min(*waking, *wakeup) : *wakeup;
+  return is_written_after(pending, woken) ? OptionalTime{} : OptionalTime(woken);
 }
 
 inline void InstanceMeasurer::find_release(const PendingInstance& pending,

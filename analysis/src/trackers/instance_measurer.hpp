@@ -177,6 +177,7 @@ class InstanceMeasurer {
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const PendingInstance& pending, const Measured& measured) const;
+  static inline bool is_written_after(const PendingInstance& pending, Timestamp time);
   static inline OptionalTime woken(const PendingInstance& pending, const Measured& measured);
   inline void find_release(const PendingInstance& pending, Measured& measured) const;
   OptionalTime find_source_time(const PendingInstance& pending) const;

@@ -254,6 +254,24 @@ TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
   EXPECT_EQ(Verified(kWritten, spec("response_deadline: 15"))["R3"], Verdict::pass);
 }
 
+// What woke the thread at 6 was overwritten by what is written at 10: between 8 and 10, and not 14.
+TEST(Deadline, TakesNoWakeUpForTheReleaseOfALaterMessage) {
+  constexpr auto kOverwritten = R"(
+    publisher out
+    callback plan pooled
+    thread t1 pool
+    callback fusion subscription
+    4 start plan on=t1
+    6 wakeup fusion
+    10 publish out on=t1
+    11 end plan on=t1
+    12 start fusion from=out:0 release=none
+    20 end fusion)";
+  EXPECT_EQ(Verified(kOverwritten, spec("response_deadline: 7"))["R3"], Verdict::fail);
+  EXPECT_EQ(Verified(kOverwritten, spec("response_deadline: 9"))["R3"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(kOverwritten, spec("response_deadline: 10"))["R3"], Verdict::pass);
+}
+
 // A message that is written at 5000 and taken by an instance from 1000000 to 1000010. CLOCK_REALTIME is
 // set by `step` before it is written, or, if that is wanted, afterwards.
 TextTrace written_by_a_clock_that_is_set(std::int64_t step, bool is_set_later = false) {
