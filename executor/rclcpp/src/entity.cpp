@@ -9,8 +9,10 @@
 #include <utility>
 
 #include <cxxabi.h>
+#include <rcl/client.h>
 #include <rcl/error_handling.h>
 #include <rcl/event.h>
+#include <rcl/service.h>
 #include <rcl/subscription.h>
 #include <rclcpp/exceptions.hpp>
 #include <rclcpp/experimental/subscription_intra_process_base.hpp>
@@ -51,6 +53,12 @@ bool is_taken(const char* what, const std::string& name, Take take) {
                  name.c_str(), error.what());
     return false;
   }
+}
+
+// What rcl says of a take: whether there was something.
+bool was_there(rcl_ret_t taken, rcl_ret_t nothing) {
+  if (taken != RCL_RET_OK && taken != nothing) rclcpp::exceptions::throw_from_rcl_error(taken);
+  return taken == RCL_RET_OK;
 }
 
 auto notice_of_middleware(Entity::Notice notice) {
@@ -224,12 +232,9 @@ class SubscriptionEntity final : public Entity {
     rclcpp::MessageInfo info;
     const auto handle = subscription.get_subscription_handle();
     const bool has_loan = is_taken("loaned message", topic_, [&] {
-      const rcl_ret_t taken =
-          rcl_take_loaned_message(handle.get(), &message, &info.get_rmw_message_info(), nullptr);
-      if (taken != RCL_RET_OK && taken != RCL_RET_SUBSCRIPTION_TAKE_FAILED) {
-        rclcpp::exceptions::throw_from_rcl_error(taken);
-      }
-      return taken == RCL_RET_OK;
+      return was_there(
+          rcl_take_loaned_message(handle.get(), &message, &info.get_rmw_message_info(), nullptr),
+          RCL_RET_SUBSCRIPTION_TAKE_FAILED);
     });
     if (!has_loan) return false;
     const auto give_back = [&handle](void* loan) {
@@ -277,11 +282,16 @@ class ServiceEntity final : public Entity {
     if (!service) return false;
     auto header = service->create_request_header();
     auto request = service->create_request();
-    if (!is_taken("request", name_,
-                  [&] { return service->take_type_erased_request(request.get(), *header); })) {
+    rmw_service_info_t info{};
+    if (!is_taken("request", name_, [&] {
+          return was_there(
+              rcl_take_request_with_info(service->get_service_handle().get(), &info, request.get()),
+              RCL_RET_SERVICE_TAKE_FAILED);
+        })) {
       return false;
     }
-    begin(0);
+    *header = info.request_id;
+    begin(info.source_timestamp);
     service->handle_request(header, request);
     return true;
   }
@@ -317,11 +327,16 @@ class ClientEntity final : public Entity {
     if (!client) return false;
     auto header = client->create_request_header();
     auto response = client->create_response();
-    if (!is_taken("response", name_,
-                  [&] { return client->take_type_erased_response(response.get(), *header); })) {
+    rmw_service_info_t info{};
+    if (!is_taken("response", name_, [&] {
+          return was_there(
+              rcl_take_response_with_info(client->get_client_handle().get(), &info, response.get()),
+              RCL_RET_CLIENT_TAKE_FAILED);
+        })) {
       return false;
     }
-    begin(0);
+    *header = info.request_id;
+    begin(info.source_timestamp);
     client->handle_response(header, response);
     return true;
   }

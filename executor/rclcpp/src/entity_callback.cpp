@@ -6,6 +6,7 @@
 
 namespace cie_rclcpp {
 
+using cie::CallbackKind;
 using cie::ReleaseKind;
 using cie::scheduling::Callback;
 using cie::scheduling::ReadySink;
@@ -40,21 +41,26 @@ void EntityCallback::serve(ReadySink* sink) {
   if (sink != nullptr) sink->on_ready(*this);  // for what came before
 }
 
-// A message that was sent after the announcement it was taken for is a later one, which took the place
-// of that announcement's in a full queue between the two; or its publisher's clock is ahead of this
-// machine's. Nothing tells which, nor whether those behind it are later ones, too, until no
-// announcement is left. Where the queue was not full, it is the clock.
+// A message that was sent after the announcement it was taken for is a later one, or its publisher's clock
+// is ahead of this machine's. A later one is taken where it took the place of that announcement's in a full
+// queue between the two, and where there never was a message: the middleware announces, too, that the last
+// writer has gone, and answers that are for another client. Then the message's own announcement waits
+// still. Nothing tells whether those behind it are later ones, too, until no announcement is left. Where the
+// queue was not full and nothing that waits can be its own, it is the clock.
 cie::trace::Callback::Release EntityCallback::release_by(
     const Inbox::Taken& taken, std::int64_t source_timestamp_ns) noexcept {
   std::int64_t release = taken.arrival.monotonic_ns;
   if (source_timestamp_ns > 0) {
-    was_full_ = was_full_ || inbox_->may_be_overwritten(taken);
-    if (was_full_ && source_timestamp_ns > taken.arrival.realtime_ns) release = -1;
-    was_full_ = was_full_ && inbox_->queued() > 0;
+    const bool is_later = source_timestamp_ns > taken.arrival.realtime_ns;
+    is_shifted_ = is_shifted_ || inbox_->may_be_overwritten(taken) ||
+                  (is_later && inbox_->may_wait_for(taken, source_timestamp_ns));
+    if (is_shifted_ && is_later) release = -1;
+    is_shifted_ = is_shifted_ && inbox_->queued() > 0;
   }
+  const bool is_message = entity_->kind() == CallbackKind::subscription;
   return {.kind = ReleaseKind::data,
           .release_ns = release,
-          .source_timestamp_realtime_ns = source_timestamp_ns};
+          .source_timestamp_realtime_ns = is_message ? source_timestamp_ns : 0};
 }
 
 void EntityCallback::tell_lost() noexcept {
@@ -78,9 +84,10 @@ bool EntityCallback::run_one() {
   while (const auto taken = inbox_->take()) {
     running.taken = *taken;
     if (entity_->run_next(taken->source, taken->arrival.entity, begin)) return true;
-    was_full_ = was_full_ || inbox_->may_be_overwritten(*taken);
+    inbox_->found_nothing(*taken);
+    is_shifted_ = is_shifted_ || inbox_->may_be_overwritten(*taken);
   }
-  was_full_ = false;
+  is_shifted_ = false;
   trace().overwritten(inbox_->overwritten());
   return false;
 }

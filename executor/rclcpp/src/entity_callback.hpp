@@ -40,7 +40,7 @@ class EntityCallback final : public cie::scheduling::Callback {
   const std::unique_ptr<Entity> entity_;
   const std::shared_ptr<Inbox> inbox_;
   cie::PriorityMutex taking_;  // an announcement and its message, one thread after the other
-  bool was_full_ = false;      // so that messages may be gone, since no announcement was left
+  bool is_shifted_ = false;    // messages may be of later announcements, until none is left
 };
 
 // Calls `on_gone` when the last copy of it goes.

@@ -61,6 +61,13 @@ bool ArrivalQueue::may_be_overwritten(const Arrival& arrival) const noexcept {
   return depth_ > 0 && stored_.load(std::memory_order_acquire) - arrival.number >= depth_;
 }
 
+bool ArrivalQueue::waits_since(std::int64_t realtime_ns) const noexcept {
+  const std::uint64_t stored = stored_.load(std::memory_order_acquire);
+  if (next_.load(std::memory_order_acquire) >= stored) return false;
+  return slots_[(stored - 1) & (size_ - 1)].realtime_ns.load(std::memory_order_acquire) >=
+         realtime_ns;
+}
+
 std::optional<std::int64_t> ArrivalQueue::oldest() const noexcept {
   const std::uint64_t stored = stored_.load(std::memory_order_acquire);
   const std::uint64_t next = next_.load(std::memory_order_acquire);
@@ -102,6 +109,8 @@ void Inbox::announce(Source source, std::size_t count, int entity) noexcept {
     arrival.realtime_ns =
         std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();
   }
+  // rmw_cyclonedds tells of what came earlier up to the depth, which for a queue that keeps all is 0.
+  if (is_earlier && count == 0 && source == Source::middleware) has_earlier_.store(true);
   const std::lock_guard lock{mutex_};
   if (source == Source::lost) {
     has_lost_.store(true);
@@ -132,6 +141,7 @@ void Inbox::wake() noexcept {
 }
 
 std::optional<Inbox::Taken> Inbox::take() noexcept {
+  if (has_earlier_.load()) return Taken{.is_announced = false};
   Source source = Source::middleware;
   if (process_) {
     const auto theirs = middleware_.oldest();
@@ -144,7 +154,7 @@ std::optional<Inbox::Taken> Inbox::take() noexcept {
 }
 
 bool Inbox::may_be_overwritten(const Taken& taken) noexcept {
-  return queue(taken.source).may_be_overwritten(taken.arrival);
+  return taken.is_announced && queue(taken.source).may_be_overwritten(taken.arrival);
 }
 
 std::uint64_t Inbox::queued() const noexcept {

@@ -36,6 +36,8 @@ class ArrivalQueue {
   std::optional<Arrival> take() noexcept;
   // Whether the queue was full of what came since, so that the message of this one may be gone.
   bool may_be_overwritten(const Arrival& arrival) const noexcept;
+  // Whether the latest that waits was announced at that time (CLOCK_REALTIME) or later.
+  bool waits_since(std::int64_t realtime_ns) const noexcept;
   // Whether take() would find something, and when that arrived.
   std::optional<std::int64_t> oldest() const noexcept;
   std::uint64_t queued() const noexcept;
@@ -96,11 +98,20 @@ class Inbox {
 
   struct Taken {
     Source source = Source::middleware;
-    Arrival arrival;
+    Arrival arrival{};
+    bool is_announced = true;
   };
-  // The oldest announcement.
+  // The oldest announcement. Before all others, where the middleware did not say how many messages came
+  // earlier: one of these, until found_nothing() of it.
   std::optional<Taken> take() noexcept;
+  void found_nothing(const Taken& taken) noexcept {
+    if (!taken.is_announced) has_earlier_.store(false);
+  }
   bool may_be_overwritten(const Taken& taken) noexcept;
+  // Whether an announcement waits that may be that of a message sent at `realtime_ns`.
+  bool may_wait_for(const Taken& taken, std::int64_t realtime_ns) noexcept {
+    return queue(taken.source).waits_since(realtime_ns);
+  }
   // Whether something was lost since the last time.
   bool take_lost() noexcept {
     return has_lost_.load(std::memory_order_relaxed) && has_lost_.exchange(false);
@@ -117,7 +128,8 @@ class Inbox {
   std::optional<ArrivalQueue> process_;
   std::atomic<std::thread::id> registering_{};
   std::atomic<bool> has_lost_{false};
-  cie::PriorityMutex mutex_;  // of what follows, and of announcing
+  std::atomic<bool> has_earlier_{false};  // messages that nobody counted
+  cie::PriorityMutex mutex_;              // of what follows, and of announcing
   cie::scheduling::ReadySink* sink_ = nullptr;
   cie::scheduling::Callback* callback_ = nullptr;
   cie::trace::Callback* trace_ = nullptr;

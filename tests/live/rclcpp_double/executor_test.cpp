@@ -372,7 +372,7 @@ class Bell : public Mute {
     rung += static_cast<int>(*std::static_pointer_cast<std::size_t>(data));
   }
   void set_on_ready_callback(std::function<void(std::size_t, int)> callback) override {
-    notice_.set([callback = std::move(callback)](std::size_t count) { callback(count, 3); }, 0);
+    notice_.set([callback = std::move(callback)](std::size_t count) { callback(count, 3); });
   }
   void clear_on_ready_callback() override { notice_.clear(); }
   void ring() {

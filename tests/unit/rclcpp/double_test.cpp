@@ -61,6 +61,72 @@ TEST_F(DoubleTest, ASubscriptionTellsOfWhatWasMissedBoundedByItsDepth) {
     EXPECT_EQ(message.data, kept);
   }
   EXPECT_FALSE(subscription->take_type_erased(&message, info));
+  probe->clear_on_new_message_callback();
+  subscription->clear_on_new_message_callback();
+}
+
+// rmw_cyclonedds bounds it by the depth, which it says is 0.
+TEST_F(DoubleTest, ASubscriptionThatKeepsAllTellsOfNoneThatWasMissed) {
+  const auto both = node("both");
+  const auto subscription = both->create_subscription<Message>(
+      "topic", rclcpp::QoS{rclcpp::KeepAll()}, [](const Message&) {});
+  const auto probe = both->create_subscription<Message>("topic", 100, [](const Message&) {});
+  const auto publisher = both->create_publisher<Message>("topic", 3);
+  std::atomic<int> arrived{0};
+  probe->set_on_new_message_callback(
+      [&](std::size_t count) { arrived += static_cast<int>(count); });
+  publisher->publish(Message{1});
+  EXPECT_TRUE(comes([&] { return arrived == 1; }));
+  std::vector<std::size_t> told;
+  subscription->set_on_new_message_callback([&](std::size_t count) { told.push_back(count); });
+  EXPECT_THAT(told, testing::ElementsAre(0U));
+  probe->clear_on_new_message_callback();
+  subscription->clear_on_new_message_callback();
+}
+
+// As of a message, which is not there.
+TEST_F(DoubleTest, ASubscriptionIsToldThatItsLastPublisherHasGone) {
+  const auto both = node("both");
+  const auto subscription = both->create_subscription<Message>("topic", 3, [](const Message&) {});
+  auto one = both->create_publisher<Message>("topic", 3);
+  auto other = both->create_publisher<Message>("topic", 3);
+  std::atomic<int> told{0};
+  subscription->set_on_new_message_callback(
+      [&](std::size_t count) { told += static_cast<int>(count); });
+  one.reset();
+  other->publish(Message{1});
+  EXPECT_TRUE(comes([&] { return told == 1; }));
+  other.reset();
+  EXPECT_TRUE(comes([&] { return told == 2; }));
+  Message message;
+  rclcpp::MessageInfo info;
+  EXPECT_TRUE(subscription->take_type_erased(&message, info));
+  EXPECT_FALSE(subscription->take_type_erased(&message, info));
+}
+
+TEST_F(DoubleTest, AClientIsToldOfAnswersToOthers) {
+  const auto both = node("both");
+  const auto service = both->create_service<SetBool>(
+      "serve", [](const SetBool::Request::SharedPtr&, const SetBool::Response::SharedPtr&) {});
+  const auto one = both->create_client<SetBool>("serve");
+  const auto other = both->create_client<SetBool>("serve");
+  std::atomic<int> asked{0};
+  std::atomic<int> told{0};
+  service->set_on_new_request_callback([&](std::size_t) { ++asked; });
+  one->set_on_new_response_callback([&](std::size_t) { ++told; });
+  other->async_send_request(std::make_shared<SetBool::Request>());
+  EXPECT_TRUE(comes([&] { return asked == 1; }));
+  auto request = service->create_request();
+  rmw_service_info_t info{};
+  ASSERT_EQ(rcl_take_request_with_info(service->get_service_handle().get(), &info, request.get()),
+            RCL_RET_OK);
+  service->handle_request(std::make_shared<rmw_request_id_t>(info.request_id), request);
+  EXPECT_TRUE(comes([&] { return told == 1; }));
+  const auto response = one->create_response();
+  EXPECT_EQ(rcl_take_response_with_info(one->get_client_handle().get(), &info, response.get()),
+            RCL_RET_CLIENT_TAKE_FAILED);
+  EXPECT_EQ(rcl_take_response_with_info(other->get_client_handle().get(), &info, response.get()),
+            RCL_RET_OK);
 }
 
 TEST_F(DoubleTest, AGuardConditionTellsOfWhatCameBefore) {

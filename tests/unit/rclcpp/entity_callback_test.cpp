@@ -8,6 +8,8 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <memory>
+#include <optional>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -26,12 +28,12 @@ std::int64_t realtime_now() {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-// A queue in the middleware, by hand: keep-last, and announced once per message.
+// A queue in the middleware, by hand: keep-last (depth 0: keep-all), and announced once per message.
 struct Queue {
   explicit Queue(std::size_t queue_depth) : depth(queue_depth) {}
   // `ahead`: of the publisher's clock.
   void send(std::int64_t ahead = 0) {
-    if (messages.size() == depth) messages.pop_front();
+    if (depth > 0 && messages.size() == depth) messages.pop_front();
     const std::int64_t sent = realtime_now() + ahead;
     messages.push_back(sent);
     const std::int64_t before = monotonic_now();
@@ -44,6 +46,7 @@ struct Queue {
   std::map<std::int64_t, std::pair<std::int64_t, std::int64_t>> announced{};  // between these two
   Entity::Notice notice{};
   std::function<void()> before_take = [] {};
+  std::optional<std::size_t> came_before{};  // as told to who begins to listen
 };
 
 class QueueEntity final : public Entity {
@@ -52,7 +55,10 @@ class QueueEntity final : public Entity {
   std::string name() const override { return "/x"; }
   cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::subscription; }
   std::size_t depth() const override { return queue_.depth; }
-  void connect(Notice notice) override { queue_.notice = std::move(notice); }
+  void connect(Notice notice) override {
+    queue_.notice = std::move(notice);
+    if (queue_.came_before) queue_.notice(Inbox::Source::middleware, *queue_.came_before, 0);
+  }
   void disconnect() noexcept override {}
   bool run_next(Inbox::Source, int, const Begin& begin) override {
     std::exchange(queue_.before_take, [] {})();
@@ -187,6 +193,66 @@ TEST_F(EntityCallbackTest, KeepsTheAnnouncementsOfAClockThatIsAheadInAFullQueue)
     run(1);
     expect_own_release(i);
   }
+}
+
+// The middleware announces the end of the last writer, too. What was sent later is then taken for it.
+TEST_F(EntityCallbackTest, TakesNoAnnouncementWithoutAMessageForThatOfALaterOne) {
+  queue_.notice(Inbox::Source::middleware, 1, 0);
+  send(1);
+  run(1);
+  EXPECT_EQ(release(0), -1);
+  queue_.notice(Inbox::Source::middleware, 1, 0);
+  EXPECT_FALSE(callback_.execute_one()) << "two announcements, and nothing came";
+  send(1);
+  run(1);
+  expect_own_release(1);
+}
+
+// As long as one is left over, each is taken for the announcement of the one before it.
+TEST_F(EntityCallbackTest, KnowsThemAgainOnceNoAnnouncementIsLeftOver) {
+  queue_.notice(Inbox::Source::middleware, 1, 0);
+  send(1);
+  run(1);
+  send(1);
+  run(1);
+  EXPECT_EQ(callback_.queued(), 1U);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(release(i), -1) << i;
+  EXPECT_FALSE(callback_.execute_one());
+  send(1);
+  run(1);
+  expect_own_release(2);
+}
+
+class KeepAllTest : public testing::Test {
+ protected:
+  KeepAllTest() { test::forget_releases(); }
+  Queue queue_{0};
+};
+
+// rmw_cyclonedds says of a queue that keeps all that 0 messages came before.
+TEST_F(KeepAllTest, RunsWhatCameBeforeAndWasNotCounted) {
+  for (int i = 0; i < 3; ++i)
+    queue_.messages.push_back(realtime_now());
+  queue_.came_before = 0;
+  EntityCallback callback{
+      std::make_shared<GroupState>(cie::kNoNode, cie::GroupType::mutually_exclusive),
+      {.kind = cie::CallbackKind::subscription,
+       .logical_id = cie::trace::unique_logical_id("/t@Subscription(/all)")},
+      std::make_unique<QueueEntity>(queue_),
+      [] {}};
+  for (int i = 0; i < 3; ++i)
+    EXPECT_TRUE(callback.execute_one()) << i;
+  EXPECT_FALSE(callback.execute_one());
+  queue_.send();
+  EXPECT_TRUE(callback.execute_one());
+  const auto all = releases_of(callback.id());
+  ASSERT_EQ(all.size(), 4U);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(all[i].release_ns, -1) << i;
+  const auto& [before, after] = queue_.announced.at(all[3].source_timestamp_realtime_ns);
+  EXPECT_GE(all[3].release_ns, before);
+  EXPECT_LE(all[3].release_ns, after);
 }
 
 class KeepLastOneTest : public EntityCallbackTest {

@@ -27,11 +27,11 @@ bool go_together(const rmw_qos_profile_t& writer, const rmw_qos_profile_t& reade
 void set_loans(bool are_loaned) { loans.store(are_loaned); }
 bool are_loaned() { return loans.load(); }
 
-void Notice::set(Told told, std::size_t bound) {
+void Notice::set(Told told, std::optional<std::size_t> bound) {
   const std::lock_guard lock{mutex_};
   told_.swap(told);
   const std::size_t missed = std::exchange(missed_, 0);
-  if (missed > 0) told_(bound > 0 ? std::min(missed, bound) : missed);
+  if (missed > 0) told_(std::min(missed, bound.value_or(missed)));
 }
 
 void Notice::clear() {
@@ -142,6 +142,28 @@ void Bus::join(const std::string& topic, End end) {
   }
   const std::lock_guard lock{mutex_};
   ends_[topic].push_back(std::move(end));
+}
+
+void Bus::leave(const std::string& topic, const std::shared_ptr<void>& owner) {
+  rmw_qos_profile_t qos{};
+  {
+    const std::lock_guard lock{mutex_};
+    auto& all = ends_[topic];
+    const auto left =
+        std::ranges::find_if(all, [&](const End& end) { return end.owner.lock() == owner; });
+    qos = left->qos;
+    all.erase(left);
+  }
+  const auto writers = other_ends(topic, false);
+  for (const End& reader : other_ends(topic, true)) {
+    const auto is_heard = [&reader](const End& writer) {
+      return go_together(writer.qos, reader.qos);
+    };
+    if (!go_together(qos, reader.qos) || std::ranges::any_of(writers, is_heard)) continue;
+    deliver([to = reader.reader] {
+      if (const auto alive = to.lock()) alive->notice.raise();
+    });
+  }
 }
 
 std::size_t Bus::readers(const std::string& topic, const rmw_qos_profile_t& writer) {

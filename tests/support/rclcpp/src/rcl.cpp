@@ -8,7 +8,9 @@
 #include <vector>
 
 #include <rcl/arguments.h>
+#include <rcl/client.h>
 #include <rcl/event.h>
+#include <rcl/service.h>
 #include <rcl/subscription.h>
 #include <rcl/timer.h>
 #include <time.h>
@@ -158,6 +160,27 @@ rcl_ret_t rcl_return_loaned_message_from_subscription(const rcl_subscription_t* 
   return holder.loans.erase(message) == 1 ? RCL_RET_OK : RCL_RET_ERROR;
 }
 
+// --- requests and responses -----------------------------------------------------------------------
+
+rcl_ret_t rcl_take_request_with_info(const rcl_service_t* service, rmw_service_info_t* info,
+                                     void* request) {
+  const auto sample = service->reader->take();
+  if (!sample) return RCL_RET_SERVICE_TAKE_FAILED;
+  service->copy(sample->data.get(), request);
+  *info = {sample->info.source_timestamp, 0, sample->request};
+  return RCL_RET_OK;
+}
+rcl_ret_t rcl_take_response_with_info(const rcl_client_t* client, rmw_service_info_t* info,
+                                      void* response) {
+  auto sample = client->reader->take();
+  while (sample && sample->request.client != client->gid)
+    sample = client->reader->take();
+  if (!sample) return RCL_RET_CLIENT_TAKE_FAILED;
+  client->copy(sample->data.get(), response);
+  *info = {sample->info.source_timestamp, 0, sample->request};
+  return RCL_RET_OK;
+}
+
 // --- lost messages --------------------------------------------------------------------------------
 
 rcl_ret_t rcl_subscription_event_init(rcl_event_t* event, const rcl_subscription_t* subscription,
@@ -172,7 +195,7 @@ rcl_ret_t rcl_event_set_callback(const rcl_event_t* event, rcl_event_callback_t 
     event->impl->notice.clear();
   } else {
     event->impl->notice.set(
-        [callback, user_data](std::size_t count) { callback(user_data, count); }, 0);
+        [callback, user_data](std::size_t count) { callback(user_data, count); });
   }
   return RCL_RET_OK;
 }

@@ -322,6 +322,7 @@ PublisherBase::PublisherBase(std::string topic, const QoS& qos,
 PublisherBase::~PublisherBase() {
   for (const auto& event : events_)
     event->clear_on_ready_callback();
+  Bus::get().leave(topic_, incompatible_);
   if (use_process_) Bus::get().remove_process_publisher(gid_.number);
 }
 std::size_t PublisherBase::get_subscription_count() const {
@@ -335,17 +336,10 @@ void PublisherBase::write(std::shared_ptr<const void> message) {
 
 void ServiceEnd::set_notice(std::function<void(std::size_t)> callback) {
   if (!callback) throw std::invalid_argument{"The callback passed is not callable."};
-  reader_->notice.set(std::move(callback), 0);
-}
-bool ServiceEnd::take(void* data, rmw_request_id_t& header) {
-  const auto sample = reader_->take();
-  if (!sample) return false;
-  copy(sample->data.get(), data);
-  header = sample->request;
-  return true;
+  reader_->notice.set(std::move(callback));
 }
 void ServiceBase::respond(const rmw_request_id_t& header, std::shared_ptr<const void> response) {
-  Bus::get().write("response " + std::to_string(header.client), reader_->qos(),
+  Bus::get().write("response " + name_, reader_->qos(),
                    {.data = std::move(response), .request = header});
 }
 void ClientBase::send(std::shared_ptr<const void> request, std::int64_t sequence_number) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include <rcl/client.h>
 #include <rclcpp/service.hpp>
 
 namespace rclcpp {
@@ -14,15 +15,16 @@ class ClientBase : public ServiceEnd {
   RCLCPP_SMART_PTR_DEFINITIONS(ClientBase)
   ClientBase(const std::string& name, const rmw_qos_profile_t& profile)
       : ServiceEnd(name, profile), gid_(rmw_double::Bus::get().new_gid()) {
-    listen("response " + std::to_string(gid_));
+    listen("response " + name);  // those for others, too
   }
   QoS get_response_subscription_actual_qos() const { return QoS{reader_->qos()}; }
   void set_on_new_response_callback(std::function<void(std::size_t)> callback) {
     set_notice(std::move(callback));
   }
   void clear_on_new_response_callback() { reader_->notice.clear(); }
-  bool take_type_erased_response(void* response, rmw_request_id_t& header) {
-    return take(response, header);
+  std::shared_ptr<rcl_client_t> get_client_handle() {
+    return std::make_shared<rcl_client_t>(reader_, gid_,
+                                          [this](const void* from, void* to) { copy(from, to); });
   }
   bool service_is_ready() const;
   virtual std::shared_ptr<void> create_response() = 0;

@@ -31,8 +31,7 @@ class QOSEventHandlerBase : public Waitable {
   bool is_ready(rcl_wait_set_t*) override { return false; }
   std::shared_ptr<void> take_data_by_entity_id(std::size_t) override { return take_data(); }
   void set_on_ready_callback(std::function<void(std::size_t, int)> callback) override {
-    event_->notice.set([callback = std::move(callback)](std::size_t count) { callback(count, 0); },
-                       0);
+    event_->notice.set([callback = std::move(callback)](std::size_t count) { callback(count, 0); });
   }
   void clear_on_ready_callback() override { event_->notice.clear(); }
 

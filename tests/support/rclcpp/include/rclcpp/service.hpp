@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include <rcl/service.h>
 #include <rclcpp/macros.hpp>
 #include <rclcpp/qos.hpp>
 #include <rmw_double/bus.hpp>
@@ -31,7 +32,6 @@ class ServiceEnd {
                                 {.owner = reader_, .reader = reader_, .qos = reader_->qos()});
   }
   void set_notice(std::function<void(std::size_t)> callback);
-  bool take(void* data, rmw_request_id_t& header);
   virtual void copy(const void* from, void* to) const = 0;
 
   const std::string name_;
@@ -50,8 +50,9 @@ class ServiceBase : public ServiceEnd {
     set_notice(std::move(callback));
   }
   void clear_on_new_request_callback() { reader_->notice.clear(); }
-  bool take_type_erased_request(void* request, rmw_request_id_t& header) {
-    return take(request, header);
+  std::shared_ptr<rcl_service_t> get_service_handle() {
+    return std::make_shared<rcl_service_t>(reader_,
+                                           [this](const void* from, void* to) { copy(from, to); });
   }
   virtual std::shared_ptr<void> create_request() = 0;
   virtual void handle_request(std::shared_ptr<rmw_request_id_t> header,

@@ -15,6 +15,11 @@ struct rmw_request_id_t {
   std::uint64_t client;  // the gid of who asks
   std::int64_t sequence_number;
 };
+struct rmw_service_info_t {
+  std::int64_t source_timestamp;
+  std::int64_t received_timestamp;
+  rmw_request_id_t request_id;
+};
 
 struct rmw_message_lost_status_t {
   std::size_t total_count;

@@ -23,8 +23,8 @@ using Told = std::function<void(std::size_t)>;
 // Who is told that something came, and how much came while nobody was.
 class Notice {
  public:
-  // Told at once of what was missed, at most `bound` (0: all of it).
-  void set(Told told, std::size_t bound);
+  // Told at once of what was missed, at most `bound`.
+  void set(Told told, std::optional<std::size_t> bound = {});
   // It is not being told when this returns.
   void clear();
   void raise();
@@ -89,6 +89,8 @@ class Bus {
   static Bus& get();
   std::uint64_t new_gid();
   void join(const std::string& topic, End end);
+  // A writer's end. Readers whose last one that was are told, as of a message.
+  void leave(const std::string& topic, const std::shared_ptr<void>& owner);
   std::size_t readers(const std::string& topic, const rmw_qos_profile_t& writer);
   void write(const std::string& topic, const rmw_qos_profile_t& writer, Sample sample);
   // On the thread that delivers, in order.
