@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <exception>
+#include <string_view>
 #include <typeinfo>
 #include <utility>
 
@@ -453,11 +454,12 @@ bool is_of_subscription(const rclcpp::Waitable& waitable) {
 }
 
 // A user's handler is kept as a std::function. So is rclcpp's own since Iron, which only warns of
-// what is incompatible.
+// what is incompatible. Before it is a lambda, whose name has the arguments of the function that it is in.
 bool is_default_event_handler(const rclcpp::Waitable& waitable) {
   if (dynamic_cast<const QosEventHandler*>(&waitable) == nullptr) return false;
   const std::string name = demangled(typeid(waitable));
-  const bool is_function = name.find("std::function<") != std::string::npos;
+  constexpr std::string_view kKept = "<std::function<";
+  const bool is_function = name.find(kKept) == name.find('<');
   return !is_function ||
          (kOwnHandlersAreFunctions && name.find("incompatible") != std::string::npos);
 }

@@ -4,6 +4,8 @@
 #include "support/rclcpp/tests/spinning.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <memory>
 
 namespace cie_rclcpp {
 namespace {
@@ -149,6 +151,22 @@ TEST_F(RclcppNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
   ASSERT_EQ(all.size(), 3U);
   EXPECT_EQ(all[2]->kind(), cie::CallbackKind::waitable);
   EXPECT_THAT(all[2]->logical_id(), testing::HasSubstr("QOSEventHandler"));
+}
+
+// As in the constructor of a GenericSubscription: the lambda's type has that function's arguments.
+template <typename Allocator>
+auto default_handler(const std::function<void(Message)>&, const Allocator&) {
+  const auto warn = [](rclcpp::QOSRequestedIncompatibleQoSInfo&) {};
+  using Handler = rclcpp::QOSEventHandler<decltype(warn), rclcpp::QOSRequestedIncompatibleQoSInfo>;
+  return std::make_shared<Handler>(std::make_shared<rmw_double::Event>(), warn);
+}
+
+TEST_F(RclcppNodeTest, ADefaultHandlerIsOneWhereverItsFunctionStands) {
+  EXPECT_TRUE(is_default_event_handler(*default_handler([](const Message&) {}, 1)));
+  using Kept = rclcpp::QOSEventHandler<rclcpp::QOSRequestedIncompatibleQoSCallbackType,
+                                       rclcpp::QOSRequestedIncompatibleQoSInfo>;
+  EXPECT_FALSE(is_default_event_handler(Kept{std::make_shared<rmw_double::Event>(),
+                                             [](rclcpp::QOSRequestedIncompatibleQoSInfo&) {}}));
 }
 
 // A handler keeps the middleware's reader, which since Iron calls the subscription's notice: who kept the
