@@ -3,8 +3,10 @@
 #include "distributions.hpp"
 
 #include <atomic>
+#include <cstddef>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <string_view>
 #include <typeinfo>
 #include <utility>
@@ -60,6 +62,17 @@ bool is_taken(const char* what, const std::string& name, Take take) {
 bool was_there(rcl_ret_t taken, rcl_ret_t nothing) {
   if (taken != RCL_RET_OK && taken != nothing) rclcpp::exceptions::throw_from_rcl_error(taken);
   return taken == RCL_RET_OK;
+}
+
+std::uint64_t number_of(const void* bytes, std::size_t size) {
+  return std::hash<std::string_view>{}({static_cast<const char*>(bytes), size});
+}
+std::uint64_t writer_of(const rclcpp::MessageInfo& info) {
+  const rmw_gid_t& gid = info.get_rmw_message_info().publisher_gid;
+  return number_of(&gid, sizeof(gid));
+}
+std::uint64_t writer_of(const rmw_request_id_t& request) {
+  return number_of(&request, offsetof(rmw_request_id_t, sequence_number));
 }
 
 auto notice_of_middleware(Entity::Notice notice) {
@@ -145,6 +158,8 @@ class SubscriptionEntity final : public Entity {
   std::size_t process_depth() const override {
     return process_.expired() ? 0 : (depth_ > 0 ? depth_ : 1024);
   }
+  // What publishers of the same process send, too.
+  bool is_shared() const override { return !process_.expired(); }
 
   void connect(Notice notice) override {
     if (const auto process = process_.lock()) {
@@ -191,7 +206,7 @@ class SubscriptionEntity final : public Entity {
                  [&] { return subscription->take_type_erased(message.get(), info); }) &&
         is_for_this_callback(*subscription, info);
     if (is_ours) {
-      begin(info.get_rmw_message_info().source_timestamp);
+      begin(info.get_rmw_message_info().source_timestamp, writer_of(info));
       subscription->handle_message(message, info);
     }
     subscription->return_message(message);
@@ -210,7 +225,7 @@ class SubscriptionEntity final : public Entity {
     if (!process) return false;
     auto message = process->take_data_by_entity_id(static_cast<std::size_t>(entity));
     if (!message) return false;
-    begin(0);
+    begin(0, 0);
     execute_waitable(*process, message);
     return true;
   }
@@ -221,7 +236,7 @@ class SubscriptionEntity final : public Entity {
     const bool is_ours =
         is_taken("message", topic_, [&] { return subscription.take_serialized(*message, info); });
     if (is_ours) {
-      begin(info.get_rmw_message_info().source_timestamp);
+      begin(info.get_rmw_message_info().source_timestamp, writer_of(info));
       subscription.handle_serialized_message(message, info);
     }
     subscription.return_serialized_message(message);
@@ -245,7 +260,7 @@ class SubscriptionEntity final : public Entity {
     };
     const std::unique_ptr<void, decltype(give_back)> loan{message, give_back};
     if (!is_for_this_callback(subscription, info)) return false;
-    begin(info.get_rmw_message_info().source_timestamp);
+    begin(info.get_rmw_message_info().source_timestamp, writer_of(info));
     subscription.handle_loaned_message(message, info);
     return true;
   }
@@ -292,7 +307,7 @@ class ServiceEntity final : public Entity {
       return false;
     }
     *header = info.request_id;
-    begin(info.source_timestamp);
+    begin(info.source_timestamp, writer_of(info.request_id));
     service->handle_request(header, request);
     return true;
   }
@@ -313,6 +328,7 @@ class ClientEntity final : public Entity {
   std::string name() const override { return name_; }
   cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::client; }
   std::size_t depth() const override { return depth_; }
+  bool is_shared() const override { return true; }  // answers to other clients
   void connect(Notice notice) override {
     if (const auto client = client_.lock()) {
       client->set_on_new_response_callback(notice_of_middleware(std::move(notice)));
@@ -337,7 +353,7 @@ class ClientEntity final : public Entity {
       return false;
     }
     *header = info.request_id;
-    begin(info.source_timestamp);
+    begin(info.source_timestamp, writer_of(info.request_id));
     client->handle_response(header, response);
     return true;
   }
@@ -394,7 +410,7 @@ class WaitableEntity final : public Entity {
     if (entity == Arrival::kAnyEntity && !is_event_) return run_all(*waitable, begin);
     auto data = waitable->take_data_by_entity_id(static_cast<std::size_t>(entity));
     if (is_event_ && !data) return false;
-    begin(0);
+    begin(0, 0);
     execute_waitable(*waitable, data);
     return true;
   }
@@ -404,7 +420,7 @@ class WaitableEntity final : public Entity {
 
   // One of them is ready, and it is not known which: an action's ignore a take that brings nothing.
   static bool run_all(rclcpp::Waitable& waitable, const Begin& begin) {
-    begin(0);
+    begin(0, 0);
     for (std::size_t each = 0; each < kMostEntities; ++each) {
       auto data = waitable.take_data_by_entity_id(each);
       if (data) execute_waitable(waitable, data);

@@ -22,8 +22,9 @@ namespace cie_rclcpp {
 // when it ends, and then nothing more comes from here.
 class Entity {
  public:
-  // The message's source timestamp, CLOCK_REALTIME; 0: none. Called between taking and handling.
-  using Begin = std::function<void(std::int64_t source_timestamp_ns)>;
+  // The message's source timestamp, CLOCK_REALTIME, and a number of its writer's; 0: none. Called between
+  // taking and handling.
+  using Begin = std::function<void(std::int64_t source_timestamp_ns, std::uint64_t writer)>;
   // `count` came; `entity` is a waitable's own number for what did. On any thread.
   using Notice = std::function<void(Inbox::Source source, std::size_t count, int entity)>;
 
@@ -38,6 +39,8 @@ class Entity {
   // Of the queue in the middleware, and in the process; 0: none, or without bound.
   virtual std::size_t depth() const { return 0; }
   virtual std::size_t process_depth() const { return 0; }
+  // Whether the middleware's queue also holds what is for others, and was announced all the same.
+  virtual bool is_shared() const { return false; }
   // From now on `notice` is told; what came before, at once. Throws what rclcpp throws. The copy of
   // `notice` that the entity keeps goes with it.
   virtual void connect(Notice notice) = 0;

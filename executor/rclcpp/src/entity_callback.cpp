@@ -20,7 +20,8 @@ EntityCallback::EntityCallback(std::shared_ptr<cie::scheduling::GroupState> grou
                                const OnGone& on_gone)
     : Callback(std::move(group), std::move(info)),
       entity_(std::move(entity)),
-      inbox_(std::make_shared<Inbox>(entity_->depth(), entity_->process_depth())) {
+      inbox_(std::make_shared<Inbox>(entity_->depth(), entity_->process_depth(),
+                                     entity_->is_shared())) {
   inbox_->set_trace(&trace());
   try {
     inbox_->connect([&] {
@@ -76,7 +77,8 @@ bool EntityCallback::run_one() {
     std::optional<Instance> instance{};
   } running{.callback = *this, .taking = std::unique_lock{taking_}};
   tell_lost();
-  const Entity::Begin begin = [&running](std::int64_t source_timestamp_ns) {
+  const Entity::Begin begin = [&running](std::int64_t source_timestamp_ns, std::uint64_t writer) {
+    running.callback.inbox_->found(running.taken, writer);
     const auto release = running.callback.release_by(running.taken, source_timestamp_ns);
     running.taking.unlock();
     running.instance.emplace(running.callback, release);

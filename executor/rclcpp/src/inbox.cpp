@@ -96,8 +96,8 @@ std::uint64_t ArrivalQueue::overwritten() const noexcept {
   return next < stored ? passed + (first_kept(next, stored) - next) : passed;
 }
 
-Inbox::Inbox(std::size_t middleware_depth, std::size_t process_depth)
-    : middleware_(middleware_depth) {
+Inbox::Inbox(std::size_t middleware_depth, std::size_t process_depth, bool is_shared)
+    : middleware_(middleware_depth), overwritten_(middleware_depth, is_shared) {
   if (process_depth > 0) process_.emplace(process_depth);
 }
 
@@ -153,6 +153,17 @@ std::optional<Inbox::Taken> Inbox::take() noexcept {
   return Taken{.source = source, .arrival = *arrival};
 }
 
+void Inbox::found_nothing(const Taken& taken) noexcept {
+  if (!taken.is_announced) has_earlier_.store(false);
+  if (taken.source != Source::middleware) return;
+  overwritten_.on_empty();
+  overwritten_.on_other();
+}
+
+void Inbox::found(const Taken& taken, std::uint64_t writer) {
+  if (taken.source == Source::middleware) overwritten_.on_taken(writer, middleware_.overwritten());
+}
+
 bool Inbox::may_be_overwritten(const Taken& taken) noexcept {
   return taken.is_announced && queue(taken.source).may_be_overwritten(taken.arrival);
 }
@@ -162,7 +173,7 @@ std::uint64_t Inbox::queued() const noexcept {
 }
 
 std::uint64_t Inbox::overwritten() const noexcept {
-  return middleware_.overwritten() + (process_ ? process_->overwritten() : 0);
+  return overwritten_.count(middleware_.overwritten()) + (process_ ? process_->overwritten() : 0);
 }
 
 }  // namespace cie_rclcpp

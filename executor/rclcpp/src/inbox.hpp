@@ -5,6 +5,8 @@
 #include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "overwritten_count.hpp"
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -73,7 +75,8 @@ class Inbox {
   // middleware lost before it could be queued.
   enum class Source : std::uint8_t { middleware, process, lost };
 
-  Inbox(std::size_t middleware_depth, std::size_t process_depth);
+  // `is_shared`: the middleware's queue also holds what is for others.
+  Inbox(std::size_t middleware_depth, std::size_t process_depth, bool is_shared = false);
 
   // The entity's notice: `count` came. On whichever thread delivers.
   void announce(Source source, std::size_t count, int entity) noexcept;
@@ -104,9 +107,9 @@ class Inbox {
   // The oldest announcement. Before all others, where the middleware did not say how many messages came
   // earlier: one of these, until found_nothing() of it.
   std::optional<Taken> take() noexcept;
-  void found_nothing(const Taken& taken) noexcept {
-    if (!taken.is_announced) has_earlier_.store(false);
-  }
+  void found_nothing(const Taken& taken) noexcept;
+  // There was one, and who wrote it. One taker at a time.
+  void found(const Taken& taken, std::uint64_t writer);
   bool may_be_overwritten(const Taken& taken) noexcept;
   // Whether an announcement waits that may be that of a message sent at `realtime_ns`.
   bool may_wait_for(const Taken& taken, std::int64_t realtime_ns) noexcept {
@@ -126,6 +129,7 @@ class Inbox {
 
   ArrivalQueue middleware_;
   std::optional<ArrivalQueue> process_;
+  OverwrittenCount overwritten_;  // in the middleware's
   std::atomic<std::thread::id> registering_{};
   std::atomic<bool> has_lost_{false};
   std::atomic<bool> has_earlier_{false};  // messages that nobody counted

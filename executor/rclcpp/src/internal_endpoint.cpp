@@ -37,7 +37,7 @@ void InternalEndpoint::serve(State& state, Inbox::Source source,
   while (waiting.load() > 0 && state.server->is_open.load() && !state.has_ended.load()) {
     waiting.fetch_sub(1);
     try {
-      state.entity->run_next(source, 0, [](std::int64_t) {});
+      state.entity->run_next(source, 0, [](std::int64_t, std::uint64_t) {});
     } catch (...) {
       state.server->on_failure(std::current_exception());
     }

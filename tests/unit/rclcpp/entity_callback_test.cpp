@@ -65,7 +65,7 @@ class QueueEntity final : public Entity {
     if (queue_.messages.empty()) return false;
     const std::int64_t sent = queue_.messages.front();
     queue_.messages.pop_front();
-    begin(sent);
+    begin(sent, 1);
     return true;
   }
 

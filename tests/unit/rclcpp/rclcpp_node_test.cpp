@@ -186,7 +186,7 @@ TEST_F(RclcppNodeTest, AHandlerOfEventsIsNotTakenWithoutItsSubscription) {
   const auto entity = make_entity(handlers.front(), subscription);
   subscription.reset();
   EXPECT_FALSE(entity->run_next(Inbox::Source::middleware, 0,
-                                [](std::int64_t) { FAIL() << "it was taken"; }));
+                                [](std::int64_t, std::uint64_t) { FAIL() << "it was taken"; }));
 }
 
 TEST_F(RclcppNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
