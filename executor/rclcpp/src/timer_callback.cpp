@@ -133,9 +133,14 @@ void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
   inbox_->set_target(sink, this);
 }
 
-// Not known where the timer was cancelled or reset while it was called.
+// Not known where the timer was cancelled or reset while it was called, nor while it has another period
+// than it was announced with: its expiries then lie on no grid of that.
 cie::trace::Callback::Release TimerCallback::release(std::int64_t oldest_ns) noexcept {
   if (!has_expiries_) return {.kind = ReleaseKind::timer};
+  if (period_of(*handle_) != period_ns_) {
+    grid_.forget();
+    return {.kind = ReleaseKind::timer};
+  }
   const std::int64_t called = monotonic_now();
   const std::int64_t next = measured_next();
   if (next == 0 || next - period_ns_ > called) return {.kind = ReleaseKind::timer};

@@ -101,6 +101,30 @@ TEST_F(TimerTest, AResetBeginsANewGrid) {
   EXPECT_EQ(releases[1].missed, 0U);
 }
 
+// Twice the period, and called after one and a half: on the former grid that looks like a run in time that
+// missed one.
+TEST_F(TimerTest, IsNotSaidWhileItHasAnotherPeriodThanAtFirst) {
+  constexpr std::int64_t kTwentyMs = 20'000'000;
+  const auto timer = node_->create_wall_timer(20ms, [this] { ++runs_; });
+  const auto on_trial = callback(timer);
+  wait_until(next_of(timer));
+  EXPECT_TRUE(on_trial->execute_one());
+  std::int64_t former = 0;
+  rcl_timer_exchange_period(timer->get_timer_handle().get(), 2 * kTwentyMs, &former);
+  wait_until(next_of(timer) + kTwentyMs * 3 / 2);
+  EXPECT_TRUE(on_trial->execute_one());
+  rcl_timer_exchange_period(timer->get_timer_handle().get(), kTwentyMs, &former);
+  const std::int64_t next = next_of(timer);
+  wait_until(next);
+  EXPECT_TRUE(on_trial->execute_one());
+  const auto releases = releases_of(on_trial->id());
+  ASSERT_EQ(releases.size(), 3U);
+  EXPECT_GT(releases[0].release_ns, 0);
+  EXPECT_EQ(releases[1].release_ns, -1);
+  EXPECT_EQ(releases[1].missed, 0U);
+  EXPECT_GT(releases[2].release_ns, next - 1'000'000);
+}
+
 // Reset when it is due, to the nanosecond: the old grid has an expiry where it is due then, too.
 TEST_F(TimerTest, AResetToTheOldGridMissesNothing) {
   constexpr std::int64_t kTwentyMs = 20'000'000;

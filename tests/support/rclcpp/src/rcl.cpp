@@ -128,6 +128,12 @@ rcl_ret_t rcl_timer_get_period(const rcl_timer_t* timer, std::int64_t* period) {
   *period = timer->period;
   return RCL_RET_OK;
 }
+// The expiry that waits stays where it is.
+rcl_ret_t rcl_timer_exchange_period(const rcl_timer_t* timer, std::int64_t period,
+                                    std::int64_t* former) {
+  *former = const_cast<rcl_timer_t*>(timer)->period.exchange(period);
+  return RCL_RET_OK;
+}
 rcl_ret_t rcl_timer_clock(rcl_timer_t* timer, rcl_clock_t** clock) {
   *clock = timer->clock;
   return RCL_RET_OK;

@@ -7,7 +7,7 @@
 
 struct rcl_timer_t {
   rcl_clock_t* clock = nullptr;
-  std::int64_t period = 0;
+  std::atomic<std::int64_t> period{0};
   std::atomic<std::int64_t> last_call_time{0};
   std::atomic<std::int64_t> next_call_time{0};
   std::atomic<std::int64_t> time_credit{0};
@@ -19,5 +19,7 @@ rcl_ret_t rcl_timer_cancel(rcl_timer_t* timer);
 rcl_ret_t rcl_timer_reset(rcl_timer_t* timer);
 rcl_ret_t rcl_timer_is_canceled(const rcl_timer_t* timer, bool* is_canceled);
 rcl_ret_t rcl_timer_get_period(const rcl_timer_t* timer, std::int64_t* period);
+rcl_ret_t rcl_timer_exchange_period(const rcl_timer_t* timer, std::int64_t period,
+                                    std::int64_t* former);
 rcl_ret_t rcl_timer_clock(rcl_timer_t* timer, rcl_clock_t** clock);
 rcl_ret_t rcl_timer_get_time_until_next_call(const rcl_timer_t* timer, std::int64_t* until);
