@@ -23,8 +23,8 @@ class ClientBase : public ServiceEnd {
   }
   void clear_on_new_response_callback() { reader_->notice.clear(); }
   std::shared_ptr<rcl_client_t> get_client_handle() {
-    return std::make_shared<rcl_client_t>(reader_, gid_,
-                                          [this](const void* from, void* to) { copy(from, to); });
+    return std::make_shared<rcl_client_t>(
+        rcl_client_t{reader_, gid_, [this](const void* from, void* to) { copy(from, to); }});
   }
   bool service_is_ready() const;
   virtual std::shared_ptr<void> create_response() = 0;

@@ -51,8 +51,8 @@ class ServiceBase : public ServiceEnd {
   }
   void clear_on_new_request_callback() { reader_->notice.clear(); }
   std::shared_ptr<rcl_service_t> get_service_handle() {
-    return std::make_shared<rcl_service_t>(reader_,
-                                           [this](const void* from, void* to) { copy(from, to); });
+    return std::make_shared<rcl_service_t>(
+        rcl_service_t{reader_, [this](const void* from, void* to) { copy(from, to); }});
   }
   virtual std::shared_ptr<void> create_request() = 0;
   virtual void handle_request(std::shared_ptr<rmw_request_id_t> header,
