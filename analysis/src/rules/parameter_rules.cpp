@@ -53,15 +53,20 @@ const LoadedSpec* spec_then(const ProcessFacts& process, Timestamp time) {
   return then;
 }
 
+// Null: its run_begins name none.
+const LoadedSpec* last_named_spec(const ProcessFacts& process) {
+  const auto named =
+      std::ranges::find_if(process.specs.rbegin(), process.specs.rend(),
+                           [](const auto& loaded) { return !loaded.sha256.empty(); });
+  return named == process.specs.rend() ? nullptr : &*named;
+}
+
 // The thread ended before its process was given the spec that is judged by, and that was not the
 // one that the process had until then.
 bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& thread) {
   const auto& process = context.model.processes[at(thread.process)];
   if (!thread.fini) return false;
-  const LoadedSpec* last_named = nullptr;
-  for (const auto& loaded : process.specs) {
-    if (!loaded.sha256.empty()) last_named = &loaded;
-  }
+  const auto* last_named = last_named_spec(process);
   if (last_named == nullptr || !is_judged_by(context, *last_named)) return false;
   if (thread.fini->time >= last_named->since) return false;
   const auto* then = spec_then(process, thread.fini->time);
@@ -113,11 +118,16 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
 }
 
 // Its process was told of a spec behind the end of the thread, and what told of another one before
-// may be lost.
+// may be lost; or what told of the one that is judged by, for no event names that.
 std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread) {
   const auto& process = context.model.processes[at(thread.process)];
-  if (!thread.fini || process.last_begin <= thread.fini->time) return std::nullopt;
-  return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);
+  if (!thread.fini) return std::nullopt;
+  if (process.last_begin > thread.fini->time) {
+    return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);
+  }
+  const auto* last = last_named_spec(process);
+  if (last != nullptr && is_judged_by(context, *last)) return std::nullopt;
+  return context.proof.user_loss_since(thread.process, thread.fini->time);
 }
 
 void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,

@@ -26,9 +26,10 @@ Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
   const auto& callback = model.callbacks[at(index)];
   const auto& process = model.processes[at(callback.process)];
   auto begin = callback.registered ? callback.registered->time : callback.starts.first_at.time;
-  if (process.first_moment == RunMoment::announce && !registration(context, callback)) {
-    begin = std::min(begin, latest_begin(process));
-  }
+  // It may have been registered long before it was announced.
+  const bool is_announced =
+      callback.registered ? callback.may_repeat : process.first_moment == RunMoment::announce;
+  if (is_announced) begin = std::min(begin, latest_begin(process));
   auto end = begin;
   if (callback.fini) {
     end = std::max(end, callback.fini->at.time);
@@ -185,6 +186,16 @@ std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFac
                        "have lived on");
 }
 
+// Why it may have lived beside the earlier one, as far as is known: its callback_init may repeat what is
+// older, where the run_begin of an announcement is missing.
+std::optional<Evidence> untold_begin(const RuleContext& context, const CallbackFacts& after) {
+  if (!after.registered || after.may_repeat || registration(context, after)) return std::nullopt;
+  return evidence(
+      "callback_init", *after.registered,
+      "whether it was registered here or announced is unknown, because events were lost "
+      "before: it may have lived beside the earlier one");
+}
+
 // Of several predecessors that differ nobody knows which one it follows.
 void conclude_restart(const RuleContext& context, const std::vector<CallbackIndex>& before,
                       const Lifetime& life, std::vector<SubjectVerdict>& verdicts) {
@@ -198,6 +209,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
     compare_parameters(context, model.callbacks[at(index)], after, judgement);
     if (judgement.has_witness()) {
       judgement.overrule(untold_end(context, model.callbacks[at(index)], after));
+      judgement.overrule(untold_begin(context, after));
     }
     conclude(std::move(judgement), compared);
   }
@@ -232,22 +244,6 @@ const CallbackFacts* perhaps_ended(const Model& model, const std::vector<Lifetim
     return is_unknown ? &before : nullptr;
   }
   return nullptr;
-}
-
-// The loss for which nobody knows whether a callback_init registered it behind the end of another one of
-// these or repeats what is older.
-std::optional<Evidence> doubtful_registration(const RuleContext& context,
-                                              const std::vector<Lifetime>& lives,
-                                              const Lifetime& life) {
-  const auto& callback = context.model.callbacks[at(life.index)];
-  if (!callback.registered || callback.may_repeat || registration(context, callback))
-    return std::nullopt;
-  const auto registered = callback.registered->time;
-  const bool is_second = std::ranges::any_of(
-      lives, [registered](const Lifetime& other) { return other.end < registered; });
-  const auto& begin = context.model.processes[at(callback.process)].run_begin;
-  if (!is_second || !begin) return std::nullopt;
-  return context.proof.user_loss(callback.process, begin->time, registered);
 }
 
 // Lifetimes that may have had any id, of one host.
@@ -338,12 +334,6 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
         conclude(std::move(judgement), verdicts);
       } else if (!before.empty()) {
         conclude_restart(context, before, lives[i], verdicts);
-      }
-      const auto doubt = doubtful_registration(context, lives, lives[i]);
-      if (before.empty() && doubt) {
-        Judgement judgement(names.callback(lives[i].index));
-        judgement.doubt(doubt);
-        conclude(std::move(judgement), verdicts);
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {

@@ -144,8 +144,9 @@ std::optional<Timestamp> registration(const RuleContext& context, const Callback
   if (!begin || !callback.registered || callback.may_repeat) return std::nullopt;
   const auto registered = callback.registered->time;
   // It may follow an announcement whose run_begin was lost.
-  if (context.proof.user_loss(callback.process, begin->time, registered)) return std::nullopt;
-  return registered;
+  const bool is_doubtful = registered < begin->time ||
+                           context.proof.user_loss(callback.process, begin->time, registered);
+  return is_doubtful ? std::nullopt : std::optional(registered);
 }
 
 bool is_identified(const CallbackFacts& callback) noexcept {

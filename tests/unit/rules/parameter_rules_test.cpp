@@ -351,6 +351,14 @@ TEST(Reload, OfOneExecutorTellsNotWhatAnothersThreadsHadToDo) {
               AllOf(HasSubstr("the request failed with EPERM"), HasSubstr("is unknown")));
 }
 
+TEST(Reload, MayBeLostBehindTheEndOfAThread) {
+  const auto judged = [](const std::string& more) {
+    return Verified(refused_and_ended("former", more), kFifo80)["S1"];
+  };
+  EXPECT_EQ(judged("30 discard user until=31 count=1"), Verdict::inconclusive);
+  EXPECT_EQ(judged("9 discard user until=9 count=1"), Verdict::fail) << "no reload can be there";
+}
+
 // Writers other than this project's may list CPUs in any order.
 TEST(ParametersAsSpecified, TakesCpusInAnyOrder) {
   auto trace = trace_of(

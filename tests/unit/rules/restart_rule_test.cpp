@@ -197,6 +197,20 @@ TEST(MappingSurvivesRestart, IsNotOfProcessesThatLivedAtTheSameTime) {
   EXPECT_EQ(Verified(Announced(Announced::kLater).trace).of("M5", kLater), Verdict::fail);
 }
 
+// It may be the older one.
+TEST(MappingSurvivesRestart, IsInconclusiveWhereTheAnnouncementOfALaterProcessIsLost) {
+  const auto judged = [](const std::string& more) {
+    auto trace = trace_of(Announced::kText + more);
+    trace.erase<RunBegin>([](const RunBegin&, const EventHead& head) {
+      return head.pid == 200 && head.time.ns < 50'000'100;
+    });
+    return Verified(trace).of("M5", kLater);
+  };
+  const std::string loss = "\n49999990 discard user until=50000000 count=1";
+  EXPECT_EQ(judged(loss), Verdict::inconclusive);
+  EXPECT_EQ(judged(loss + "\n50000150 reload second spec=other"), Verdict::inconclusive);
+}
+
 // Two lifetimes within a process that was attached to. What its main thread announced may be older than that.
 TEST(MappingSurvivesRestart, ComparesWhatAnAttachedProcessMakesAnew) {
   const auto judged = [](const std::string& init, const std::string& more = "") {
