@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -19,8 +20,10 @@ bool is_named(const CallbackFacts& callback) {
 
 struct Callbacks {
   std::map<std::string_view, std::vector<CallbackFacts*>> by_id;  // without numbers
+  std::set<std::string_view> without_node;  // what follows the "?" of the ids of those
   std::vector<const CallbackFacts*> nameless;
 };
+constexpr std::string_view kNoNode = "?@";
 
 // Another process with this pid may have made the one of its id before it.
 bool follows_rcl_init(const CallbackFacts& callback) {
@@ -51,7 +54,9 @@ void doubt_numbered_ids(Model& model) {
     if (callback.is_accounted) continue;
     auto& callbacks = processes[callback.process];
     if (is_named(callback)) {
-      callbacks.by_id[without_number(callback.logical_id)].push_back(&callback);
+      const auto id = without_number(callback.logical_id);
+      callbacks.by_id[id].push_back(&callback);
+      if (id.starts_with(kNoNode)) callbacks.without_node.insert(id.substr(id.find('@')));
     } else {
       callbacks.nameless.push_back(&callback);
     }
@@ -67,14 +72,17 @@ void doubt_numbered_ids(Model& model) {
              losses.between(process.host, begin, callback.registered->time) != nullptr;
     };
     for (auto& [id, of_id] : callbacks.by_id) {
+      const bool is_one_without_node =
+          !id.starts_with(kNoNode) &&
+          callbacks.without_node.contains(id.substr(std::min(id.find('@'), id.size())));
       for (auto* callback : of_id) {
         const auto has_namesake = [callback](const CallbackFacts* nameless) {
           return may_be_alike(*nameless, *callback);
         };
-        callback->may_be_another =
-            follows_rcl_init(*callback) ||
-            (may_lack_earlier(*callback) &&
-             (of_id.size() > 1 || std::ranges::any_of(callbacks.nameless, has_namesake)));
+        callback->may_be_another = follows_rcl_init(*callback) ||
+                                   (may_lack_earlier(*callback) &&
+                                    (of_id.size() > 1 || is_one_without_node ||
+                                     std::ranges::any_of(callbacks.nameless, has_namesake)));
       }
     }
   }

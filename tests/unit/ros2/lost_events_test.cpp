@@ -55,6 +55,34 @@ TEST(Ros2Losses, OneThatGoesOnElsewhereHidesNoOtherOne) {
   EXPECT_EQ(result.callback(kTaker).duration->max, 100);
 }
 
+// The node of the first timer is lost, so the second one, made later, may be "#2".
+TEST(Ros2Losses, ATimerWhoseNodeWasToldMayBeTheSecondOfItsId) {
+  const auto result_with = [](const std::string& first) {
+    return analyze_ros2(R"(
+  0 rcl_init context_handle=0x1
+  1 rcl_node_init node_handle=0x10 node_name=a namespace=/
+  2 rcl_timer_init timer_handle=0x20 period=10000000
+  3 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+)" + first + R"(
+  10000100 callback_start callback=0x30
+  10001100 callback_end callback=0x30
+  50000000 rcl_timer_init timer_handle=0x21 period=10000000
+  50000001 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+  50000002 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+  60000100 callback_start callback=0x31
+  69000100 callback_end callback=0x31
+)",
+                        -1,
+                        "callback_groups:\n"
+                        "  - {id: \"/a@Timer(10000000)\", response_deadline: 1000000}\n")
+        .verdict("R3");
+  };
+  EXPECT_EQ(result_with("  4 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10"),
+            Verdict::pass)
+      << "no entry is that of #2";
+  EXPECT_EQ(result_with("  3 lost until=4"), Verdict::inconclusive);
+}
+
 TEST(Ros2Losses, NoDeadlineIsMissedByRunsThatAreTwo) {
   const auto result =
       result_of(kLostAtTheEnd,
