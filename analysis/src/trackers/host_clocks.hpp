@@ -15,6 +15,9 @@ namespace cie::analysis {
 
 class HostClocks {
  public:
+  // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
+  static constexpr Duration kLeastStep{100'000};
+
   explicit HostClocks(Model& model) : model_(model) {}
 
   // CLOCK_REALTIME - CLOCK_MONOTONIC, as a trace's metadata have it. 0: they do not tell.
@@ -60,8 +63,6 @@ class HostClocks {
   };
   static constexpr std::size_t kMostSteps = 64;
   static constexpr std::optional<std::int64_t> kNoOffset{};
-  // By less two readings differ where nobody set a clock: the thread may wait between the two clocks.
-  static constexpr Duration kLeastStep{100'000};
   // CLOCK_REALTIME - CLOCK_MONOTONIC, by the latest that is known of it.
   const std::optional<std::int64_t>& latest(HostIndex host) const noexcept;
   static bool is_step(std::int64_t one_offset, std::int64_t other_offset) noexcept;

@@ -73,10 +73,13 @@ inline bool InstanceMeasurer::is_woken_last(const PendingInstance& pending) cons
          !timeline_.overlaps_hole(pending.host, *woken, pending.start.time);
 }
 
-// Its message, by the clock of whoever wrote it: another one woke the thread, and was overwritten.
-inline bool InstanceMeasurer::is_written_after(const PendingInstance& pending, Timestamp time) {
-  return pending.source_timestamp > 0 && pending.realtime_offset &&
-         detail::wrapping_sub(pending.source_timestamp, *pending.realtime_offset) > time.ns;
+// Its message, as far as is known: another one woke the thread, and was overwritten. Readings of the
+// clocks differ.
+inline bool InstanceMeasurer::may_be_written_after(const PendingInstance& pending,
+                                                   Timestamp time) const {
+  if (pending.source_timestamp <= 0) return false;
+  const auto written = source_time(pending);
+  return !written || *written > time + HostClocks::kLeastStep;
 }
 
 // The first sign of its release: of a thread that waited again for something else that is the nearer
@@ -84,7 +87,7 @@ inline bool InstanceMeasurer::is_written_after(const PendingInstance& pending, T
 // one for a lock, say. Empty: there is none that is not of an instance which nobody saw, or of another
 // message.
 inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
-                                            const Measured& measured) {
+                                            const Measured& measured) const {
   const auto its_own = [&pending](const OptionalTime& wake) {
     return wake && pending.alone_since && *wake >= *pending.alone_since ? wake : OptionalTime{};
   };
@@ -92,7 +95,7 @@ inline OptionalTime InstanceMeasurer::woken(const PendingInstance& pending,
   const auto wakeup = its_own(pending.wakeup);
   if (!wakeup) return wakeup;
   const auto woken = waking ? std::min(*waking, *wakeup) : *wakeup;
-  return is_written_after(pending, woken) ? OptionalTime{} : OptionalTime(woken);
+  return may_be_written_after(pending, woken) ? OptionalTime{} : OptionalTime(woken);
 }
 
 inline void InstanceMeasurer::find_release(const PendingInstance& pending,

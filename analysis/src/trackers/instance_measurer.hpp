@@ -177,8 +177,8 @@ class InstanceMeasurer {
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const PendingInstance& pending, const Measured& measured) const;
-  static inline bool is_written_after(const PendingInstance& pending, Timestamp time);
-  static inline OptionalTime woken(const PendingInstance& pending, const Measured& measured);
+  inline bool may_be_written_after(const PendingInstance& pending, Timestamp time) const;
+  inline OptionalTime woken(const PendingInstance& pending, const Measured& measured) const;
   inline void find_release(const PendingInstance& pending, Measured& measured) const;
   OptionalTime find_source_time(const PendingInstance& pending) const;
   inline bool is_isolated_thread(const PendingInstance& pending) const;
