@@ -167,8 +167,7 @@ TEST_F(EntityCallbackTest, KnowsThemAgainOnceTheQueueOverflows) {
     expect_own_release(i);
 }
 
-constexpr std::int64_t kAhead =
-    3'600'000'000'000;  // a publisher's clock: further than the test takes
+constexpr std::int64_t kAhead = 3'600'000'000'000;  // of a publisher's clock; no test takes so long
 
 // Each looks later than its announcement, and is its own: the queue is never full.
 TEST_F(EntityCallbackTest, TakesNoClockThatIsAheadForALaterMessage) {
