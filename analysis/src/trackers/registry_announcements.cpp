@@ -56,7 +56,10 @@ void Registry::meet(const EventHead& head, const RunBegin& event) {
   auto& before = model_.processes[at(former)];
   auto& process = model_.processes[at(index)];
   process.first_seen = process.last_seen = ref(head);
-  if (!before.run_end && (!before.is_pid_own || !is_pid_own || before.pid_ns != event.pid_ns)) {
+  // Of one whose run_begin was not seen the namespace is unknown.
+  const bool is_of_one_namespace =
+      before.start_ns && before.is_pid_own && is_pid_own && before.pid_ns == event.pid_ns;
+  if (!before.run_end && !is_of_one_namespace) {
     before.shares_pid_since = process.shares_pid_since = ref(head);
   }
 }

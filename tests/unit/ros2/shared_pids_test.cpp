@@ -191,19 +191,32 @@ TEST(Ros2SharedPids, ARunThatAnOwnOneTellsOfIsOfItsProcess) {
   EXPECT_EQ(result.verdict("M2"), Verdict::pass) << result.evidence("M2");
 }
 
+// This project's process runs at 50 ms, and tells when it began.
+std::string own_begun_at(std::int64_t start_ns) {
+  return at(50'000'000,
+            "cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b "
+            "moment=start process_start_ns=" +
+                std::to_string(start_ns)) +
+         at(50'000'001, "cie:run_end callbacks=0 threads=0 groups=0 publishers=0 status=0");
+}
+
 // ROS 2's events of the pid came more than a tick of 10 ms before the start that run_begin tells.
 TEST(Ros2SharedPids, AProcessThatBeganLaterIsAnother) {
   const auto after = [](std::int64_t start_ns) {
-    const auto own =
-        at(50'000'000,
-           "cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b "
-           "moment=start process_start_ns=" +
-               std::to_string(start_ns)) +
-        at(50'000'001, "cie:run_end callbacks=0 threads=0 groups=0 publishers=0 status=0");
-    return analyze_ros2(begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + own);
+    return analyze_ros2(begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + own_begun_at(start_ns));
   };
   EXPECT_EQ(after(9'000'000).analysis.report.processes.size(), 1U);
   EXPECT_EQ(after(11'000'000).analysis.report.processes.size(), 2U);
+}
+
+// Neither of them tells its pid namespace.
+TEST(Ros2SharedPids, AProcessThatBeganLaterMayRunBesideTheFirst) {
+  const auto result =
+      analyze_ros2(begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + own_begun_at(11'000'000) +
+                       ran(60'000'000, 60'000'900, kFirst),
+                   -1, kDeadlineOfA);
+  EXPECT_EQ(result.verdict("R4"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("R4"), HasSubstr("two processes have this pid"));
 }
 
 }  // namespace
