@@ -32,7 +32,8 @@ inline Evidence without_event(const EventRef& where, std::string note) {
 
 // Of a callback of ROS 2's, which is known by an address.
 inline constexpr std::string_view kPerhapsAnothers =
-    "may be another callback's: its address was told of before events were lost, and not since";
+    "may be another callback's: its address was told of before events were lost, and not since, or "
+    "also by what may be another process of this pid";
 
 class Judgement {
  public:

@@ -246,6 +246,8 @@ class Registry {
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);
   // Another process has the pid of whoever has it.
   void note_sharing(const EventHead& head, PidSharing sharing);
+  // Instances of it may be told as another's from here on, or the other way round.
+  void note_shared_address(const EventHead& head, CallbackIndex callback);
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);

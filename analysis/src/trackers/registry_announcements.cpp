@@ -192,6 +192,8 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
     facts.group = event.group;
     model_.groups[group(*process, event.group, head)].callbacks.push_back(index);
   }
+  if (event.shares_address) note_shared_address(head, index);
+  if (event.former != kNoCallback) note_shared_address(head, callback(*process, event.former));
 }
 
 void Registry::apply(const EventHead& head, const CallbackFini& event) {

@@ -37,6 +37,11 @@ void Registry::note_sharing(const EventHead& head, PidSharing sharing) {
   process.pid_sharing = sharing;
 }
 
+void Registry::note_shared_address(const EventHead& head, CallbackIndex index) {
+  auto& facts = model_.callbacks[at(index)];
+  if (!facts.own) facts.keep_own_apart(ref(head));
+}
+
 void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
   if (const auto process = process_of(head))
     model_.processes[at(*process)].tracetools = event.version;

@@ -153,6 +153,33 @@ TEST(Ros2SharedPids, AnExitIsNotThatOfTheNextProcess) {
   EXPECT_EQ(analyze_ros2(two_lives(given_anew) + exit(9000)).verdict("T4"), Verdict::pass);
 }
 
+// Of two containers from one image, as where the kernel does not randomize addresses.
+TEST(Ros2SharedPids, WhatRunsAtAnAddressThatIsTakenSinceAnotherBeginMayBeOfEither) {
+  const auto result =
+      analyze_ros2(begin(0, "a", kFirst) + ran(1000, 1100, kFirst) + begin(1500, "b", kFirst) +
+                       ran(2000, 2900, kFirst) + ran(3000, 3100, kFirst),
+                   -1, kDeadlineOfA);
+  EXPECT_THAT(result.logical_ids(), ElementsAre("/a@Timer(1000)", "/b@Timer(1000)"));
+  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("R4"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("R4"), HasSubstr("may be another callback's"));
+}
+
+TEST(Ros2SharedPids, InstancesOfTwoProcessesAtOneAddressAreNotThoseOfOneCallback) {
+  const auto on = [](std::int64_t time, const char* event, int tid) {
+    return at(time, std::string("callback_") + event + " cpu=" + std::to_string(tid) + " tid=" +
+                        std::to_string(tid) + " callback=" + std::to_string(kFirst + 0x30));
+  };
+  std::string both = begin(0, "a", kFirst) + begin(10, "b", kFirst, 5);
+  for (const std::int64_t time : {1000, 2000}) {
+    both += on(time, "start", 1) + on(time + 10, "start", 5) + on(time + 20, "end", 1) +
+            on(time + 30, "end", 5);
+  }
+  const auto result = analyze_ros2(both);
+  for (const auto* rule : {"M3", "E2"})
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule << result.evidence(rule);
+}
+
 // This project's process has one timer, which ran once.
 constexpr const char* kOwn = R"(
   2 cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b moment=start

@@ -179,6 +179,10 @@ struct CallbackInit {
   bool is_identified = true;
   // It was made since an rcl_init that was not the first sign of its pid, perhaps in another process.
   bool is_after_rcl_init = false;
+  // Since such an rcl_init it and another one have an address one after the other: instances of one may
+  // be told as the other's. `former`: the one before it; kNoCallback: none, or not told.
+  bool shares_address = false;
+  CallbackId former = kNoCallback;
 };
 struct CallbackFini {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -268,7 +272,7 @@ struct CallbackStart {
   // One of the publications that were recorded may be the message taken; which is not told.
   bool is_writer_undecided = false;
   // Its callback is known by an address, of which events that were lost since may have told that it is
-  // another one's by now.
+  // another one's by now; or CallbackInit::shares_address.
   bool may_be_another = false;
   // The next event of all, in the same stream, was its end, then. It is told by this alone: of ROS
   // 2's callbacks two of three end so.

@@ -37,6 +37,7 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
   announce_node(callback.node, head, process, sink);
   const auto group = announce_group_of(callback, head, process, sink);
   const auto logical_id = process.directory.logical_id(callback);
+  const auto* const former = callback.former;
   emit(head,
        CallbackInit{.callback = callback.id,
                     .group = group.value_or(kNoGroup),
@@ -50,7 +51,9 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                     .first_expiry = callback.first_expiry,
                     .expiry_spread = callback.expiry_spread,
                     .is_identified = callback.is_identified,
-                    .is_after_rcl_init = callback.is_after_rcl_init},
+                    .is_after_rcl_init = callback.is_after_rcl_init,
+                    .shares_address = Directory::shares_address(callback),
+                    .former = former != nullptr && former->is_told ? former->id : kNoCallback},
        sink);
 }
 

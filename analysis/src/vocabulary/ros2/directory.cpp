@@ -333,7 +333,8 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.rmw_subscription = entity.rmw_subscription;
   callback.group = entity.group;
   callback.made = entity.made;
-  callback.told_after = std::min(entity.told_after, entity.bound_after);
+  if (!shares_address(callback))
+    callback.told_after = std::min(entity.told_after, entity.bound_after);
   const bool is_timer = entity.kind == CallbackKind::timer;
   const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);
   callback.is_identified = entity.is_announced && !lacks_node;

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -66,7 +67,7 @@ struct Callback {
   bool is_queue_told = false;   // likewise what a buffer did
   std::uint32_t number = 0;     // among those of its logical id; 0: not told yet
   std::uint64_t next_seq = 0;
-  std::uint64_t told_after = 0;  // losses: see Directory::lose()
+  std::uint64_t told_after = 0;  // losses: see Directory::lose(); or Directory::kShared
   Address rmw_subscription = 0;  // rmw's handle; 0: it has none, or that is not told
   std::optional<NodeId> node{};
   std::string source{};
@@ -83,6 +84,7 @@ struct Callback {
   Timestamp unnamed_since{};       // if it ran before anything was said of its address
   bool is_identified = false;      // what its logical id is made of was told, as far as tracers do
   bool is_after_rcl_init = false;  // made, or seen to run first, since Directory::begin_again()
+  Callback* former = nullptr;      // which had an address of it before, if that is taken since then
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
 };
@@ -134,6 +136,10 @@ class Directory {
   void lose() noexcept { ++losses_; }
   // rcl_init of a pid that has told before: of another context, or of another process.
   void begin_again() noexcept { is_begun_again_ = true; }
+  // It, or the one before it at an address, was bound there since: both may live, in two processes.
+  static bool shares_address(const Callback& callback) noexcept {
+    return callback.told_after == kShared;
+  }
   // What lies at the callback's addresses, or runs there.
   bool may_be_another(const Callback& callback) const noexcept {
     return callback.told_after != losses_;
@@ -221,7 +227,9 @@ class Directory {
   struct Binding {
     std::optional<Address> object{};
     Callback* callback = nullptr;
-    Callback* ran = nullptr;  // there, before anything was said of the address
+    Callback* ran = nullptr;     // there, before anything was said of the address
+    Callback* last = nullptr;    // whose it was last
+    Callback* former = nullptr;  // whose it was before, if it is taken over since begin_again()
     std::string symbol{};
     Made symbol_made{};
     Address handle = 0;  // of the callback; 0: not known yet
@@ -247,6 +255,7 @@ class Directory {
     Made type_made{};
   };
 
+  static constexpr auto kShared = std::numeric_limits<std::uint64_t>::max();
   // Far from what an executor of this project numbers from 0, should a process have both.
   static constexpr std::uint32_t kFirstId = 1'000'000;
   template <typename Id>
@@ -304,6 +313,7 @@ class Directory {
   // By the object that its callback belongs to.
   void hold_by(Object& object, Address address, Binding& binding, const Telling& telling);
   void bind(Address address, Binding& binding, Address handle);
+  static void share(Callback& callback, Callback& former) noexcept;
   // It is told again.
   void confirm(Binding& binding);
   void hide(Entity& entity, Hidden hidden);

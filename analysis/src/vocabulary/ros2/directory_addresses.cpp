@@ -130,15 +130,21 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
   } else if (before == nullptr) {
     entity.callback = &new_callback();
   }
-  binding.callback = entity.callback;
+  binding.callback = binding.last = entity.callback;
   binding.handle = handle;
   entity.bound_after = binding.told_after;
   auto& callback = *entity.callback;
   callback.handle = handle;
+  if (binding.former != nullptr && binding.former != &callback) share(callback, *binding.former);
   const bool is_its_symbol =
       !binding.symbol_made || !binding.made || *binding.symbol_made >= *binding.made;
   if (callback.symbol.empty() && is_its_symbol) callback.symbol = binding.symbol;
   describe(callback, entity);
+}
+
+void Directory::share(Callback& callback, Callback& former) noexcept {
+  callback.former = &former;
+  callback.told_after = former.told_after = kShared;
 }
 
 void Directory::confirm(Binding& binding) {
@@ -167,7 +173,12 @@ Directory::Binding& Directory::take_over(Address address, const Telling& telling
     let_go(address, binding);
   }
   auto* const ran = has_run(binding.ran, telling) ? binding.ran : nullptr;
-  Binding next{.callback = ran, .ran = ran, .made = telling.made, .told_after = losses_};
+  Binding next{.callback = ran,
+               .ran = ran,
+               .last = binding.last,
+               .former = is_begun_again_ ? binding.last : nullptr,
+               .made = telling.made,
+               .told_after = losses_};
   if (telling.repeats && telling.made) {  // of its symbols the last one may be told first
     next.symbol = std::move(binding.symbol);
     next.symbol_made = binding.symbol_made;
@@ -205,7 +216,7 @@ void Directory::hold(Address address, Binding& binding, Address handle) {
 Callback& Directory::find_callback(Address address, Timestamp now) {
   auto& binding = bindings_[address];
   if (binding.callback == nullptr) {
-    binding.callback = binding.ran = &new_callback();
+    binding.callback = binding.ran = binding.last = &new_callback();
     binding.callback->symbol = binding.symbol;
     binding.callback->unnamed_since = now;
   }
