@@ -75,6 +75,7 @@ std::span<const ExportFormat> export_formats() { return kFormats; }
 
 std::vector<std::string> export_format_names() {
   std::vector<std::string> names;
+  names.reserve(kFormats.size());
   for (const auto& format : kFormats)
     names.emplace_back(format.name);
   return names;
