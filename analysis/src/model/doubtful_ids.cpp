@@ -1,10 +1,10 @@
 #include "doubtful_ids.hpp"
 
+#include "logical_ids.hpp"
 #include "recorded_parts.hpp"
 #include "user_losses.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <string_view>
@@ -20,10 +20,9 @@ bool is_named(const CallbackFacts& callback) {
 
 struct Callbacks {
   std::map<std::string_view, std::vector<CallbackFacts*>> by_id;  // without numbers
-  std::set<std::string_view> without_node;  // what follows the "?" of the ids of those
+  std::set<std::string_view> without_node;                        // IdParts::what of those
   std::vector<const CallbackFacts*> nameless;
 };
-constexpr std::string_view kNoNode = "?@";
 
 // Another process with this pid may have made the one of its id before it.
 bool follows_rcl_init(const CallbackFacts& callback) {
@@ -39,14 +38,6 @@ bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
 
 }  // namespace
 
-std::string_view without_number(std::string_view id) {
-  const auto mark = id.rfind('#');
-  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  const bool is_numbered = mark != std::string_view::npos && mark + 1 < id.size() &&
-                           std::ranges::all_of(id.substr(mark + 1), is_digit);
-  return is_numbered ? id.substr(0, mark) : id;
-}
-
 void doubt_numbered_ids(Model& model) {
   std::map<ProcessIndex, Callbacks> processes;
   for (auto& callback : model.callbacks) {
@@ -54,9 +45,9 @@ void doubt_numbered_ids(Model& model) {
     if (callback.is_accounted) continue;
     auto& callbacks = processes[callback.process];
     if (is_named(callback)) {
-      const auto id = without_number(callback.logical_id);
-      callbacks.by_id[id].push_back(&callback);
-      if (id.starts_with(kNoNode)) callbacks.without_node.insert(id.substr(id.find('@')));
+      callbacks.by_id[without_number(callback.logical_id)].push_back(&callback);
+      const IdParts parts(callback.logical_id);
+      if (parts.lacks_node()) callbacks.without_node.insert(parts.what);
     } else {
       callbacks.nameless.push_back(&callback);
     }
@@ -72,9 +63,9 @@ void doubt_numbered_ids(Model& model) {
              losses.between(process.host, begin, callback.registered->time) != nullptr;
     };
     for (auto& [id, of_id] : callbacks.by_id) {
+      const IdParts parts(id);
       const bool is_one_without_node =
-          !id.starts_with(kNoNode) &&
-          callbacks.without_node.contains(id.substr(std::min(id.find('@'), id.size())));
+          !parts.lacks_node() && callbacks.without_node.contains(parts.what);
       for (auto* callback : of_id) {
         const auto has_namesake = [callback](const CallbackFacts* nameless) {
           return may_be_alike(*nameless, *callback);

@@ -1,7 +1,7 @@
 #include "thread_questions.hpp"
 
 #include "judgement.hpp"
-#include "model/doubtful_ids.hpp"
+#include "model/logical_ids.hpp"
 #include "rule_context.hpp"
 
 #include <algorithm>
@@ -56,20 +56,6 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
   }
   return true;
 }
-
-// An id in parts: "/node", "@Timer(10)".
-struct IdParts {
-  explicit IdParts(std::string_view id) {
-    const auto plain = without_number(id);
-    const auto mark = std::min(plain.find('@'), plain.size());
-    node = plain.substr(0, mark);
-    what = plain.substr(mark);
-  }
-  bool lacks_node() const { return node == "?"; }
-
-  std::string_view node;
-  std::string_view what;
-};
 
 // As far as the callback's id is known; its number may be any.
 bool may_be_entry_of(const SpecEntry& entry, const CallbackFacts& callback) {
