@@ -58,6 +58,11 @@ const HostReport& host_of(const Report& report, const ProcessReport& process) no
   return number < report.hosts.size() ? report.hosts[number] : none;
 }
 
+TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept {
+  return {.from = std::max(callback.lived.from, process.lived.from),
+          .to = std::min(callback.lived.to, process.lived.to)};
+}
+
 bool is_isolated_executor_alone(const ProcessReport& process) noexcept {
   return process.executor == label(ExecutorKind::isolated);
 }

@@ -143,8 +143,7 @@ std::map<std::string_view, SampleCollector::Lives> SampleCollector::lives_by_id(
   for (const auto& callback : report.callbacks) {
     auto& lives = lives_by_id[callback.logical_id];
     const auto& process = rows.process_of(callback);
-    const TimeWindow at_most{.from = std::max(callback.lived.from, process.lived.from),
-                             .to = std::min(callback.lived.to, process.lived.to)};
+    const auto at_most = life_of(callback, process);
     lives.at_most[process.host_index].push_back(at_most);
     const auto number = at(callback.index);
     const bool has_run = number < measured_.size() && !measured_[number].logical_id.empty();

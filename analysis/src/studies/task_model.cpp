@@ -231,11 +231,6 @@ bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept {
   return a.from <= b.to && b.from <= a.to;
 }
 
-TimeWindow Task::lived() const noexcept {
-  return {.from = std::max(callback->lived.from, process->lived.from),
-          .to = std::min(callback->lived.to, process->lived.to)};
-}
-
 const ThreadReport* Task::thread() const noexcept {
   return threads.size() == 1 ? threads.front() : nullptr;
 }

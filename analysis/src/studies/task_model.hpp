@@ -35,8 +35,7 @@ struct Task {
   std::vector<const ThreadReport*> threads{};  // null: of one the report has no row
   CallbackSchedulability result{};
 
-  // The callback did, within its process.
-  TimeWindow lived() const noexcept;
+  TimeWindow lived() const noexcept { return life_of(*callback, *process); }
   // Null: it ran on none or on several.
   const ThreadReport* thread() const noexcept;
   // Of that thread; null also where they are not known.

@@ -49,6 +49,9 @@ std::optional<TimeWindow> asked_window(const TraceSummary& trace) noexcept;
 // The host of a process; where a report made by hand has no row for it, this one is empty.
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
 
+// From when to when the callback lived, within its process.
+TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept;
+
 // Whether the isolated executor is the process's only one, or one of its several. False where no
 // executor told of itself.
 bool is_isolated_executor_alone(const ProcessReport& process) noexcept;
