@@ -9,12 +9,12 @@
 
 namespace cie_rclcpp {
 
-// The middleware announces the end of the last writer as it does a message, and that takes no place in the
-// queue. Who was heard before and after has not ended between: what announcements say was overwritten in
-// that time was. Of the rest one is left out for each message that was taken, for one writer's end. Two kinds of queue also hold what is for
-// others (answers to other clients, messages that come through the process as well): of theirs only what is
-// certain counts, and nothing once such a one was met. So the count is late, or lacks some, and is never too
-// high.
+// The middleware announces the end of the last writer as it does a message, and that takes no place in
+// the queue. Who was heard before and after has not ended between: what announcements say was
+// overwritten in that time was. Of the rest one is left out for each message that was taken, for one
+// writer's end. Two kinds of queue also hold what is for others (answers to other clients, messages that
+// come through the process as well): of theirs only what is certain counts, and nothing once such a one
+// was met. So the count is late, or lacks some, and is never too high.
 class OverwrittenCount {
  public:
   OverwrittenCount(std::size_t depth, bool is_shared) : depth_(depth), is_shared_(is_shared) {

@@ -279,20 +279,30 @@ TEST(ParametersBeforeFirstCallback, AppliesNotWhenTheFirstStartLiesBeforeTheWind
             Verdict::not_applicable);
 }
 
+// A thread that ended at 20.
+std::string ended(const std::string& spec, const std::string& reloads,
+                  const std::string& applied = {}) {
+  return "process app spec=" + spec + R"(
+      callback fusion
+      1 initial fusion
+      2 applied fusion )" +
+         applied + R"(
+      10 start fusion
+      12 end fusion
+      20 finish fusion
+      )" +
+         reloads;
+}
+// Likewise, which was refused FIFO 80.
+std::string refused_and_ended(const std::string& spec, const std::string& reloads) {
+  return ended(spec, reloads, "error=1");
+}
+
 // What ended before the reload never had to do what it asks for.
 TEST(Reload, AsksNothingOfThreadsThatHadEnded) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
   const auto reloaded_at = [&](const char* time) {
-    return Verified(R"(
-      process app spec=former
-      callback fusion
-      1 initial fusion
-      2 applied fusion
-      10 start fusion
-      12 end fusion
-      20 finish fusion
-      )" + std::string(time) +
-                        " reload app spec=" + sha256,
+    return Verified(ended("former", std::string(time) + " reload app spec=" + sha256),
                     kFifo80)["S1"];
   };
   EXPECT_EQ(reloaded_at("30"), Verdict::not_applicable);
@@ -301,32 +311,10 @@ TEST(Reload, AsksNothingOfThreadsThatHadEnded) {
 
 TEST(Reload, AsksNothingKnownOfThreadsThatHadEndedWhereTheirSpecIsNotTold) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
-  auto trace = trace_of(R"(
-      process app spec=former
-      callback fusion
-      1 initial fusion
-      2 applied fusion
-      10 start fusion
-      12 end fusion
-      20 finish fusion
-      30 reload app spec=)" +
-                        sha256);
+  auto trace = trace_of(ended("former", "30 reload app spec=" + sha256));
   trace.erase<RunBegin>(
       [](const RunBegin& e, const EventHead&) { return e.spec_sha256 == "former"; });
   EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "it may have been this one";
-}
-
-// A thread that was refused FIFO 80 and ended at 20.
-std::string refused_and_ended(const std::string& spec, const std::string& reloads) {
-  return "process app spec=" + spec + R"(
-      callback fusion
-      1 initial fusion
-      2 applied fusion error=1
-      10 start fusion
-      12 end fusion
-      20 finish fusion
-      )" +
-         reloads;
 }
 
 TEST(Reload, ToASpecOfBeforeAsksThreadsThatEndedWithItThen) {

@@ -20,8 +20,8 @@ using cie::display_width;
 using cie::filled;
 using cie::wrap;
 
-// At most `columns` wide: the middle of a longer text becomes `gap`. No digit stands beside it: a number is shown
-// whole, or not at all.
+// At most `columns` wide: the middle of a longer text becomes `gap`. No digit stands beside it: a number
+// is shown whole, or not at all.
 std::string elide(std::string_view text, std::size_t columns, std::string_view gap = "...");
 
 // The same with `gap` in place of the end; a word with a digit is left out whole, and a number without its
