@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -33,6 +34,27 @@ constexpr const char* kApplication = R"(
   22000 callback_end callback=0x52 tid=2
   30000 callback_start callback=0x51
   31000 callback_end callback=0x51
+)";
+
+// A process of this project's own events alone: a timer that skipped one period, and is released twice.
+constexpr const char* kOwn = R"(
+  0 cie:run_begin contract_version=1 executor=isolated pid=1 host=h boot_id=b moment=start monotonic_ns=0
+  10 cie:node_init node_id=0 name=/n
+  20 cie:group_init group_id=0 node_id=0 type=mutually_exclusive
+  30 cie:callback_init callback_id=0 node_id=0 group_id=0 kind=timer logical_id=/n@Timer(1000) period_ns=1000 next_seq=0
+  40 cie:thread_init tid=2 role=callback callback_id=0 group_id=0 name=n start_ns=40
+  50 cie:thread_sched tid=2 moment=initial n=0 policy=0 cpus=0 error=0
+  60 cie:thread_sched tid=2 moment=applied n=1 policy=0 cpus=0 error=0
+  1000 cie:thread_wakeup tid=2 callback_id=0 reason=timer
+  1100 cie:callback_start tid=2 callback_id=0 seq=0 release_kind=timer release_ns=1000 missed=0
+  1200 cie:callback_end tid=2 callback_id=0 seq=0 status=ok
+  3000 cie:thread_wakeup tid=2 callback_id=0 reason=timer
+  3100 cie:callback_start tid=2 callback_id=0 seq=1 release_kind=timer release_ns=3000 missed=1
+  3200 cie:callback_end tid=2 callback_id=0 seq=1 status=ok
+  4000 cie:thread_sched tid=2 moment=audit n=2 policy=0 cpus=0 error=0
+  4100 cie:thread_fini tid=2 read_backs=3
+  4200 cie:callback_fini callback_id=0 started=2 ended=2 released=0 overwritten=0 lost=0
+  4300 cie:run_end callbacks=1 threads=1 groups=1 publishers=0 status=0
 )";
 
 // Each event a second time, 4 ns after it.
@@ -80,6 +102,28 @@ TEST(Ros2Copies, OfASecondSessionCountOnce) {
 TEST(Ros2Copies, OfWhatRanWhenTheSecondSessionBeganCountOnce) {
   expect_as_once(
       analyze_ros2(recorded_twice(kApplication, [](std::int64_t time) { return time > 10'300; })));
+}
+
+// All that numbers and totals prove holds as if one session had recorded it.
+TEST(Ros2Copies, OfOwnEventsCountOnce) {
+  constexpr std::string_view kAllowsOne =
+      "callback_groups:\n  - id: /n@Timer(1000)\n    missed_releases_allowed: 1\n";
+  const auto judged = [&](bool (*is_copied)(std::int64_t)) {
+    return analyze_ros2(recorded_twice(kOwn, is_copied), -1, kAllowsOne);
+  };
+  const auto once = judged([](std::int64_t) { return false; });
+  ASSERT_EQ(once.instances.size(), 2U);
+  ASSERT_EQ(once.verdict("R2"), Verdict::pass) << once.evidence("R2");
+  ASSERT_EQ(once.verdict("T4"), Verdict::pass) << once.evidence("T4");
+  const auto expect_as_once = [&once](const Ros2Result& twice) {
+    EXPECT_EQ(twice.durations(), once.durations());
+    for (const auto& rule : once.analysis.verdicts.rules)
+      EXPECT_EQ(twice.verdict(rule.id), rule.verdict) << rule.id << ' ' << twice.evidence(rule.id);
+  };
+  expect_as_once(judged([](std::int64_t) { return true; }));
+  // The second session began or ended in the middle of an instance.
+  expect_as_once(judged([](std::int64_t time) { return time > 3100; }));
+  expect_as_once(judged([](std::int64_t time) { return time < 1200; }));
 }
 
 TEST(Ros2Copies, AreNotWhatOnlyTheSecondSessionHas) {

@@ -1,6 +1,8 @@
-// One event that several LTTng sessions recorded at once: ROS 2's tracers number nothing, so that a
-// copy is known by what it says, and by who said it last.
+// One event that several LTTng sessions recorded at once: a copy is known by what it says, and by who
+// said it last.
 #pragma once
+
+#include <cie/analysis/event.hpp>
 
 #include "vocabulary/field.hpp"
 #include "vocabulary/vocabulary.hpp"
@@ -15,8 +17,15 @@ class LastRecorded {
  public:
   // Whether another session had the event: the thread's next one, in a session's trace.
   bool is_copy(std::uint32_t trace, const Translation& translation, const Payload& fields);
+  // Whether copies of such an event of this project's own are known. Others say the same as often as
+  // they are told.
+  static bool knows_copies_of(const EventBody& body) noexcept;
+  bool is_copy(std::uint32_t trace, const EventBody& body);
 
  private:
+  // Of one translation; null: of an own event.
+  bool is_copy(std::uint32_t trace, const Translation* translation, std::uint64_t digest);
+
   const Translation* translation_ = nullptr;
   std::uint64_t digest_ = 0;
   std::uint64_t traces_ = 0;  // that have it: bits, which those of more than 64 sessions share

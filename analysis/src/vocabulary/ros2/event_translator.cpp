@@ -104,7 +104,8 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
   constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
                                CallbackInit, PublisherInit, Discarded, DamagedPacket>();
-  if (!links_.has_any() && (batch.kinds_kept() & kTold) == 0) {
+  const bool may_tell = may_have_copies_ || links_.has_any();
+  if (!may_tell && (batch.kinds_kept() & kTold) == 0) {
     if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
     for (const auto& event : events) {
       if (std::holds_alternative<CallbackStart>(event.body)) note_own(event.head);
@@ -112,6 +113,7 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
     return;
   }
   for (auto& event : events) {
+    if (may_have_copies_ && leave_copy(event)) continue;
     const auto& head = event.head;
     std::visit(
         Overloaded{
@@ -142,6 +144,19 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
   }
 }
 
+bool EventTranslator::leave_copy(Event& event) {
+  const auto& head = event.head;
+  if (!ros2::LastRecorded::knows_copies_of(event.body)) return false;
+  if (head.is_derived || !head.pid || !head.tid) return false;
+  const auto& stream = stream_of(head);
+  auto& host = *stream.host;
+  if (!host.has_several_traces) return false;
+  auto& last = emitting_thread(host, head).thread->last_recorded;
+  if (!last.is_copy(stream.trace, event.body)) return false;
+  event.body.emplace<OtherEvent>();
+  return true;
+}
+
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   // Machines may be called alike: then their boots tell them apart.
   auto host = std::string(event.host) + '\0' + std::string(event.clock_uuid);
@@ -152,7 +167,10 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                      .is_kernel = event.domain == Domain::kernel};
   if (event.domain != Domain::user) return;
   if (!of_host.trace) ++speaking_hosts_;
-  if (of_host.trace.value_or(event.trace) != event.trace) of_host.has_several_traces = true;
+  if (of_host.trace.value_or(event.trace) != event.trace) {
+    of_host.has_several_traces = true;
+    may_have_copies_ = true;
+  }
   of_host.trace = event.trace;
 }
 

@@ -89,6 +89,9 @@ class EventTranslator final : public Translator {
   };
 
   void heed(std::span<Event> events, EventBatch& batch);
+  // Whether an own event is the copy of one that another session recorded; then it is no more than an
+  // OtherEvent.
+  bool leave_copy(Event& event);
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
@@ -166,6 +169,7 @@ class EventTranslator final : public Translator {
 
   std::vector<Stream> streams_;
   std::size_t speaking_hosts_ = 0;                    // of which user space tells
+  bool may_have_copies_ = false;                      // of an event: some host has several traces
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock
