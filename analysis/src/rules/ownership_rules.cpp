@@ -92,6 +92,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
                  : "no sched_switch events; record with --kernel to measure foreign work"));
     return;
   }
+  if (*thread.foreign_span_ns == 0) return;  // it was over before the window
   judgement.check();
   if (is_unread) {
     judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),

@@ -15,6 +15,12 @@ Timestamp told_since(const ThreadFacts& thread) {
   return told ? std::max(born, told->time) : born;
 }
 
+// Since then it does nothing. Null: it may.
+const EventRef* work_end_of(const ThreadFacts& thread) {
+  if (thread.fini) return &*thread.fini;
+  return thread.kernel_exit ? &*thread.kernel_exit : nullptr;
+}
+
 // The first that told of it. Null: none did.
 const StreamFacts* first_stream(const Model& model, const ThreadFacts& thread) {
   const auto& told = thread.first_seen ? thread.first_seen : thread.announced;
@@ -76,6 +82,14 @@ void EnforcementTracker::begin_window(Timestamp begin) {
     if (!state.first_wait || state.first_wait->time >= begin) continue;
     state.first_wait.reset();
     thread.first_wait.reset();
+    thread.foreign_ns.reset();
+    thread.foreign_span_ns.reset();
+    if (const auto over = work_end_of(thread)) {  // what was totalled then is of before the window
+      if (over->time > begin) continue;
+      thread.first_wait = begin;
+      thread.foreign_ns = thread.foreign_span_ns = 0;
+      continue;
+    }
     if (instances_.is_inside_unseen(index)) continue;  // until that instance has ended
     state.first_wait = mark;
     state.inside_before = instances_.inside_execution(index, host, begin);
