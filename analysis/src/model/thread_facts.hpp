@@ -44,6 +44,8 @@ enum class PidSharing : std::uint8_t {
                // child of fork() without LTTng's library for it
   other_init,  // its callback_init: its run_begin was lost
   perhaps,     // events that follow the run_end and a loss, which may have taken a run_begin
+  announced_late,  // a run_begin of a process that had begun before the last instances of this one
+  told_again,  // what one process tells once or in order, after a loss that may have taken a run_begin
   crossed,     // instances on one thread that overlap and do not nest
   beside_own,  // since an rcl_init, ROS 2's events tell of runs that none of its own ones tells
 };
@@ -74,6 +76,7 @@ struct ProcessFacts {
   // Another process has the same pid, so that whose events are whose is unknown, and what showed it.
   std::optional<EventRef> shares_pid_since{};
   PidSharing pid_sharing{};
+  std::optional<EventRef> told_again{};  // first event that no one process tells twice, told twice
   std::uint32_t contract_version = 0;
   std::uint32_t online_cpus = 0;
   std::optional<RunTotals> run_end{};    // last one seen

@@ -138,6 +138,14 @@ Evidence sharing(const ProcessFacts& process) {
       return since(
           "events were lost since the run_end of this pid: what follows may be of another "
           "process, and its run_begin was not recorded");
+    case PidSharing::announced_late:
+      return since(
+          "this process began before the last instances that are told of the former one of its pid: "
+          "they are its own, and of the former one's which are is unknown");
+    case PidSharing::told_again:
+      return since(
+          "what a process tells once came twice: another one has this pid, and its run_begin was "
+          "not recorded");
     case PidSharing::crossed:
       return since(
           "instances on one thread overlap and do not nest: two processes have this pid, as "

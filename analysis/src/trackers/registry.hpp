@@ -155,6 +155,9 @@ class Registry {
   // Likewise of any other event: if whoever has the pid has ended and used its number before, it is of
   // another process, whose run_begin was lost. Where it may be of either, that is noted.
   void meet_after_end(const EventHead& head, const EventBody& body, const LossTimes& losses);
+  // Once all was consumed. What no one process tells twice may be of another one, if its run_begin was
+  // lost.
+  void doubt_told_again(const LossTimes& losses);
   void apply(const EventHead& head, const RunBegin& event);
   void apply(const EventHead& head, const RunEnd& event);
   void apply(const EventHead& head, const NodeInit& event);
@@ -201,7 +204,7 @@ class Registry {
   void note_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                   SequenceFacts& starts) {
     if (SequenceTracker::observe_next(seq, where, starts)) return;
-    start_numbers_[callback].observe(seq, where, starts);
+    note_other_start(seq, where, callback, starts);
   }
   void note_end(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                 SequenceFacts& ends) {
@@ -213,6 +216,14 @@ class Registry {
   void finish();
 
  private:
+  // Not the number after the last one.
+  void note_other_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
+                        SequenceFacts& starts);
+  bool may_be_reentrant(const CallbackFacts& callback) const;
+  // What it told was another one's, which began then.
+  bool has_run_since(ProcessIndex process, Timestamp start) const;
+  // No one process tells that twice, or in that order.
+  void note_told_again(ProcessIndex process, const EventRef& where);
   // A callback of the same id in the same process would be told alike.
   static bool is_of_another(const CallbackInit& event, const CallbackFacts& facts,
                             bool is_announcement);

@@ -61,7 +61,20 @@ void Registry::meet(const EventHead& head, const RunBegin& event) {
       before.start_ns && before.is_pid_own && is_pid_own && before.pid_ns == event.pid_ns;
   if (!before.run_end && !is_of_one_namespace) {
     before.shares_pid_since = process.shares_pid_since = ref(head);
+  } else if (!before.run_end && has_run_since(former, Timestamp{event.process_start_ns})) {
+    before.shares_pid_since = process.shares_pid_since = ref(head);
+    before.pid_sharing = process.pid_sharing = PidSharing::announced_late;
   }
+}
+
+// Starts of processes are told in ticks of the kernel's clock, and are those of a clock that is never
+// behind the trace's.
+bool Registry::has_run_since(ProcessIndex process, Timestamp start) const {
+  constexpr Duration kTick{10'000'000};
+  return std::ranges::any_of(model_.callbacks, [&](const CallbackFacts& callback) {
+    return callback.process == process && callback.is_accounted && callback.starts.last &&
+           callback.starts.last_at.time > start + kTick;
+  });
 }
 
 void Registry::apply(const EventHead& head, const RunBegin& event) {
@@ -199,13 +212,14 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
 void Registry::apply(const EventHead& head, const CallbackFini& event) {
   const auto process = process_of(head);
   if (!process) return;
-  model_.callbacks[at(callback(*process, event.callback))].fini =
-      CallbackTotals{.at = ref(head),
-                     .started = event.started,
-                     .ended = event.ended,
-                     .released = event.released,
-                     .overwritten = event.overwritten,
-                     .lost = event.lost};
+  auto& fini = model_.callbacks[at(callback(*process, event.callback))].fini;
+  if (fini) note_told_again(*process, ref(head));
+  fini = CallbackTotals{.at = ref(head),
+                        .started = event.started,
+                        .ended = event.ended,
+                        .released = event.released,
+                        .overwritten = event.overwritten,
+                        .lost = event.lost};
 }
 
 void Registry::apply(const EventHead& head, const PublisherInit& event) {

@@ -69,4 +69,39 @@ void Registry::meet_after_end(const EventHead& head, const EventBody& body,
   process.pid_sharing = PidSharing::perhaps;
 }
 
+bool Registry::may_be_reentrant(const CallbackFacts& callback) const {
+  if (!callback.group) return true;
+  const auto* group = group_by_id_.find({scope(callback.process), key(*callback.group)});
+  return group == nullptr || model_.groups[*group].type != GroupType::mutually_exclusive;
+}
+
+// Threads of one reentrant callback may tell of its starts in another order than that of their numbers.
+void Registry::note_other_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
+                                SequenceFacts& starts) {
+  auto& numbers = start_numbers_[callback];
+  if (starts.last && !starts.is_restarted && seq <= *starts.last) {
+    const auto& facts = model_.callbacks[at(callback)];
+    if (numbers.is_seen(seq, starts) || !may_be_reentrant(facts))
+      note_told_again(facts.process, where);
+  }
+  numbers.observe(seq, where, starts);
+}
+
+void Registry::note_told_again(ProcessIndex process, const EventRef& where) {
+  auto& told_again = model_.processes[at(process)].told_again;
+  if (!told_again) told_again = where;
+}
+
+void Registry::doubt_told_again(const LossTimes& losses) {
+  for (auto& process : model_.processes) {
+    if (!process.told_again || process.shares_pid_since) continue;
+    const auto since = process.first_seen.value_or(*process.told_again).time;
+    const bool may_be_another =
+        !process.run_begin || losses.any_between(process.host, since, process.told_again->time);
+    if (!may_be_another) continue;
+    process.shares_pid_since = *process.told_again;
+    process.pid_sharing = PidSharing::told_again;
+  }
+}
+
 }  // namespace cie::analysis

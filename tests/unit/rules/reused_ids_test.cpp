@@ -141,6 +141,64 @@ TEST(ReusedPid, IsInDoubtBehindALossWhereNumbersTellNothing) {
   EXPECT_TRUE(is_any_pid_shared(verified));
 }
 
+// A crash tells no run_end; that the numbers begin again does.
+TEST(ReusedPid, IsInDoubtWhereNumbersBeginAgainBehindALoss) {
+  auto crashed = without_second_beginning(R"(
+    3000 start c on=c1
+    3002 end c on=c1
+    3010 start d on=d1
+    3012 end d on=d1)");
+  crashed.erase<RunEnd>();
+  crashed.erase<CallbackFini>();
+  const Verified verified(crashed);
+  for (const auto* rule : {"M2", "M3", "M6"}) {
+    EXPECT_EQ(verified[rule], Verdict::inconclusive);
+    for (const auto& subject : verified.rule(rule).subjects)
+      EXPECT_NE(subject.verdict, Verdict::fail) << rule << ' ' << subject.subject;
+  }
+  EXPECT_TRUE(is_any_pid_shared(verified));
+}
+
+// The same of what is told of a callback once.
+TEST(ReusedPid, IsInDoubtWhereACallbackEndsAgainBehindALoss) {
+  constexpr const char* kProcess = R"(
+    process one crash
+    callback a
+    10 start a
+    12 end a
+    20 fini a
+    90 fini a)";
+  EXPECT_FALSE(is_any_pid_shared(Verified(kProcess)));
+  EXPECT_TRUE(
+      is_any_pid_shared(Verified(std::string(kProcess) + "\n30 discard user until=80 count=9")));
+}
+
+// The second one is attached to, and announces itself when it has run a while.
+TEST(ReusedPid, IsInDoubtWhereItsProcessHadBegunBeforeTheLastInstancesOfTheFormer) {
+  const auto recorded = [](std::int64_t began) {
+    auto trace = trace_of(R"(
+      process one pid=100 until=2000 crash
+      callback a
+      10 start a
+      12 end a
+      40000000 start a
+      40000002 end a
+      process two pid=100 from=50000000 attached crash
+      callback b id=a
+      60000000 start b
+      60000002 end b)");
+    for (auto& event : trace.events) {
+      auto* begin = std::get_if<RunBegin>(&event.body);
+      if (begin == nullptr) continue;
+      begin->process_start_ns = begin->moment == RunMoment::announce ? began : 1;
+    }
+    return Verified(trace);
+  };
+  EXPECT_TRUE(is_any_pid_shared(recorded(20'000'000)));
+  EXPECT_FALSE(is_any_pid_shared(recorded(45'000'000)));
+  EXPECT_FALSE(is_any_pid_shared(recorded(35'000'000))) << "the kernel counts in ticks of 10 ms";
+}
+
 TEST(ReusedPid, IsNoneOfAProcessWhoseCallbacksRunWhenItEnds) {
   const std::string ends_first = R"(
     process one until=500
