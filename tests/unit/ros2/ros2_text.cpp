@@ -207,8 +207,16 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                     .clock_uuid = "boot",
                                     .clock_offset_ns = kRealtimeOffset,
                                     .path = "stream",
+                                    .has_events = true,
                                     .tells_runs = !tells(kRunsBegin)};
-  on_streams(0, of_applications, PacketBegin{});
+  const auto on_second_stream = [&](std::int64_t time, const auto&... bodies) {
+    head.stream = kSecondStream;
+    (consume(time, bodies), ...);
+    head.stream = {};
+  };
+  on_streams(0, of_applications);
+  consume(0, PacketBegin{});
+  if (streams.size() > 1 && !tells(" second_begins")) on_second_stream(0, PacketBegin{});
   constexpr StreamIndex kSecondSession{4'000};  // at the same time
   const bool has_second_session = tells(" session=2");
   const auto on_second_session = [&](std::int64_t time, const auto&... bodies) {
@@ -290,6 +298,16 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.pid.reset();
     head.tid.reset();
     if (is_of_record(line_text)) continue;
+    if (const auto at = line_text.find(" second_"); at != std::string::npos) {
+      const auto time = std::stoll(line_text);
+      if (line_text.substr(at) == " second_begins") {
+        on_second_stream(time, PacketBegin{});
+      } else {
+        on_second_stream(time, PacketEnd{}, StreamEnd{});
+        streams.pop_back();
+      }
+      continue;
+    }
     std::int64_t lost_from = 0;
     std::int64_t lost_until = 0;
     // NOLINTNEXTLINE(cert-err34-c): a line of this file's tests

@@ -4,6 +4,7 @@
 // With session=2 it is of a session that recorded all of the time beside the first one.
 // `TIME lost until=TIME [room=TIME] [stream=2]`: a packet that begins there tells that events were lost until its end,
 // behind the last event with room for another one if that is told.
+// `TIME second_begins`, `TIME second_ends`: the second stream's record, which else is of all the time.
 // `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.
 // `TIME session of runs until=TIME`: the same, where the first one recorded what is made alone.
 // `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.

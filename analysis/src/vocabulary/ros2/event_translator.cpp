@@ -121,8 +121,14 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
               apply(head, e);
               session_gaps_.apply(head, e);
             },
-            [&](const StreamEnd& e) { session_gaps_.apply(head, e); },
-            [&](const PacketBegin&) { end_gap(event, batch); },
+            [&](const StreamEnd& e) {
+              end_stream(head);
+              session_gaps_.apply(head, e);
+            },
+            [&](const PacketBegin&) {
+              begin_stream(head);
+              end_gap(event, batch);
+            },
             [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
             [&](const RunBegin&) { note_own(head); }, [&](const ThreadInit&) { note_own(head); },
             [&](const CallbackInit& e) {
@@ -164,8 +170,12 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   stream_of(head) = {.host = &of_host,
                      .offset_ns = event.clock_offset_ns,
                      .trace = event.trace,
-                     .is_kernel = event.domain == Domain::kernel};
+                     .channel = event.channel,
+                     .is_kernel = event.domain == Domain::kernel,
+                     .bounds_window = event.domain == Domain::user && !event.is_left_out &&
+                                      event.has_events.value_or(false)};
   if (event.domain != Domain::user) return;
+  if (event.channel >= channels_.size()) channels_.resize(event.channel + std::size_t{1});
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {
     of_host.has_several_traces = true;
@@ -422,6 +432,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     default:
       take(event, p, context);
+      if (tells_what_is_made(event)) channel_of(head).tells_what_is_made = true;
       enter_description(event, telling, p, process, quiet_before(context), links_);
       services_.apply(event, telling, p, context);
       for (const auto hidden : process.directory.news_of_hidden())

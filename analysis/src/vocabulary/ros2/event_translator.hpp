@@ -70,7 +70,15 @@ class EventTranslator final : public Translator {
     Host* host = nullptr;      // of hosts_
     std::int64_t offset_ns = 0;
     std::uint32_t trace = 0;
+    std::uint32_t channel = 0;
     bool is_kernel = false;
+    bool bounds_window = false;  // as streams of applications with events do
+    bool has_begun = false;
+  };
+  // Of applications.
+  struct Channel {
+    std::uint32_t running = 0;  // of its streams that bound its window
+    bool tells_what_is_made = false;
   };
   // The thread of an event: looked up once for those that follow.
   struct EmittingThread {
@@ -107,9 +115,14 @@ class EventTranslator final : public Translator {
   static void look_at_losses(Host& host, const EventHead& head, const EmittingThread& emitting);
   // Begins and ends of losses.
   static void pass_bounds(Host& host, Timestamp now);
+  // Where streams of a channel begin or end at different times, as those of a flight recorder do, events
+  // of one CPU are missing until then, or from then on.
+  void begin_stream(const EventHead& head);
+  void end_stream(const EventHead& head);
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
-  static void forget_what_runs(Host& host);
+  // `may_be_made`: and something may have been made, unseen.
+  static void forget_what_runs(Host& host, bool may_be_made = true);
   // The process that speaks now spoke before such a gap.
   void tell_lived_on(Event& event, const Translation& translation, const ros2::Process& process,
                      EventBatch& batch);
@@ -155,6 +168,11 @@ class EventTranslator final : public Translator {
     return is_known ? streams_[index] : new_stream(index);
   }
   Stream& new_stream(std::size_t index);
+  Channel& channel_of(const EventHead& head) {
+    const auto channel = stream_of(head).channel;
+    if (channel >= channels_.size()) channels_.resize(channel + std::size_t{1});
+    return channels_[channel];
+  }
   Host& host_of(std::string name_and_clock);
   // Of an event that has a pid.
   const EmittingThread& emitting_thread(Host& host, const EventHead& head) {
@@ -168,6 +186,7 @@ class EventTranslator final : public Translator {
   static void find(EmittingThread& emitting, Host& host, std::int64_t pid, std::int64_t tid);
 
   std::vector<Stream> streams_;
+  std::vector<Channel> channels_;
   std::size_t speaking_hosts_ = 0;                    // of which user space tells
   bool may_have_copies_ = false;                      // of an event: some host has several traces
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid

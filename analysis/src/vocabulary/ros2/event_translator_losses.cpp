@@ -21,8 +21,8 @@ void forget(ros2::Thread& thread) {
 
 // What one thread leaves for another one, and what is known of a process only as long as all of its
 // events are seen.
-void forget_what_is_handed_on(ros2::Process& process) {
-  process.directory.lose();
+void forget_what_is_handed_on(ros2::Process& process, bool may_be_made = true) {
+  if (may_be_made) process.directory.lose();
   process.queues.clear();
   process.handed_over.clear();
   for (const auto address : std::exchange(process.callables, {}))
@@ -93,12 +93,30 @@ void EventTranslator::tell_lived_on(Event& event, const Translation& translation
                LivedOn{.since = process.last.time, .stream = process.last.stream});
 }
 
-void EventTranslator::forget_what_runs(Host& host) {
+void EventTranslator::forget_what_runs(Host& host, bool may_be_made) {
   for (auto& [pid, process] : host.processes) {
     for (auto& [tid, thread] : process.threads)
       forget(thread);
-    forget_what_is_handed_on(process);
+    forget_what_is_handed_on(process, may_be_made);
   }
+}
+
+// Of a session beside it nothing need be missing.
+void EventTranslator::begin_stream(const EventHead& head) {
+  auto& stream = stream_of(head);
+  if (!stream.bounds_window || std::exchange(stream.has_begun, true)) return;
+  auto& channel = channel_of(head);
+  const bool is_late = channel.running++ > 0 && !stream.host->processes.empty();
+  if (!is_late || stream.host->has_several_traces) return;
+  links_.lose();
+  forget_what_runs(*stream.host, channel.tells_what_is_made);
+}
+
+void EventTranslator::end_stream(const EventHead& head) {
+  const auto& stream = stream_of(head);
+  if (!stream.bounds_window || !stream.has_begun) return;
+  const bool is_early = --channel_of(head).running > 0;
+  if (is_early && !stream.host->has_several_traces) lose(head, head.time, kNever);
 }
 
 }  // namespace cie::analysis

@@ -55,6 +55,11 @@ enum class Ros2Event : std::uint32_t {
   agnocast_timer_callable  // callable, timer_handle
 };
 
+// Nodes, and what they publish, take and are called back by.
+constexpr bool tells_what_is_made(Ros2Event event) noexcept {
+  return event >= Ros2Event::node_init && event <= Ros2Event::timer_node;
+}
+
 // Translation::kind: the event, and whether a tracer tells it that repeats others' events when a
 // recording begins; then also the slot in which it says when that was (init_timestamp).
 inline constexpr std::uint32_t kRepeats = 1U << 16U;

@@ -1,0 +1,73 @@
+// The streams of a channel begin or end at different times: of a flight recorder's buffers, of a copy that
+// was cut off. Outside the time that all of them cover, events of one CPU are missing, of which no loss
+// tells.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+
+// 0x30 is the timer with period 1, 0x31 that with period 2.
+Ros2Result result_of(const std::string& events, const char* spec = "") {
+  return analyze_ros2(kTwoTimers + events, -1, spec);
+}
+
+// The first one's end at 71 and its next start are on the CPU whose record ends at 65.
+TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
+  const auto result = result_of(R"(
+    10 callback_start callback=0x30 stream=2
+    11 callback_end callback=0x30 stream=2
+    20 callback_start callback=0x31
+    21 callback_end callback=0x31
+    60 callback_start callback=0x30 stream=2
+    65 second_ends
+    75 callback_start callback=0x31
+    76 callback_end callback=0x31
+    86 callback_end callback=0x30
+    90 callback_start callback=0x30
+    91 callback_end callback=0x30
+)");
+  EXPECT_NE(result.verdict("E3"), Verdict::fail) << result.evidence("E3");
+  EXPECT_EQ(result.callback("/n@Timer(1)").instances, 1U);
+  for (const auto& row : result.instances)
+    EXPECT_LE(row.end, 65) << row.logical_id << " from " << row.start;
+}
+
+// Its end at 42 and its next start at 44 are on the CPU whose record begins at 50.
+TEST(Ros2RaggedStreams, NothingGoesOnFromBeforeTheBeginOfOne) {
+  const auto result = result_of(R"(
+    40 callback_start callback=0x30
+    43 callback_start callback=0x31 tid=2
+    45 callback_end callback=0x31 tid=2
+    50 second_begins
+    52 callback_end callback=0x30 stream=2
+    60 callback_start callback=0x30 stream=2
+    61 callback_end callback=0x30 stream=2
+)");
+  EXPECT_EQ(result.callback("/n@Timer(1)").instances, 1U) << result.durations();
+  EXPECT_NE(result.verdict("E2"), Verdict::fail) << result.evidence("E2");
+}
+
+// Another timer is made at its address meanwhile, which runs on another thread.
+TEST(Ros2RaggedStreams, WhatRunsSinceTheBeginOfOneMayBeAnother) {
+  const auto result = result_of(R"(
+    10 callback_start callback=0x30 tid=1
+    11 callback_end callback=0x30 tid=1
+    50 second_begins
+    60 callback_start callback=0x30 tid=2
+    61 callback_end callback=0x30 tid=2
+    70 callback_start callback=0x30 tid=2
+    71 callback_end callback=0x30 tid=2
+    80 callback_start callback=0x31 tid=1 stream=2
+    81 callback_end callback=0x31 tid=1 stream=2
+)");
+  EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive) << result.evidence("M3");
+}
+
+}  // namespace
+}  // namespace cie::test
