@@ -102,6 +102,13 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
     judgement.doubt(evidence("callback_init", *(is == nullptr ? after : before).registered,
                              "what its thread ran as in this lifetime is unknown"));
   }
+  const bool is_untold = was == nullptr && is == nullptr && !before.ran_on.empty() &&
+                         !after.ran_on.empty() &&
+                         is_told_by_ros2_alone(model.processes[at(after.process)]);
+  if (is_untold) {
+    judgement.doubt(evidence("callback_init", *after.registered,
+                             "ROS 2's events do not tell what its threads ran as"));
+  }
   if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
   judgement.fail(evidence("thread_sched", was->at, "was: " + describe(*was)));
   judgement.fail(evidence("thread_sched", is->at, "is: " + describe(*is)));
@@ -368,8 +375,8 @@ const Rule kMappingSurvivesRestart{
     "time before, it must be like each or like none to be judged.\n"
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"
-    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost, and "
-    "when they differ and the earlier process was not seen to end: it may have lived on.\n"
+    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost or are "
+    "not told (ROS 2), and when they differ and the earlier process was not seen to end: it may have lived on.\n"
     "Remedy: let the application apply the spec itself at every start; make ids and parameters "
     "depend on nothing that changes between starts.",
     judge_restart};

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <set>
 #include <string>
 #include <vector>
@@ -71,6 +72,24 @@ TEST(Ros2Verdicts, ACallbackThatLeavesAThreadAliveViolatesTheMapping) {
   EXPECT_THAT(result.evidence("M3"), HasSubstr("sched_switch: thread 7 still runs"));
   const auto with_hole = analyze_ros2(kTwoTimers + moved + "25 kernel_lost 27\n30 " + alive);
   EXPECT_EQ(with_hole.verdict("M3"), Verdict::inconclusive);
+}
+
+// Nobody tells what threads ran as: what is not known of either lifetime is not alike.
+TEST(Ros2Verdicts, ARestartedProcessIsNotKnownToReturnAsItWas) {
+  const auto life = [](std::int64_t from, const std::string& pid) {
+    const auto at = [&](std::int64_t time, const std::string& event) {
+      return std::to_string(from + time) + ' ' + event + " pid=" + pid + " tid=" + pid;
+    };
+    return at(0, "rcl_init context_handle=0x1") + '\n' + at(1, "rcl_node_init node_handle=0x10") +
+           " node_name=n namespace=/\n" + at(2, "rcl_timer_init timer_handle=0x20") +
+           " period=5\n" + at(3, "rclcpp_timer_callback_added timer_handle=0x20") +
+           " callback=0x30\n" + at(4, "rclcpp_timer_link_node timer_handle=0x20") +
+           " node_handle=0x10\n" + at(10, "callback_start callback=0x30") + '\n' +
+           at(12, "callback_end callback=0x30") + '\n' + at(20, "sched:sched_process_exit") + '\n';
+  };
+  const auto result = analyze_ros2(life(0, "7") + life(1000, "8"));
+  EXPECT_EQ(result.verdict("M5"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("M5"), HasSubstr("do not tell what its threads ran as"));
 }
 
 TEST(Ros2Verdicts, ALossLeavesEverythingOpenBecauseNothingIsNumbered) {
