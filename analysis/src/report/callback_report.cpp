@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 namespace cie::analysis {
@@ -44,8 +45,10 @@ std::optional<Isolation> isolation_of(const RuleContext& context, const Callback
     return is_there_for_certain(model, *pair);
   };
   const auto is_with_others = [&](const CallbackOnThread* pair) {
-    const auto& ran = model.threads[at(pair->thread)].ran;
-    return is_certain(pair) && std::ranges::count_if(ran, is_certain) > 1;
+    if (!is_certain(pair)) return false;
+    const auto& ran = model.threads[at(pair->thread)].ran;  // of thousands, perhaps
+    const auto first = std::ranges::find_if(ran, is_certain);
+    return std::find_if(std::next(first), ran.end(), is_certain) != ran.end();
   };
   const bool is_shared =
       std::ssize(facts.ran_on) - doubtful > 1 || std::ranges::any_of(facts.ran_on, is_with_others);

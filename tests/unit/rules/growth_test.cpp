@@ -1,8 +1,11 @@
-// What verify costs grows as the facts do: no rule holds every callback or thread against every
-// other one.
+// What verify and the report's rows cost grows as the facts do: nothing holds every callback or thread
+// against every other one.
+#include "report/callback_report.hpp"
 #include "rules/rule.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <ctime>
 #include <limits>
@@ -78,6 +81,7 @@ void run(Model& model, CallbackIndex callback, ThreadIndex thread, std::int64_t 
   pair.callback = callback;
   pair.thread = thread;
   pair.starts = 1;
+  pair.is_certain = true;
   pair.first_start = pair.last_activity = event_at(ns);
   pair.first_seq = facts.starts.count;
   facts.ran_on.push_back(&pair);
@@ -116,10 +120,13 @@ std::unique_ptr<Model> callbacks_of_one_group(std::uint32_t count) {
   return model;
 }
 
-// Two threads that run all callbacks, and end in order.
+// Threads that run all callbacks, and end in order.
+template <std::size_t Threads>
 std::unique_ptr<Model> callbacks_of_a_pool(std::uint32_t count) {
   auto model = lossy_process();
-  const auto threads = {add_thread(*model, ThreadRole::pool), add_thread(*model, ThreadRole::pool)};
+  std::array<ThreadIndex, Threads> threads{};
+  for (auto& thread : threads)
+    thread = add_thread(*model, ThreadRole::pool);
   const auto group = add_group(*model);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto callback = add_callback(*model, group);
@@ -174,16 +181,25 @@ std::int64_t processor_ns() {
 
 // The least of several: the first one makes the heap as large as it has to be, which costs what the machine
 // makes of page faults.
-std::int64_t cost_of_verify(const Model& model) {
-  const AnalysisOptions options;
+std::int64_t cost_of(const auto& work) {
   auto least = std::numeric_limits<std::int64_t>::max();
   for (int i = 0; i < 3; ++i) {
     const auto begin = processor_ns();
-    const auto report = verify(RuleContext(model, options));
+    work();
     least = std::min(least, processor_ns() - begin);
-    EXPECT_FALSE(report.rules.empty());
   }
   return least;
+}
+
+std::int64_t cost_of_verify(const Model& model) {
+  const AnalysisOptions options;
+  return cost_of([&] { EXPECT_FALSE(verify(RuleContext(model, options)).rules.empty()); });
+}
+
+std::int64_t cost_of_rows(const Model& model) {
+  const AnalysisOptions options;
+  const RuleContext context(model, options);
+  return cost_of([&] { EXPECT_FALSE(callback_reports(context).empty()); });
 }
 
 struct Growing {
@@ -193,7 +209,7 @@ struct Growing {
 
 class Growth : public ::testing::TestWithParam<Growing> {};
 
-TEST_P(Growth, OfTheCostOfVerifyIsThatOfTheFacts) {
+TEST_P(Growth, OfTheCostIsThatOfTheFacts) {
   constexpr std::uint32_t kFew = 1'000;
   constexpr std::uint32_t kTimes = 10;
   const auto few = GetParam().make(kFew);
@@ -204,12 +220,14 @@ TEST_P(Growth, OfTheCostOfVerifyIsThatOfTheFacts) {
   // Sorting and caches cost some more: ten to fifteen times as much was measured, and of a rule
   // that holds each subject against every other one, forty to three hundred.
   EXPECT_LE(cost_of_verify(*many), cost_of_verify(*few) * kTimes * 5 / 2);
+  EXPECT_LE(cost_of_rows(*many), cost_of_rows(*few) * kTimes * 5 / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, Growth,
                          ::testing::Values(Growing{"Isolated", isolated_callbacks},
                                            Growing{"OneGroup", callbacks_of_one_group},
-                                           Growing{"Pool", callbacks_of_a_pool},
+                                           Growing{"OneThread", callbacks_of_a_pool<1>},
+                                           Growing{"Pool", callbacks_of_a_pool<2>},
                                            Growing{"Threads", threads_of_one_callback},
                                            Growing{"ThreadsWithoutEnd", threads_without_end},
                                            Growing{"IdleThreads", idle_threads}),
