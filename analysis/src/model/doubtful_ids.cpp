@@ -70,10 +70,12 @@ void doubt_numbered_ids(Model& model) {
         const auto has_namesake = [callback](const CallbackFacts* nameless) {
           return may_be_alike(*nameless, *callback);
         };
+        const bool is_beside_nameless = std::ranges::any_of(callbacks.nameless, has_namesake);
+        const bool is_beside_another =
+            is_beside_nameless || of_id.size() > 1 || is_one_without_node;
         callback->may_be_another = follows_rcl_init(*callback) ||
-                                   (may_lack_earlier(*callback) &&
-                                    (of_id.size() > 1 || is_one_without_node ||
-                                     std::ranges::any_of(callbacks.nameless, has_namesake)));
+                                   (may_lack_earlier(*callback) && is_beside_another) ||
+                                   (!process.ros2_begin && is_beside_nameless);
       }
     }
   }

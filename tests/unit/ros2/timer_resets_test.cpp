@@ -26,7 +26,8 @@ constexpr auto kHeldUp = "/n@Timer(10000000)";
 // `timers`: as many of the same period, one after the other in it.
 std::string held_up(std::int64_t moved, bool ends_promptly, int late_starts = kLateStarts,
                     int timers = 1) {
-  std::string text = "0 rcl_node_init node_handle=0x10 node_name=n namespace=/\n";
+  std::string text =
+      "0 rcl_init context_handle=0x1\n0 rcl_node_init node_handle=0x10 node_name=n namespace=/\n";
   const auto address = [](int begin, int timer) { return std::to_string(begin + 0x100 * timer); };
   for (int timer = 0; timer < timers; ++timer) {
     const auto handle = " timer_handle=" + address(0x20, timer);
