@@ -149,6 +149,14 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
   }
   const auto begin = moment(model.begin.value_or(Timestamp{}));
   if (!is_any) judgement.overrule(without_event(begin, "the trace holds no process of ours"));
+  const auto lost = std::ranges::find_if(model.losses, [](const Loss& loss) {
+    return loss.domain == Domain::user && loss.is_evidence;
+  });
+  if (lost != model.losses.end()) {
+    judgement.overrule(
+        without_event(moment(lost->begin),
+                      "events were lost, a whole process may be among them with all it told"));
+  }
   if (std::ranges::any_of(recording_reports(model), begins_late)) {
     judgement.overrule(without_event(
         begin, "chunks before are gone, and processes that ended in them may be with them"));

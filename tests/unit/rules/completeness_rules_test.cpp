@@ -339,6 +339,16 @@ TEST(SpecifiedCallbackSeen, NamesNoEventOfWhatWasNotRegistered) {
   EXPECT_EQ(evidence[1].event, "run_end");
 }
 
+// No number of the processes that were seen tells of one that was not.
+TEST(SpecifiedCallbackSeen, IsInconclusiveWhereAWholeProcessMayBeLost) {
+  constexpr const char* kSpec = "callback_groups:\n  - id: brake\n";
+  EXPECT_EQ(Verified(kThreeInstances, kSpec).of("M1", "callback brake"), Verdict::fail);
+  const auto lossy = std::string(kThreeInstances) + "\n500 discard user until=510 count=30";
+  const Verified verified(lossy, kSpec);
+  EXPECT_EQ(verified["T3"], Verdict::pass);
+  EXPECT_EQ(verified.of("M1", "callback brake"), Verdict::inconclusive);
+}
+
 TEST(SpecifiedCallbackSeen, SaysWhatWasProbablyMeant) {
   const Verified verified(kThreeInstances, "callback_groups:\n  - id: fussion\n");
   EXPECT_EQ(verified.of("M1", "callback fussion"), Verdict::fail);
