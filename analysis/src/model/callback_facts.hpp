@@ -7,6 +7,7 @@
 #include <cie/analysis/statistics.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include "optional_time.hpp"
 #include "recording_facts.hpp"
 #include "thread_facts.hpp"
 
@@ -260,6 +261,7 @@ struct PublisherFacts {
   std::optional<NodeId> node{};
   bool is_accounted = true;  // its recorder numbers publications and counts them
   SequenceFacts published{};
+  OptionalTime awaited_since{};  // it published, and was not announced yet
   std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
   std::optional<std::int64_t> first_source_timestamp{};
 };

@@ -87,6 +87,25 @@ bool ChainTracker::is_published(const ChainNode& node) const {
   return publisher && find_message(*publisher, node.source_timestamp) != nullptr;
 }
 
+bool ChainTracker::is_any_awaited(ChainNode& node) {
+  for (auto* current = &node; current != nullptr; current = current->parent.get()) {
+    resolve_again(*current);
+    if (is_awaited(*current)) return true;
+  }
+  return false;
+}
+
+bool ChainTracker::is_awaited(const ChainNode& node) const {
+  if (node.writer_gid == 0 || node.source_timestamp <= 0) return false;
+  if (node.link == ChainNode::Link::source) return true;
+  const bool is_unread =
+      node.link == ChainNode::Link::before || node.link == ChainNode::Link::unseen;
+  const auto publisher =
+      is_unread ? registry_.publisher_by_gid(node.host, node.writer_gid) : std::nullopt;
+  if (!publisher) return false;
+  return model_.processes[at(model_.publishers[*publisher].process)].host != node.host;
+}
+
 std::optional<std::uint32_t> ChainTracker::writer_of(const ChainNode& node) {
   auto& last = lately_[node.callback];
   const auto told = registry_.publishers_told();

@@ -62,6 +62,12 @@ class ChainTracker {
   void forget_releases(CallbackIndex callback);
   // Whether the message that it took was published, as far as is seen now.
   bool is_published(const ChainNode& node) const;
+  // Of a message that led to it more may be told yet: who wrote it, or its publication, as it came
+  // from a host whose clock may be ahead.
+  bool awaits_message(ChainNode& node, Timestamp now) {
+    const bool may_any_follow = model_.hosts.size() > 1 || registry_.awaits_publishers(now);
+    return may_any_follow && is_any_awaited(node);
+  }
   // Fills the model's chains and edges. May be called again after more instances.
   void look();
   // Likewise, once, when there are no more: what it knows of them goes into the model.
@@ -148,13 +154,16 @@ class ChainTracker {
   };
 
   void resolve(ChainNode& node);
-  // The same of one that was, if its message had not been read by then.
+  // The same of one that was, if its message had not been read by then, or who wrote it.
   void resolve_again(ChainNode& node) {
-    const bool may_be_read = node.link == ChainNode::Link::before ||
-                             node.link == ChainNode::Link::unseen ||
-                             (node.link == ChainNode::Link::source && model_.hosts.size() > 1);
+    const bool may_be_read =
+        node.link == ChainNode::Link::before || node.link == ChainNode::Link::unseen ||
+        (node.link == ChainNode::Link::source &&
+         (model_.hosts.size() > 1 || registry_.is_publisher_told_since(node.start.time)));
     if (may_be_read) resolve(node);
   }
+  bool is_any_awaited(ChainNode& node);
+  bool is_awaited(const ChainNode& node) const;
   // The publisher of the message that it took. Empty: nobody who is known.
   std::optional<std::uint32_t> writer_of(const ChainNode& node);
   void note_edge(const ChainNode& node);

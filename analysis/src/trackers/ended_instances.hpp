@@ -25,7 +25,7 @@ class EndedInstances {
  public:
   // All are borrowed.
   EndedInstances(const Model& model, const Registry& registry, const RecordingTracker& recording,
-                 ThreadTimeline& timeline, const ChainTracker& chains, InstanceMeasurer& measurer)
+                 ThreadTimeline& timeline, ChainTracker& chains, InstanceMeasurer& measurer)
       : model_(model),
         registry_(registry),
         recording_(recording),
@@ -64,15 +64,13 @@ class EndedInstances {
 
  private:
   static constexpr std::size_t kMaxSpare = 1024;
-  // State is announced within one second of a session's start; three are ample.
-  static constexpr Duration kSettleTime{3'000'000'000};
+  static constexpr Duration kSettleTime = Registry::kAnnouncedWithin;
 
   void measure_first();
   void measure_settled(const EventHead& head);
-  // All that will ever be told of its callback, its thread and the writer of its message was told.
-  bool is_announced(const PendingInstance& pending) const;
-  // Its message came from a host whose clock may be ahead: its publication may follow.
-  bool is_message_awaited(const PendingInstance& pending) const;
+  // All that will ever be told of its callback, its thread and the writers of the messages that led
+  // to it was told.
+  bool is_announced(const PendingInstance& pending, Timestamp now) const;
   // `now` of the clock of the host `there`.
   bool is_settled(const PendingInstance& pending, Timestamp now, HostIndex there) const;
 
@@ -80,7 +78,7 @@ class EndedInstances {
   const Registry& registry_;
   const RecordingTracker& recording_;
   ThreadTimeline& timeline_;
-  const ChainTracker& chains_;
+  ChainTracker& chains_;
   InstanceMeasurer& measurer_;
   std::deque<std::unique_ptr<PendingInstance>> waiting_;
   std::vector<std::unique_ptr<PendingInstance>> spare_;  // measured, to be used again
@@ -107,13 +105,14 @@ inline bool EndedInstances::is_settled(const PendingInstance& pending, Timestamp
   const bool is_kernel_silent =
       recording_.has_kernel(pending.host) && !model_.hosts[at(pending.host)].has_switches;
   if (is_kernel_silent) return false;
-  return is_announced(pending) && timeline_.is_confirmed(pending.host, pending.end->time);
+  return is_announced(pending, now + shift) &&
+         timeline_.is_confirmed(pending.host, pending.end->time);
 }
 
-inline bool EndedInstances::is_announced(const PendingInstance& pending) const {
+inline bool EndedInstances::is_announced(const PendingInstance& pending, Timestamp now) const {
   const auto& callback = *pending.callback_facts;
   if (!callback.registered) return false;
-  if (model_.hosts.size() > 1 && pending.node && is_message_awaited(pending)) return false;
+  if (pending.node && chains_.awaits_message(*pending.node, now)) return false;
   if (pending.thread_facts == nullptr || pending.thread_facts->announced) return true;
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.

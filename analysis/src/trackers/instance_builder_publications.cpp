@@ -100,7 +100,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   const auto index = registry_.publisher(who, event.publisher);
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
-  registry_.published(index).observe(event.seq, ref(head), facts.published);
+  registry_.note_publication(event.seq, ref(head), index, facts);
   const auto* runs = event.callback == kNoCallback ? running(who) : nullptr;
   if (may_be_of_unseen(head, who, event)) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);

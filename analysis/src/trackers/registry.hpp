@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -188,6 +189,16 @@ class Registry {
   std::optional<std::uint32_t> publisher_by_gid(HostIndex reader, std::uint64_t gid) const;
   // How many told their gids: while no other one does, a gid is of the same publisher.
   std::uint32_t publishers_told() const noexcept { return publishers_told_; }
+  // One did since then, or then.
+  bool is_publisher_told_since(Timestamp time) const noexcept {
+    return last_publisher_told_ >= time;
+  }
+  // Some of those that published may yet do: their processes announce within one second of a
+  // session's start; three are ample.
+  static constexpr Duration kAnnouncedWithin{3'000'000'000};
+  bool awaits_publishers(Timestamp now) const noexcept {
+    return awaited_publishers_ > 0 && now - last_awaited_ <= kAnnouncedWithin;
+  }
 
   // It will publish soon, as it did last, and release what it released then.
   void prefetch_publication(const KnownEmitter& publisher) const noexcept {
@@ -212,6 +223,17 @@ class Registry {
     end_numbers_[callback].observe(seq, where, ends);
   }
   SequenceTracker& published(std::uint32_t publisher) { return publish_numbers_[publisher]; }
+  // Facts of a publisher that a message of that number is of.
+  void note_publication(std::uint64_t seq, const EventRef& where, std::uint32_t publisher,
+                        PublisherFacts& facts) {
+    // Nobody announces those that follow from other events: they are told before what they publish.
+    if (!facts.registered && facts.is_accounted && !facts.awaited_since) [[unlikely]] {
+      facts.awaited_since = where.time;
+      ++awaited_publishers_;
+      last_awaited_ = where.time;
+    }
+    published(publisher).observe(seq, where, facts.published);
+  }
   SequenceTracker& read_backs(ThreadIndex thread) { return read_back_numbers_[thread]; }
   void finish();
 
@@ -281,7 +303,10 @@ class Registry {
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
   std::uint32_t publishers_told_ = 0;
-  bool is_any_ended_ = false;  // by a run_end
+  Timestamp last_publisher_told_{std::numeric_limits<std::int64_t>::min()};
+  std::uint32_t awaited_publishers_ = 0;  // those with awaited_since
+  Timestamp last_awaited_;                // the latest of these times
+  bool is_any_ended_ = false;             // by a run_end
   ByIndex<CallbackIndex, SequenceTracker> start_numbers_;
   ByIndex<CallbackIndex, SequenceTracker> end_numbers_;
   ByIndex<std::uint32_t, SequenceTracker> publish_numbers_;

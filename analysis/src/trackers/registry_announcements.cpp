@@ -228,6 +228,10 @@ void Registry::apply(const EventHead& head, const PublisherInit& event) {
   const auto index = publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
   if (facts.registered) return;
+  if (facts.awaited_since) {
+    facts.awaited_since = {};
+    --awaited_publishers_;
+  }
   facts.registered = ref(head);
   facts.first_next_seq = event.next_seq;
   facts.topic = event.topic;
@@ -235,6 +239,7 @@ void Registry::apply(const EventHead& head, const PublisherInit& event) {
   facts.node = event.node;
   facts.is_accounted = !head.is_derived;
   ++publishers_told_;
+  last_publisher_told_ = head.time;
   publisher_by_gid_[event.writer_gid] = index;
   const auto host = model_.processes[at(*process)].host;
   publisher_by_host_gid_[{scope(host), static_cast<std::int64_t>(event.writer_gid)}] = index;

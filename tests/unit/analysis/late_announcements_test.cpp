@@ -1,0 +1,120 @@
+// What ran before its process was announced, as when a recorder attaches to it.
+#include "support/move_to_host.hpp"
+#include "support/trace_text.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+// The same recording, whose process `pid` announces from that time on what it is.
+void announce_at(std::int64_t time, std::int64_t pid, TextTrace& trace) {
+  for (auto& event : trace.events) {
+    const bool is_prologue = event.head.time.ns < 0 && event.head.pid == pid;
+    if (is_prologue && category_of(event.body) == EventCategory::state) {
+      event.head.time = Timestamp{time++};
+    }
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+}
+
+// From the timer, released at 10 and 110, to `last`, which ends at 24 and 124. What is between them
+// publishes first and then goes on.
+constexpr std::string_view kEnds = R"(
+  11 start plan release=10
+  12 publish points on=plan
+  14 end plan
+  16 start mid release=13 from=points:0
+  18 publish tracks on=mid
+  20 start last release=19 from=tracks:0
+  24 end last
+  30 end mid
+  111 start plan release=110
+  112 publish points on=plan
+  114 end plan
+  116 start mid release=113 from=points:1
+  118 publish tracks on=mid
+  119 end mid
+  120 start last release=119 from=tracks:1
+  124 end last)";
+
+TextTrace in_one_process() {
+  return trace_of(R"(
+    process app pid=100 attached
+    publisher points topic=/points
+    publisher tracks topic=/tracks
+    callback plan timer period=100
+    callback mid subscription topic=/points
+    callback last subscription topic=/tracks)" +
+                  std::string(kEnds));
+}
+
+TextTrace in_two_processes() {
+  return trace_of(R"(
+    process sensor pid=100 attached
+    publisher points topic=/points
+    callback plan timer period=100
+    process planner pid=200 attached
+    publisher tracks topic=/tracks
+    callback mid subscription topic=/points
+    callback last subscription topic=/tracks)" +
+                  std::string(kEnds));
+}
+
+// `ahead`: the clock of the timer's host.
+void expect_both_chain_instances(const TextTrace& trace, std::int64_t ahead = 0) {
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  const auto& chain = report.chains.front();
+  EXPECT_EQ(chain.hops.size(), 3U);
+  EXPECT_EQ(chain.instances, 2U);
+  ASSERT_TRUE(chain.path_latency);
+  EXPECT_EQ(chain.path_latency->sum, (24 - 10) + (124 - 110) - 2 * ahead);
+  ASSERT_TRUE(chain.reaction_time);
+  EXPECT_EQ(chain.reaction_time->max, 124 - 11 - ahead);
+  ASSERT_EQ(report.edges.size(), 2U);
+  for (const auto& edge : report.edges) {
+    EXPECT_TRUE(edge.from);
+    EXPECT_EQ(edge.messages, 2U);
+  }
+}
+
+TEST(Chain, OfCallbacksThatAreAnnouncedAfterItEnded) {
+  auto trace = in_one_process();
+  announce_at(60, 100, trace);
+  expect_both_chain_instances(trace);
+}
+
+TEST(Chain, OfAProcessThatIsAnnouncedBeforeTheWriterOfItsMessages) {
+  for (const auto& [sensor, planner] : {std::pair(40, 80), std::pair(80, 40), std::pair(200, 40)}) {
+    auto trace = in_two_processes();
+    announce_at(sensor, 100, trace);
+    announce_at(planner, 200, trace);
+    expect_both_chain_instances(trace);
+  }
+}
+
+// Of two hosts the events are read in the order of their wall clocks: what `points` publishes at 12 is
+// read when `last` has ended at 24, and `mid`, which took it, has not.
+TEST(Chain, OfAMessageWhosePublicationIsReadAfterItEnded) {
+  auto trace = in_two_processes();
+  constexpr std::int64_t kAhead = 14;
+  const OtherHost host{.name = "robot2", .monotonic = 5'000'000, .realtime = kAhead};
+  move_to_host(trace, 100, host);
+  std::ranges::stable_sort(trace.events, {}, [&host](const Event& event) {
+    const bool is_there = event.head.stream == StreamIndex{2};
+    return is_there ? event.head.time.ns - host.monotonic + kAhead : event.head.time.ns;
+  });
+  expect_both_chain_instances(trace, kAhead);
+}
+
+}  // namespace
+}  // namespace cie::test
