@@ -22,6 +22,10 @@ struct Analyzer::Pipeline::StateEventVisitor {
     pipeline.clocks.apply(registry.host_of(head), e);
     pipeline.instances->clocks_were_read(registry.host_of(head));
   }
+  void operator()(const PublisherInit& e) const {
+    pipeline.registry.apply(head, e);
+    pipeline.instances->publisher_announced();
+  }
   void operator()(const ThreadInit& e) const {
     const auto thread = pipeline.registry.apply(head, e);
     if (!thread) return;

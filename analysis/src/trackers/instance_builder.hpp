@@ -6,6 +6,7 @@
 
 #include "chain_tracker.hpp"
 #include "ended_instances.hpp"
+#include "held_publications.hpp"
 #include "host_clocks.hpp"
 #include "instance_measurer.hpp"
 #include "model/by_index.hpp"
@@ -41,7 +42,8 @@ class InstanceBuilder {
         is_asked_for_cpus_(asks_for_cpus(spec)),
         observer_(observer),
         measurer_(model, registry, recording, timeline, clocks, chains, observer),
-        ended_(model, registry, recording, timeline, chains, measurer_) {}
+        ended_(model, registry, recording, timeline, chains, measurer_),
+        held_publications_(model, observer) {}
 
   // `who`: of the registry, for this event.
   void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
@@ -76,6 +78,8 @@ class InstanceBuilder {
   // Instances of the callback that began in the window and have not ended yet.
   std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
   bool is_open(CallbackIndex callback, std::uint64_t seq);
+  // A publisher was announced, which may have published before.
+  void publisher_announced() { held_publications_.tell_announced(); }
   // A process of the host has read its clocks.
   void clocks_were_read(HostIndex host) { measurer_.clocks_were_read(host); }
   // Finalises instances that nothing later in the trace can change any more.
@@ -221,6 +225,7 @@ class InstanceBuilder {
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   Timestamp window_begin_{std::numeric_limits<std::int64_t>::min()};
   std::vector<UndecidedPublication> undecided_;
+  HeldPublications held_publications_;
 };
 
 }  // namespace cie::analysis

@@ -116,18 +116,22 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
     chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
   }
   if (observer_ == nullptr) return;
-  observer_->on_publication(
-      Publication{.time = head.time,
-                  .pid = *head.pid,
-                  .tid = head.tid.value_or(-1),
-                  .cpu = head.cpu,
-                  .topic = facts.topic,
-                  .publisher_id = to_number(event.publisher),
-                  .seq = event.seq,
-                  .writer_gid = facts.writer_gid,
-                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns,
-                  .host = who.host,
-                  .process = *who.process});
+  const Publication publication{.time = head.time,
+                                .pid = *head.pid,
+                                .tid = head.tid.value_or(-1),
+                                .cpu = head.cpu,
+                                .topic = facts.topic,
+                                .publisher_id = to_number(event.publisher),
+                                .seq = event.seq,
+                                .writer_gid = facts.writer_gid,
+                                .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns,
+                                .host = who.host,
+                                .process = *who.process};
+  if (facts.awaited_since) [[unlikely]] {
+    held_publications_.add(index, publication);
+  } else {
+    observer_->on_publication(publication);
+  }
 }
 
 }  // namespace cie::analysis

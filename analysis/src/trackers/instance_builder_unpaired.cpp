@@ -99,6 +99,7 @@ void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
 }
 
 void InstanceBuilder::finish() {
+  held_publications_.tell_all();
   ended_.measure_all();
   std::vector<std::unique_ptr<PendingInstance>> open;
   const auto take = [&open](OfThread& state) {

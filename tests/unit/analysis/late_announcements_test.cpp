@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -114,6 +116,64 @@ TEST(Chain, OfAMessageWhosePublicationIsReadAfterItEnded) {
     return is_there ? event.head.time.ns - host.monotonic + kAhead : event.head.time.ns;
   });
   expect_both_chain_instances(trace, kAhead);
+}
+
+struct Told : Observer {
+  void on_publication(const Publication& publication) override {
+    lines.push_back(std::to_string(publication.time.ns) + ' ' + std::string(publication.topic) +
+                    (publication.writer_gid != 0 ? "" : "?"));
+  }
+  std::vector<std::string> lines;
+};
+
+std::vector<std::string> publications_of(const TextTrace& trace) {
+  Told told;
+  analyze(trace, {}, &told);
+  return told.lines;
+}
+
+TEST(Publications, AreToldOnceTheirPublishersAreAnnounced) {
+  const std::vector<std::string> in_order{"12 /points", "18 /tracks", "112 /points", "118 /tracks"};
+  auto trace = in_one_process();
+  EXPECT_EQ(publications_of(trace), in_order);
+  announce_at(60, 100, trace);
+  EXPECT_EQ(publications_of(trace), in_order);
+  trace = in_two_processes();
+  announce_at(115, 100, trace);
+  announce_at(40, 200, trace);
+  EXPECT_EQ(publications_of(trace), in_order)
+      << "those that are known by then wait with the others";
+}
+
+TEST(Publications, OfAPublisherThatIsNeverAnnouncedAreToldWithout) {
+  auto trace = in_one_process();
+  trace.erase<PublisherInit>(
+      [](const PublisherInit& event, const EventHead&) { return event.topic == "/points"; });
+  announce_at(60, 100, trace);
+  const std::vector<std::string> told{"118 /tracks", "12 ?", "18 /tracks", "112 ?"};
+  EXPECT_EQ(publications_of(trace), told);
+}
+
+// Five seconds after its first publication nobody waits for its announcement any more.
+TEST(Publications, WaitForAnAnnouncementAsLongAsOneMayCome) {
+  auto trace = trace_of(R"(
+    process app pid=100 attached
+    publisher points topic=/points
+    publisher tracks topic=/tracks
+    callback plan timer period=100
+    11 start plan release=10
+    12 publish points on=plan
+    14 end plan
+    5000000011 start plan release=5000000010
+    5000000012 publish points on=plan
+    5000000014 end plan
+    5000000111 start plan release=5000000110
+    5000000112 publish tracks on=plan
+    5000000114 end plan)");
+  trace.erase<PublisherInit>(
+      [](const PublisherInit& event, const EventHead&) { return event.topic == "/points"; });
+  const std::vector<std::string> told{"12 ?", "5000000012 ?", "5000000112 /tracks"};
+  EXPECT_EQ(publications_of(trace), told);
 }
 
 }  // namespace

@@ -187,6 +187,20 @@ TEST(ViewerExports, OtlpPutsNothingOfAProcessIntoTheSpanOfOneBeforeIt) {
     EXPECT_FALSE(span.contains("parentSpanId")) << span;
 }
 
+TEST(ViewerExports, McapCountsNoReceiversOfAPublisherThatWasNeverAnnounced) {
+  for (const bool is_announced : {true, false}) {
+    const auto viewer = make_viewer_export("mcap", {});
+    auto publication = test::publication(110, 11, 0, 1);
+    if (!is_announced) publication.writer_gid = 0;
+    viewer->on_publication(publication);
+    viewer->on_instance(test::taking(test::instance(test::kTrack, 12, 0, -1, 200, 300), 1));
+    std::ostringstream out;
+    viewer->write(out, {});
+    EXPECT_EQ(out.str().find(R"("receivers":1)") != std::string::npos, is_announced);
+    EXPECT_EQ(out.str().find(R"("receivers":0)"), std::string::npos);
+  }
+}
+
 // The format has no place for it, so nothing can name it.
 TEST(ViewerExports, OtlpNamesNoParentThatNeverEnded) {
   const auto viewer = make_viewer_export("otlp", {});

@@ -104,9 +104,13 @@ class McapExport final : public RecordingExport {
   void draw(const RecordedPublication& record) {
     const auto& p = record.publication;
     const auto& topic = run().topics().name(record.topic);
-    const auto text = fmt::format(
-        R"({{"topic":{}{},"pid":{},"tid":{},"time_ns":{},{},"receivers":{}}})", json_string(topic),
-        host_member(thread_of(p)), p.pid, p.tid, p.time.ns, json_of(p), record.receivers.size());
+    // Who took what an unknown publisher wrote nobody knows.
+    const auto receivers = p.writer_gid != 0
+                               ? fmt::format(R"(,"receivers":{})", record.receivers.size())
+                               : std::string();
+    const auto text =
+        fmt::format(R"({{"topic":{}{},"pid":{},"tid":{},"time_ns":{},{}{}}})", json_string(topic),
+                    host_member(thread_of(p)), p.pid, p.tid, p.time.ns, json_of(p), receivers);
     const auto to =
         channel(topic_channels_, record.topic, publication_schema_, "/publications", topic);
     const auto time = clock_.realtime_or_own(p.host, p.time.ns);

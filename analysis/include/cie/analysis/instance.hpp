@@ -97,6 +97,7 @@ struct Waking {
 };
 
 // Receives what happens in order of completion (an instance at its end), so starts are not sorted.
+// A publication from before its publisher's announcement comes with that.
 // Default implementations ignore.
 class Observer {
  public:
