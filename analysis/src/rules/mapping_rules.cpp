@@ -252,6 +252,19 @@ Evidence unordered_init(const EventRef& init, const ThreadFacts& thread) {
                       ": which of the two came first is unknown");
 }
 
+// A callback_init came before it ran at all. If that was not seen, which no loss needs to tell, one in
+// between may be missing likewise. An announcement repeats what need not have been recorded, and what
+// ROS 2 made before its recording it never tells.
+std::optional<Evidence> unseen_registration(const CallbackFacts& callback, const Move& move) {
+  if (!callback.is_accounted) return std::nullopt;
+  const bool is_seen = callback.registered &&
+                       (callback.may_repeat || callback.registered->time <= move.first_on_to.time);
+  if (is_seen) return std::nullopt;
+  return without_event(move.last_on_from,
+                       "its callback_init was not seen: another one, before it went on on another "
+                       "thread, may be missing, too");
+}
+
 void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
                 Judgement& judgement) {
   const auto& lives = context.lives;
@@ -290,6 +303,7 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
           announced->second.time <= move.first_on_to.time) {
         judgement.overrule(proof.user_loss(to.process, announced->first, announced->second.time));
       }
+      judgement.overrule(unseen_registration(callback, move));
       if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
         judgement.overrule(unordered_init(*callback.last_init, to));
       }
@@ -461,7 +475,7 @@ const Rule kMappingPersistent{
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
     "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini, a "
     "callback_init in between or the run_begin by which one only repeats what is known may have "
-    "been, or a thread may have served what ROS 2's events do not show (M2).\n"
+    "been, no callback_init of the callback was seen before, or a thread may have served what ROS 2's events do not show (M2).\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
     judge_persistent,

@@ -155,6 +155,20 @@ TEST(MappingPersistent, IsInconclusiveWhereARegistrationMayBeTakenForARepetition
             Verdict::inconclusive);
 }
 
+// As where a file of its registrations is missing, which no loss tells.
+TEST(MappingPersistent, IsInconclusiveWhereNoRegistrationWasSeenBeforeTheMove) {
+  auto trace = trace_of(std::string(kReplaced) + "\n40 init fusion");
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  trace.erase<CallbackInit>(
+      [](const CallbackInit&, const EventHead& head) { return head.time.ns < 0; });
+  const Verified registered_later(trace);
+  EXPECT_EQ(registered_later["M4"], Verdict::inconclusive);
+  EXPECT_THAT(registered_later.evidence("M4", "callback fusion"),
+              HasSubstr("its callback_init was not seen"));
+  trace.erase<CallbackInit>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "nor at all";
+}
+
 // Two CPUs' events of one nanosecond have no order.
 TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
   for (const auto* time : {"12", "30"}) {
