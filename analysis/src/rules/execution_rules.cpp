@@ -19,6 +19,10 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
                              "ends seq " + std::to_string(seq) + ", whose start was not seen"));
   }
   if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
+  // One that did not end is none of a crash if the run_end was lost.
+  if (has_unended(callback)) {
+    judgement.doubt(context.proof.user_loss_since(callback.process, callback.fini->at.time));
+  }
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;
     judgement.doubt(
@@ -169,6 +173,7 @@ const Rule kStartEndPaired{
     "Why it matters: A callback that never ends holds its thread; one that ends twice is not "
     "recorded rightly, and its times mean nothing.\n"
     "Inconclusive when a start or end stands alone and no totals tell whether its partner was "
+    "lost, when an instance never ended and the run_end, which would tell that from a crash, may be "
     "lost, or when an end follows the totals: exit() was called while the callback ran.\n"
     "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
     "each tracepoint once.",

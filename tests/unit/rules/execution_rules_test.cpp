@@ -70,6 +70,23 @@ TEST(StartEndPaired, IsInconclusiveWhenAnEndWasLostBeforeACrash) {
       << "its thread went on, so the instance had ended";
 }
 
+// A crash may cut an instance, an end in order may not.
+TEST(StartEndPaired, IsInconclusiveWhereARunEndWasLostAfterAnInstanceThatNeverEnded) {
+  const auto without_run_end = [](const std::string& text) {
+    auto trace = trace_of(text);
+    trace.erase<RunEnd>();
+    return Verified(trace)["E1"];
+  };
+  const auto open = std::string(kSound) + "\n30 start fusion\n40 fini fusion";
+  ASSERT_EQ(Verified(open)["E1"], Verdict::fail);
+  EXPECT_EQ(without_run_end(open), Verdict::pass);
+  EXPECT_EQ(without_run_end(open + "\n41 discard user until=50 count=1"), Verdict::inconclusive);
+  EXPECT_EQ(without_run_end(open + "\n1 discard user until=5 count=1"), Verdict::pass);
+  EXPECT_EQ(without_run_end(std::string(kSound) + "\n41 discard user until=50 count=1"),
+            Verdict::pass)
+      << "all ended";
+}
+
 TEST(StartEndPaired, FailsForASecondEnd) {
   auto trace = trace_of(std::string(kSound) + "\n15 end fusion seq=0");
   for (auto& event : trace.events) {  // the executor's own count is right
