@@ -240,8 +240,9 @@ struct ThreadFacts {
   ProcessIndex process{};
   std::optional<ThreadRole> role{};
   std::int64_t tid = 0;
-  bool is_known_to_kernel = true;       // its events name the thread by this tid
-  std::optional<EventRef> announced{};  // first thread_init; empty: never announced
+  bool is_known_to_kernel = true;           // its events name the thread by this tid
+  std::optional<EventRef> announced{};      // first thread_init; empty: never announced
+  std::uint64_t announcements_at_init = 0;  // of its process, at that one
   std::optional<EventRef> fini{};
   std::vector<CallbackOnThread*> ran{};  // of the model's pairs, by first start
   std::optional<CallbackId> callback{};  // as announced; empty: none

@@ -149,7 +149,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
   if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
     judgement.overrule(proof.loss(index));
   }
-  judgement.overrule(doubt_of_first_audit(context, thread));
+  judgement.overrule(doubt_of_first_audit(context, index));
   if (thread.last_change > applied->change) {
     judgement.overrule(evidence("thread_sched", applied->at,
                                 "change " + std::to_string(thread.last_change) +
@@ -346,8 +346,8 @@ const Rule kParametersAsSpecified{
     "one, owe it nothing. On a process that was attached to, the first audit stands for it.\n"
     "Why it matters: A refused or forgotten request leaves the thread with other parameters "
     "than planned, and every analysis of the plan is void.\n"
-    "Inconclusive when there is no such read-back, a later one may have been lost, the recording is "
-    "too old to carry what is asked for, or the request of a thread that ended before a reload "
+    "Inconclusive when there is no such read-back, a later one may have been lost, or one before that "
+    "first audit, the recording is too old to carry what is asked for, or the request of a thread that ended before a reload "
     "failed (its executor may have had the spec before). Recordings that never read back (ros2 "
     "trace) are judged by the priorities and CPUs of sched_switch.\n"
     "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "

@@ -48,6 +48,11 @@ class Proof {
   // beginning) and below `before` (none: up to the end).
   bool may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
                           std::optional<std::uint32_t> before) const;
+  // Why an attached process may have read the announced thread back before the first that was seen:
+  // numbers go on from before the recording.
+  std::optional<Evidence> lost_first_read_back(ThreadIndex thread) const;
+  // The same before that time.
+  std::optional<Evidence> lost_read_back_before(ThreadIndex thread, Timestamp time) const;
 
   // Events of applications on its machine were lost then or later.
   std::optional<Evidence> user_loss_since(ProcessIndex process, Timestamp time) const;

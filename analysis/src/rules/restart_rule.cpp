@@ -89,6 +89,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
     if (proof.may_hide_read_back(*index, applied->n, std::nullopt)) {
       judgement.overrule(proof.loss(*index));
     }
+    judgement.overrule(doubt_of_first_audit(context, *index));
     return applied;
   };
   const auto* was = read_back(before);

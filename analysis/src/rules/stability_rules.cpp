@@ -65,7 +65,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   judgement.check(thread.audits_checked + thread.switches_checked);
-  judgement.overrule(doubt_of_first_audit(context, thread));
+  judgement.overrule(doubt_of_first_audit(context, index));
   if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
     if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
@@ -98,6 +98,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }
   judgement.doubt(proof.loss(index));
+  judgement.doubt(proof.lost_first_read_back(index));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
     judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,

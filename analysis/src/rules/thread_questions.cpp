@@ -177,11 +177,10 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
 }
 
-std::optional<Evidence> doubt_of_first_audit(const RuleContext& context,
-                                             const ThreadFacts& thread) {
-  if (!thread.applied.empty() || !thread.first_audit || !thread.announced) return std::nullopt;
-  return context.proof.user_loss(thread.process, thread.announced->time,
-                                 thread.first_audit->at.time);
+std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  if (!thread.applied.empty() || !thread.first_audit) return std::nullopt;
+  return context.proof.lost_read_back_before(index, thread.first_audit->at.time);
 }
 
 std::string describe(const ReadBack& read) {

@@ -52,7 +52,7 @@ std::string priority_text(std::int32_t kernel_priority);
 // that was attached to. Null if there is none.
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept;
 // Such an audit may not be the first one of the attached process: why not.
-std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, const ThreadFacts& thread);
+std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex thread);
 
 // "SCHED_FIFO 80 on CPUs 0,1".
 std::string describe(const ReadBack& read_back);

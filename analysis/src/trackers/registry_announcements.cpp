@@ -273,6 +273,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   }
   if (!thread.announced) {
     thread.announced = ref(head);
+    thread.announcements_at_init = model_.processes[at(*process)].announcements;
     thread.start_ns = event.start_ns;
   }
   thread.role = event.role;

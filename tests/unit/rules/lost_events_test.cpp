@@ -146,31 +146,6 @@ TEST(LostEvent, EndOfACallbackHidesNoLifetimeOfItsId) {
   EXPECT_EQ(Verified(trace)["M5"], Verdict::inconclusive);
 }
 
-TEST(LostEvent, OfTheFirstAuditLeavesOpenWhatAnAttachedThreadRanAs) {
-  constexpr const char* kSpec =
-      "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 10}\n";
-  const std::string trace = R"(
-    process app attached
-    callback fusion next=3
-    -5 begin fusion
-    1 audit fusion policy=fifo priority=10 n=4
-    10 start fusion
-    12 end fusion
-    20 audit fusion policy=fifo priority=12 n=5
-    30 audit fusion policy=fifo priority=12 n=6)";
-  const auto without_audit = [&](const char* loss) {
-    auto lossy = trace_of(trace + loss);
-    lossy.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 4; });
-    return Verified(lossy, kSpec);
-  };
-  const Verified whole(trace, kSpec);
-  ASSERT_EQ(whole["S1"], Verdict::pass);
-  ASSERT_EQ(whole["S3"], Verdict::fail);
-  const auto lossy = without_audit("\n0 discard user until=2 count=1");
-  EXPECT_EQ(lossy["S1"], Verdict::inconclusive);
-  EXPECT_EQ(lossy["S3"], Verdict::inconclusive);
-}
-
 // Its end tells where it ran.
 TEST(LostEvent, OfAStartHidesNoThread) {
   constexpr const char* kStray = R"(
