@@ -164,6 +164,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
           "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
     }
     judgement.doubt(proof.loss(index));
+    judgement.doubt(proof.lost_first_read_back(index));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
       judgement.doubt(without_event(begin, "no read-back of the allowed CPUs"));
@@ -338,7 +339,7 @@ const Rule kAllowedCpusOnly{
     "are judged by the spec's affinity: by their switches and by the CPUs of their starts and ends.\n"
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
-    "Inconclusive when there is no read-back of the mask, read-backs were lost, starts or ends on the "
+    "Inconclusive when there is no read-back of the mask, read-backs, perhaps the first of an attached process, were lost, starts or ends on the "
     "thread were lost and its switches do not show all its CPUs, or the kernel recorded a part only of "
     "a thread that nobody reads back.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "

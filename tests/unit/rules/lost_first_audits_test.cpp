@@ -81,6 +81,25 @@ TEST(LostFirstAudit, LeavesOpenWhetherTheThreadWasChangedBeforeAnythingWasApplie
   EXPECT_EQ(Verified(lossy)["S3"], Verdict::inconclusive);
 }
 
+// It ran outside the mask that was lost, which is not judged by a later one.
+TEST(LostFirstAudit, LeavesOpenWhereTheThreadWasAllowedToRun) {
+  const std::string outside = R"(
+    process app attached
+    callback fusion next=3 cpu=1
+    -5 begin fusion
+    1 audit fusion cpus=1 n=4
+    10 start fusion cpu=0
+    12 end fusion cpu=0
+    20 audit fusion cpus=1 n=5
+    30 start fusion
+    32 end fusion)";
+  const auto loss = "\n0 discard user until=2 count=1";
+  ASSERT_EQ(Verified(outside)["S4"], Verdict::fail);
+  EXPECT_EQ(Verified(without_first_audit(outside + loss))["S4"], Verdict::inconclusive);
+  const auto again = "\n40 start fusion cpu=0\n42 end fusion cpu=0";
+  EXPECT_EQ(Verified(without_first_audit(outside + again + loss))["S4"], Verdict::fail);
+}
+
 // Another process had the callback before, on a thread with priority 10.
 TEST(LostFirstAudit, LeavesOpenWhetherTheParametersSurvivedARestart) {
   const std::string restarted = R"(
