@@ -65,6 +65,7 @@ void Analyzer::consume(const Event& event) {
       registry.meet_after_end(event.head, event.body, recording.user_losses());
   }
   const auto who = note_user(event.head);
+  if (category_of(event.body) == EventCategory::callback) note_own(event.head, who);
   if (is_passing_by && !pass_by(event, who)) return;
   apply(event, who);
   if (!is_passing_by) instances->advance(event.head);

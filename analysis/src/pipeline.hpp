@@ -77,6 +77,13 @@ struct Analyzer::Pipeline {
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
   }
+  // A process with events of its own is one of the report; who only keeps the time, as a recorder may,
+  // is none.
+  void note_own(const EventHead& head, const Emitter& who) {
+    if (head.is_derived || !who.process) return;
+    auto& process = registry.process_facts_of(who);
+    if (!process.has_cie_events) Registry::note_speaker(head, process);
+  }
   // Its events prove that a thread runs, if the kernel names it as they do.
   void note_running(const EventHead& head, const Emitter& who) {
     using Shown = ThreadTimeline::Shown;

@@ -61,7 +61,7 @@ void Analyzer::Pipeline::consume_state(const Event& event) {
   if (cut) pass_edges(event);  // what is told of state outside the window holds in it, too
   count(event);
   if (!is_left_out(event)) meet(event);
-  note_user(head);
+  note_own(head, note_user(head));
   if (is_left_out(event)) {
     pass_by_state(event);
   } else {

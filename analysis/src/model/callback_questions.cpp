@@ -10,7 +10,18 @@ std::uint64_t known_instances(const Model& model, const CallbackFacts& callback)
   auto count = std::max(callback.starts.count + callback.starts_outside, callback.started_in_all);
   if (callback.fini) count = std::max(count, callback.fini->started);
   if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
+  if (callback.ended.last) count = std::max<std::uint64_t>(count, 1);
   return count;
+}
+
+EventRef first_sign(const Model& model, const CallbackFacts& callback) noexcept {
+  if (callback.registered) return *callback.registered;
+  if (callback.starts.first) return callback.starts.first_at;
+  if (callback.ended.last) return callback.ended.last_at;
+  if (callback.fini) return callback.fini->at;
+  if (callback.overwritten_at) return *callback.overwritten_at;
+  if (callback.lost_at) return *callback.lost_at;
+  return model.processes[at(callback.process)].first_seen.value_or(EventRef{});
 }
 
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream) {

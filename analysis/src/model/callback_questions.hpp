@@ -13,6 +13,9 @@ namespace cie::analysis {
 // Instances of the callback that are known to have run, seen or counted.
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback);
 
+// The first event seen that names the callback, or the first one of its process.
+EventRef first_sign(const Model& model, const CallbackFacts& callback) noexcept;
+
 // No other callback of the process may be the same one: of ROS 2, what was never registered is known
 // by an address alone, of which a callback has several.
 inline bool is_of_its_own(const CallbackFacts& callback) {

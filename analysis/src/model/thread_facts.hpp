@@ -85,8 +85,9 @@ struct ProcessFacts {
   std::optional<EventRef> last_seen{};
   std::uint64_t announcements = 0;               // run_begin of moment announce
   std::optional<std::int64_t> announcing_tid{};  // that told the last of them, and what followed
-  bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
-  std::string name{};           // command name where known
+  // Of its own, or such as follow from ROS 2's: else it is no process of the report.
+  bool has_cie_events = false;
+  std::string name{};                   // command name where known
   std::vector<std::uint32_t> traces{};  // of its first event and of each run_begin
   // Of a process that only ROS 2's tracers tell of.
   bool is_told_by_ros2 = false;

@@ -29,7 +29,7 @@ bool are_periods_known(const CallbackFacts& facts) {
          (facts.is_accounted || (facts.has_grid_releases() && facts.grid.unresolved == 0));
 }
 
-// Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what
+// Empty: some run's thread is unknown, or only its end was seen, or its thread may have served what nobody can see; and what
 // is seen shows no sharing.
 std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
   const auto& model = context.model;
@@ -55,7 +55,8 @@ std::optional<Isolation> isolation_of(const RuleContext& context, const Callback
   if (is_shared) return Isolation::not_isolated;
   if (std::ranges::any_of(facts.ran_on, may_be_with_others)) return std::nullopt;
   if (facts.starts_without_tid > 0 || context.hidden.on_thread_of(facts)) return std::nullopt;
-  return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
+  if (!facts.ran_on.empty()) return Isolation::isolated;
+  return facts.ended.last ? std::nullopt : std::optional(Isolation::never_ran);
 }
 
 // Empty where a release or a start that is missing would change it.

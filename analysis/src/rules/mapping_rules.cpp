@@ -75,7 +75,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           if (thread.ran.size() > 1) judgement.doubt(perhaps_another_process(callback));
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
             judgement.doubt(without_event(
-                first_sign(callback),
+                first_sign(model, callback),
                 callback.logical_id + " was never registered: it may be another one's address"));
           }
         }
@@ -393,7 +393,7 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       continue;
     }
     Judgement judgement(names.callback(index));
-    judgement.doubt(without_event(first_sign(callback),
+    judgement.doubt(without_event(first_sign(model, callback),
                                   std::string(why_unidentified(callback)) +
                                       ": its logical id, which another may have, is unknown"));
     conclude(std::move(judgement), verdicts);

@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "model/clock_differences.hpp"
 #include "queue_losses.hpp"
 #include "thread_questions.hpp"
@@ -166,7 +167,7 @@ class ChainLosses {
       if (is_identified(callback)) continue;
       unknown_.try_emplace(
           callback.process,
-          without_event(first_sign(callback),
+          without_event(first_sign(model, callback),
                         "a callback whose logical id is unknown begins here: it may "
                         "be one of the chain's"));
     }

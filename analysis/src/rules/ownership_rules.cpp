@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
@@ -217,7 +218,7 @@ std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
     if (callback.registered || unknown.contains(callback.process)) continue;
     unknown.emplace(
         callback.process,
-        without_event(first_sign(callback),
+        without_event(first_sign(model, callback),
                       callback.logical_id + " was never registered: its group is unknown"));
   }
   return unknown;

@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
@@ -33,11 +34,11 @@ bool asks_for_any(const std::vector<SpecEntry>& entries) {
 }
 
 // Whether the spec has an entry for a callback cannot be told without its registration.
-void doubt_identity(const CallbackFacts& callback, Judgement& judgement) {
+void doubt_identity(const Model& model, const CallbackFacts& callback, Judgement& judgement) {
   if (is_identified(callback)) return;
-  judgement.doubt(
-      without_event(first_sign(callback), std::string(why_unidentified(callback)) +
-                                              ": whether the spec asks for parameters is unknown"));
+  judgement.doubt(without_event(first_sign(model, callback),
+                                std::string(why_unidentified(callback)) +
+                                    ": whether the spec asks for parameters is unknown"));
 }
 
 bool is_judged_by(const RuleContext& context, const LoadedSpec& loaded) {
@@ -211,7 +212,7 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   const bool asks_any = asks_for_any(context.options.spec->callbacks());
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        if (asks_any) doubt_identity(callback, judgement);
+        if (asks_any) doubt_identity(context.model, callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
           if (is_never_read_back(callback)) {
@@ -318,7 +319,7 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
   const bool asks_any = asks_for_any(context.options.spec->callbacks());
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        if (asks_any) doubt_identity(callback, judgement);
+        if (asks_any) doubt_identity(context.model, callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !judges_parameters(entry->parameters)) return;
         if (is_never_read_back(callback)) {

@@ -1,6 +1,7 @@
 #include "proof.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -343,8 +344,7 @@ void Proof::prove(CallbackIndex index) {
 
   loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
-    loss = evidence("callback_start", facts.starts.first_at,
-                    "the callback of this id was never registered");
+    loss = without_event(first_sign(model_, facts), "the callback of this id was never registered");
   }
   const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
   const auto& name = facts.logical_id;

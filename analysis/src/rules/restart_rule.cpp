@@ -336,7 +336,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       if (between != nullptr) {
         Judgement judgement(names.callback(lives[i].index));
         judgement.doubt(
-            without_event(first_sign(model.callbacks[at(between->index)]),
+            without_event(first_sign(model, model.callbacks[at(between->index)]),
                           "a callback whose logical id is unknown lived between this "
                           "lifetime and the one before: it may have been the same one"));
         conclude(std::move(judgement), verdicts);
@@ -358,7 +358,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index));
-    judgement.doubt(without_event(first_sign(model.callbacks[at(life.index)]),
+    judgement.doubt(without_event(first_sign(model, model.callbacks[at(life.index)]),
                                   "its logical id is unknown, so it cannot be compared with the "
                                   "callbacks of the process before"));
     conclude(std::move(judgement), verdicts);

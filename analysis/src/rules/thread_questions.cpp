@@ -1,6 +1,7 @@
 #include "thread_questions.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "model/logical_ids.hpp"
 #include "rule_context.hpp"
 
@@ -107,7 +108,7 @@ std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
 
 std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
   if (!callback.is_after_rcl_init) return std::nullopt;
-  return without_event(first_sign(callback),
+  return without_event(*callback.registered,
                        callback.logical_id +
                            " was made after another rcl_init of this pid: another process may have "
                            "that, and so another thread its tid");
@@ -115,14 +116,6 @@ std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
 
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept {
   return pair.is_certain && !model.callbacks[at(pair.callback)].is_after_rcl_init;
-}
-
-EventRef first_sign(const CallbackFacts& callback) noexcept {
-  if (callback.registered) return *callback.registered;
-  if (callback.starts.first) return callback.starts.first_at;
-  if (callback.ended.last) return callback.ended.last_at;
-  if (callback.fini) return callback.fini->at;
-  return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
 }
 
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback) {
@@ -239,14 +232,16 @@ const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& cal
 std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback) {
   const char* const unknown = ": what it has to keep is unknown";
   if (!is_identified(callback)) {
-    return without_event(first_sign(callback), std::string(why_unidentified(callback)) + unknown);
+    return without_event(first_sign(context.model, callback),
+                         std::string(why_unidentified(callback)) + unknown);
   }
   const auto* spec = context.options.spec;
   const bool lacks_entry = spec != nullptr && spec_entry(context, callback) == nullptr;
   if (!lacks_entry || !IdParts(callback.logical_id).lacks_node()) return std::nullopt;
   const auto may_be = [&](const SpecEntry& entry) { return may_be_entry_of(entry, callback); };
   if (std::ranges::none_of(spec->callbacks(), may_be)) return std::nullopt;
-  return without_event(first_sign(callback), std::string("of a node that is not told") + unknown);
+  return without_event(first_sign(context.model, callback),
+                       std::string("of a node that is not told") + unknown);
 }
 
 std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,

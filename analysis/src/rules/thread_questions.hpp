@@ -33,8 +33,6 @@ std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair);
 std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback);
 // Neither is so: the callback ran on that thread.
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
-// The first event seen that names the callback.
-EventRef first_sign(const CallbackFacts& callback) noexcept;
 // Its logical id is known, and so are its kind, its deadline and its entry in the spec.
 bool is_identified(const CallbackFacts& callback) noexcept;
 // When it was registered, where its first callback_init tells that: an announcement repeats what may be

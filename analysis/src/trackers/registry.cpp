@@ -170,6 +170,9 @@ CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
     callback.process = process;
     callback.id = id;
     callback.logical_id = "?" + std::to_string(to_number(id));
+    auto& of = model_.processes[at(process)];
+    // Its own events would have told: this follows from ROS 2's.
+    if (!of.has_cie_events) of.has_cie_events = of.is_told_by_ros2 = true;
   }
   return *index;
 }

@@ -87,7 +87,7 @@ class Registry {
   std::optional<ProcessIndex> process_of(const EventHead& head);
   // The same, of an event that makes it a process of the report.
   std::optional<ProcessIndex> speaker_of(const EventHead& head);
-  // It did more than keep the time: it is a process of the report.
+  // It is a process of the report.
   void note_speaker(const EventHead& head, ProcessIndex process) {
     note_speaker(head, model_.processes[at(process)]);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -217,6 +218,59 @@ TEST(RunComplete, NeedsTheBeginning) {
   auto trace = trace_of(kThreeInstances);
   trace.erase<RunBegin>();
   EXPECT_EQ(Verified(trace).of("T4", "process 100"), Verdict::inconclusive);
+}
+
+// Of what else it did nothing is known.
+TEST(RunComplete, NamesAProcessOfWhichOneEventIsSeen) {
+  const auto trace = trace_of(std::string(kThreeInstances) + R"(
+    process other pid=200 attached
+    publisher to topic=/to
+    callback plan subscription topic=/out
+    10 wakeup plan
+    11 release plan overwritten=1
+    12 start plan
+    13 publish to on=plan
+    14 end plan
+    15 audit plan
+    16 lost plan count=1)");
+  const auto is_of_other = [](const Event& event) {
+    return event.head.pid && *event.head.pid == 200;
+  };
+  std::set<std::size_t> kinds;
+  for (const auto& event : trace.events) {
+    const bool keeps_time = std::holds_alternative<ClockSync>(event.body);
+    if (is_of_other(event) && !keeps_time) kinds.insert(event.body.index());
+  }
+  EXPECT_GE(kinds.size(), 14U);
+  for (const auto kind : kinds) {
+    auto one = trace;
+    std::erase_if(one.events, [&](const Event& event) {
+      return is_of_other(event) && event.body.index() != kind;
+    });
+    const Verified verified(one, "callback_groups:\n  - id: elsewhere\n");
+    const auto name = kEventNames[kind];
+    EXPECT_EQ(verified.of("T4", "process 200 (pid 200)"), Verdict::inconclusive) << name;
+    EXPECT_EQ(verified["M1"], Verdict::inconclusive) << name;
+    EXPECT_FALSE(verified.result.report.trace.complete) << name;
+    ASSERT_EQ(verified.result.report.processes.size(), 2U) << name;
+    for (const auto& rule : verified.result.verdicts.rules) {
+      for (const auto& subject : rule.subjects) {
+        EXPECT_TRUE(std::ranges::none_of(subject.evidence,
+                                         [](const Evidence& evidence) {
+                                           return evidence.time.ns == 0 &&
+                                                  evidence.event == "callback_start";
+                                         }))
+            << name << ' ' << rule.id;
+      }
+    }
+    for (const auto& callback : verified.result.report.callbacks) {
+      const bool has_run = kind == EventBody(CallbackStart{}).index() ||
+                           kind == EventBody(CallbackEnd{}).index() ||
+                           kind == EventBody(CallbackFini{}).index();
+      if (callback.process != ProcessIndex{1}) continue;
+      EXPECT_EQ(callback.never_ran(), !has_run) << name;
+    }
+  }
 }
 
 constexpr const char* kSpecOfBoth = "callback_groups:\n  - id: fusion\n  - id: plan\n";

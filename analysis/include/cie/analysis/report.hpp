@@ -191,7 +191,7 @@ struct CallbackReport {
   std::optional<std::uint32_t> group;
   bool shares_group = false;            // one that runs no two at a time; not part of the JSON
   std::vector<CallbackThread> threads;  // by tid
-  // As observed. Empty: it ran on threads that the trace does not name.
+  // As observed. Empty: it is not known.
   std::optional<Isolation> isolation = Isolation::never_ran;
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;  // open at the end
