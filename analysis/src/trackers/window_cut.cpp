@@ -378,9 +378,8 @@ void WindowCut::conclude_publisher(PublisherFacts& facts) const {
 
 void WindowCut::conclude_queue(CallbackFacts& facts, OfCallback& state) const {
   const bool is_later = facts.registered && is_after(facts.registered->time);
-  const bool is_attached = model_.processes[at(facts.process)].first_moment == RunMoment::announce;
   const bool is_known_inside = facts.registered && facts.registered->time >= window_.from;
-  if (is_known_inside && !(is_snapshot_ && is_attached)) {
+  if (is_known_inside && !facts.may_repeat) {
     state.overwritten.begin_with_none();
     state.lost.begin_with_none();
   }
