@@ -1,8 +1,5 @@
 #include <cie/analysis/deadline.hpp>
 
-#include <algorithm>
-#include <limits>
-
 namespace cie::analysis {
 
 std::optional<Duration> response_deadline(const SpecEntry* entry,
@@ -11,8 +8,7 @@ std::optional<Duration> response_deadline(const SpecEntry* entry,
     return Duration{*entry->response_deadline_ns};
   }
   if (declared_ns == 0) return std::nullopt;
-  return Duration{static_cast<std::int64_t>(
-      std::min<std::uint64_t>(declared_ns, std::numeric_limits<std::int64_t>::max()))};
+  return Duration{signed_ns(declared_ns)};
 }
 
 std::optional<Duration> least_response_time(const Instance& instance) noexcept {

@@ -1,5 +1,7 @@
 #include "task_model.hpp"
 
+#include <cie/analysis/deadline.hpp>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -43,16 +45,15 @@ std::optional<Duration> shortest_arrival(const CallbackReport& callback) {
 
 std::optional<TaskParameter> period_of(const CallbackReport& callback, const SpecEntry* entry) {
   if (entry != nullptr && entry->min_inter_arrival_ns) return declared(entry->min_inter_arrival_ns);
-  if (callback.period_ns) return declared(static_cast<std::int64_t>(*callback.period_ns));
+  if (callback.period_ns) return declared(signed_ns(*callback.period_ns));
   const auto shortest = shortest_arrival(callback);
   if (!shortest) return std::nullopt;
   return TaskParameter{.ns = shortest->ns};
 }
 
 std::optional<TaskParameter> deadline_of(const CallbackReport& callback, const SpecEntry* entry) {
-  if (entry != nullptr && entry->response_deadline_ns) return declared(entry->response_deadline_ns);
-  if (!callback.deadline_ns) return std::nullopt;
-  return declared(static_cast<std::int64_t>(*callback.deadline_ns));
+  const auto deadline = response_deadline(entry, callback.deadline_ns.value_or(0));
+  return deadline ? declared(deadline->ns) : std::nullopt;
 }
 
 bool is_declared(const std::optional<TaskParameter>& parameter) {
@@ -112,9 +113,9 @@ std::optional<FixedPriorityTask> declared_server_on(const SpecEntry* entry, std:
   if (entry == nullptr || entry->parameters.policy != Policy::deadline) return std::nullopt;
   const auto& asked = entry->parameters;
   if (asked.cpus && !may_use(*asked.cpus, cpu)) return std::nullopt;
-  return demand_of({.runtime = static_cast<std::int64_t>(asked.runtime_ns),
-                    .deadline = static_cast<std::int64_t>(asked.deadline_ns),
-                    .period = static_cast<std::int64_t>(asked.period_ns)});
+  return demand_of({.runtime = signed_ns(asked.runtime_ns),
+                    .deadline = signed_ns(asked.deadline_ns),
+                    .period = signed_ns(asked.period_ns)});
 }
 
 // The same of a callback that never ran, and that the spec describes.
@@ -148,9 +149,9 @@ bool is_deadline(const ThreadSchedReport& sched) noexcept {
 }
 
 DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {
-  return {.runtime = static_cast<std::int64_t>(sched.runtime_ns),
-          .deadline = static_cast<std::int64_t>(sched.deadline_ns),
-          .period = static_cast<std::int64_t>(sched.period_ns)};
+  return {.runtime = signed_ns(sched.runtime_ns),
+          .deadline = signed_ns(sched.deadline_ns),
+          .period = signed_ns(sched.period_ns)};
 }
 
 std::string in_us(std::int64_t ns) {

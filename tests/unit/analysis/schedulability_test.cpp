@@ -5,6 +5,7 @@
 #include "task_system.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -102,6 +103,23 @@ TEST(Schedulability, NeverMeetsADeadlineThatWasMissed) {
   result = system.analyzed(kSpec);
   EXPECT_EQ(result.callbacks[0].bound_ns, std::nullopt);
   EXPECT_EQ(result.callbacks[0].meets_deadline(), false) << "seen is seen, bound or not";
+}
+
+// As some say that there is no limit.
+TEST(Schedulability, KeepsADeadlineOrAPeriodBeyondSignedNumbers) {
+  constexpr auto kMost = std::numeric_limits<std::uint64_t>::max();
+  constexpr std::uint64_t kBeyond = kMost / 2 + 1;
+  for (const auto declared : {kBeyond, kMost}) {
+    TaskSystem system;
+    auto& high =
+        system.add("high", {.execution = 3, .inter_arrival = 20, .response = 3, .priority = 90});
+    high.deadline_ns = declared;
+    const auto of_deadline = system.analyzed().callbacks[0];
+    EXPECT_EQ(of_deadline.meets_deadline(), true);
+    EXPECT_EQ(of_deadline.deadline->ns, std::numeric_limits<std::int64_t>::max());
+    system.report.callbacks[0].period_ns = declared;
+    EXPECT_EQ(system.analyzed().callbacks[0].period->ns, std::numeric_limits<std::int64_t>::max());
+  }
 }
 
 TEST(Schedulability, NeverMeetsADeadlineThatARunInProgressMissed) {

@@ -71,8 +71,8 @@ std::string policy_text(const analysis::ThreadSchedReport& s) {
   }
   std::string text = name.empty() ? fmt::format("policy {}", s.policy) : elide(printable(name), 10);
   if (s.runtime_ns > 0) {
-    return text + fmt::format(" {}/{}", format_duration(static_cast<std::int64_t>(s.runtime_ns)),
-                              format_duration(static_cast<std::int64_t>(s.period_ns)));
+    return text + fmt::format(" {}/{}", format_duration(analysis::signed_ns(s.runtime_ns)),
+                              format_duration(analysis::signed_ns(s.period_ns)));
   }
   if (s.priority > 0) {
     return text + fmt::format(" {}", s.priority);

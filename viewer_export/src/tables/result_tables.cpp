@@ -24,8 +24,6 @@ using analysis::Summary;
 using analysis::VerdictReport;
 using Consume = ResultTable::Consume;
 
-std::int64_t as_integer(std::uint64_t value) { return static_cast<std::int64_t>(value); }
-
 // Of a callback at an end of an edge; all NULL if there is none.
 struct EndCells {
   Cell logical_id{};

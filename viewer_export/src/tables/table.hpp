@@ -1,6 +1,7 @@
 // Tables, whatever they are written as.
 #pragma once
 
+#include <cie/analysis/time.hpp>
 #include <cie/viewer_export/table_format.hpp>
 
 #include <cstdint>
@@ -27,11 +28,16 @@ struct Column {
 using Cell =
     std::variant<std::monostate, std::int64_t, std::uint64_t, double, bool, std::string_view>;
 
+// Of a time or a count that the report has unsigned.
+inline std::int64_t as_integer(std::uint64_t value) { return analysis::signed_ns(value); }
+
 template <typename T>
 Cell cell(const std::optional<T>& value) {
   if (!value) return {};
   if constexpr (std::is_same_v<T, std::string>) {
     return Cell(std::string_view(*value));
+  } else if constexpr (std::is_unsigned_v<T>) {
+    return Cell(as_integer(*value));
   } else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
     return Cell(static_cast<std::int64_t>(*value));
   } else {

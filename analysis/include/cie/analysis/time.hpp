@@ -15,6 +15,12 @@ struct Duration {
   friend constexpr auto operator<=>(const Duration&, const Duration&) = default;
 };
 
+// Unsigned nanoseconds as signed ones: what is beyond them, 292 years and more, is their most.
+constexpr std::int64_t signed_ns(std::uint64_t ns) noexcept {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::int64_t>::max();
+  return static_cast<std::int64_t>(ns < kMost ? ns : kMost);
+}
+
 // A point on a host's CLOCK_MONOTONIC.
 struct Timestamp {
   std::int64_t ns = 0;
