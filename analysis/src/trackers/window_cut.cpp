@@ -293,11 +293,16 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
     totals.released = releases_before(state);
     return totals;
   }
-  totals.ended -= std::min(totals.ended, state.second_ends);
-  if (!is_after(head.time)) return totals;
   const auto started = std::min(state.next_start.value_or(event.started), event.started);
   const auto started_after = event.started - started;
   const auto open = instances_.open_count(index);
+  // Of second ends the total counts what is more than can have ended: a tracer may have recorded one
+  // event twice.
+  const auto open_in_all =
+      open + state.open.size() + started_after - std::min(started_after, state.ends_after);
+  const auto ended_once = event.started - std::min<std::uint64_t>(event.started, open_in_all);
+  totals.ended -= std::min(event.ended - std::min(event.ended, ended_once), state.second_ends);
+  if (!is_after(head.time)) return totals;
   // What is open at the end of the recording began in the window and never ended.
   const auto ended = started - std::min<std::uint64_t>(started, open);
   const bool is_told = state.ends_after == started_after || open == 0;

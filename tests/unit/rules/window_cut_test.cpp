@@ -4,6 +4,7 @@
 #include "windows.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <variant>
@@ -241,6 +242,29 @@ TEST(Window, RunningTotalsCountFromItsBegin) {
   EXPECT_THAT(late.evidence("Q1", "callback a"), HasSubstr("1 sample was lost"));
   EXPECT_THAT(late.evidence("Q1", "callback a"), HasSubstr("2 samples were overwritten"));
   EXPECT_EQ(in_window(kTrace, 5, 14)["Q1"], Verdict::fail) << "three were overwritten by then";
+}
+
+// A tracer that records one event twice: the program's totals count it once.
+TEST(Window, IsNotLackingAnEndWhereOneOutsideWasRecordedTwice) {
+  auto trace = trace_of(R"(
+    callback a timer period=20
+    10 start a release=10
+    12 end a
+    30 start a release=30
+    32 end a
+    50 start a release=50
+    52 end a)");
+  const auto first = std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<CallbackEnd>(event.body);
+  });
+  auto again = *first;
+  ++again.head.time.ns;
+  trace.events.insert(std::next(first), again);
+  constexpr const char* kSpec = "callback_groups:\n  - {id: a, response_deadline: 5}\n";
+  const Verified verified(trace, kSpec, window(20, 100));
+  EXPECT_EQ(verified["E1"], Verdict::pass);
+  EXPECT_EQ(verified["R3"], Verdict::pass);
+  EXPECT_EQ(Verified(trace, kSpec, window(5, 100))["E1"], Verdict::fail) << "it ends twice in it";
 }
 
 // What was overwritten before a recording was attached is in no window of it, as an announcement in
