@@ -48,7 +48,11 @@ std::optional<Comparison::Shown> Comparison::shown(const InstanceTruth& instance
       instance.message && callback.tells_source ? &truth_.messages[*instance.message] : nullptr;
   shown.release = instance.release;
   if (!callback.tells_release) {
-    const auto woken = shown.waking ? shown.waking : shown.wakeup;
+    auto woken = shown.waking ? shown.waking : shown.wakeup;
+    // Another message woke the thread, and was overwritten (definitions.md: "Missing release").
+    constexpr std::int64_t kReadingsDiffer = 100'000;
+    if (woken && message != nullptr && message->stamp - kRealtimeOffset > *woken + kReadingsDiffer)
+      woken.reset();
     if (is_isolated && woken) {
       shown.source = ReleaseSource::wakeup;
       shown.release = *woken;
