@@ -29,8 +29,8 @@ bool are_periods_known(const CallbackFacts& facts) {
          (facts.is_accounted || (facts.has_grid_releases() && facts.grid.unresolved == 0));
 }
 
-// Empty: some run's thread is unknown, or only its end was seen, or its thread may have served what nobody can see; and what
-// is seen shows no sharing.
+// Empty: some run's thread is unknown, or only its end was seen, or its thread may have served what
+// nobody can see; and what is seen shows no sharing.
 std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
   const auto& model = context.model;
   const auto is_doubtful = [&](const CallbackOnThread* pair) {

@@ -377,7 +377,8 @@ const Rule kMappingSurvivesRestart{
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"
     "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost or are "
-    "not told (ROS 2), and when they differ and the earlier process was not seen to end: it may have lived on.\n"
+    "not told (ROS 2), and when they differ and the earlier process was not seen to end: it may have "
+    "lived on.\n"
     "Remedy: let the application apply the spec itself at every start; make ids and parameters "
     "depend on nothing that changes between starts.",
     judge_restart};

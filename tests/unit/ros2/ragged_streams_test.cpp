@@ -1,5 +1,5 @@
-// The streams of a channel begin or end at different times: of a flight recorder's buffers, of a copy that
-// was cut off. Outside the time that all of them cover, events of one CPU are missing, of which no loss
+// The streams of a channel begin or end at different times: of a flight recorder's buffers, of a copy
+// that was cut off. Outside the time that all of them cover, events of one CPU are missing, of which no loss
 // tells.
 #include "ros2_text.hpp"
 
