@@ -1,7 +1,5 @@
 #include "copies.hpp"
 
-#include "vocabulary/event_batch.hpp"
-
 #include <cstddef>
 #include <functional>
 #include <string_view>
@@ -37,34 +35,30 @@ std::uint64_t digest_of(const Translation& translation, const Payload& fields) {
   return digest.value();
 }
 
-// What tells an event from others of its thread.
-std::uint64_t digest_of(const EventBody& body) {
-  Digest digest;
-  digest.add(body.index());
-  std::visit(
-      Overloaded{[&](const CallbackRelease& e) { digest.add(e.callback, e.release_seq); },
-                 [&](const ThreadWakeup& e) { digest.add(e.callback); },
-                 [&](const CallbackStart& e) { digest.add(e.callback, e.seq); },
-                 [&](const CallbackEnd& e) { digest.add(e.callback, e.seq); },
-                 [&](const Publish& e) { digest.add(e.publisher, e.seq); },
-                 [&](const SampleLost& e) { digest.add(e.callback, e.total); },
-                 [&](const ClockSync& e) { digest.add(e.monotonic_ns); },
-                 [&](const ThreadSched& e) { digest.add(e.tid, e.n); },
-                 [&](const RunBegin& e) { digest.add(e.monotonic_ns); },
-                 [&](const CallbackFini& e) { digest.add(e.callback); },
-                 [&](const PublisherFini& e) { digest.add(e.publisher); },
-                 [&](const ThreadFini& e) { digest.add(e.tid); }, [](const auto& /*event*/) {}},
-      body);
-  return digest.value();
-}
-
 }  // namespace
 
-bool LastRecorded::knows_copies_of(const EventBody& body) noexcept {
-  constexpr auto kKnown =
-      kinds<CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-            ClockSync, ThreadSched, RunBegin, CallbackFini, PublisherFini, ThreadFini, RunEnd>();
-  return (kKnown >> body.index() & 1U) != 0;
+std::optional<std::uint64_t> digest_of(const EventBody& body) {
+  const auto of = [&body](auto... told) {
+    Digest digest;
+    digest.add(body.index(), told...);
+    return std::optional(digest.value());
+  };
+  return std::visit(
+      Overloaded{[&](const CallbackRelease& e) { return of(e.callback, e.release_seq); },
+                 [&](const ThreadWakeup& e) { return of(e.callback); },
+                 [&](const CallbackStart& e) { return of(e.callback, e.seq); },
+                 [&](const CallbackEnd& e) { return of(e.callback, e.seq); },
+                 [&](const Publish& e) { return of(e.publisher, e.seq); },
+                 [&](const SampleLost& e) { return of(e.callback, e.total); },
+                 [&](const ClockSync& e) { return of(e.monotonic_ns); },
+                 [&](const ThreadSched& e) { return of(e.tid, e.n); },
+                 [&](const RunBegin& e) { return of(e.monotonic_ns); },
+                 [&](const RunEnd&) { return of(); },
+                 [&](const CallbackFini& e) { return of(e.callback); },
+                 [&](const PublisherFini& e) { return of(e.publisher); },
+                 [&](const ThreadFini& e) { return of(e.tid); },
+                 [](const auto& /*event*/) { return std::optional<std::uint64_t>{}; }},
+      body);
 }
 
 bool LastRecorded::is_copy(std::uint32_t trace, const Translation& translation,
@@ -72,8 +66,8 @@ bool LastRecorded::is_copy(std::uint32_t trace, const Translation& translation,
   return is_copy(trace, &translation, digest_of(translation, fields));
 }
 
-bool LastRecorded::is_copy(std::uint32_t trace, const EventBody& body) {
-  return is_copy(trace, nullptr, digest_of(body));
+bool LastRecorded::is_copy(std::uint32_t trace, std::uint64_t digest) {
+  return is_copy(trace, nullptr, digest);
 }
 
 bool LastRecorded::is_copy(std::uint32_t trace, const Translation* translation,

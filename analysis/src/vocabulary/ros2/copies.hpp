@@ -8,8 +8,13 @@
 #include "vocabulary/vocabulary.hpp"
 
 #include <cstdint>
+#include <optional>
 
 namespace cie::analysis::ros2 {
+
+// What tells an event of this project's own from others of its thread. Empty: it says the same as often
+// as it is told.
+std::optional<std::uint64_t> digest_of(const EventBody& body);
 
 // The last event of a thread. A tracepoint writes to one session after the other before the thread
 // goes on, so that copies follow each other; and no session has two of one event.
@@ -17,10 +22,8 @@ class LastRecorded {
  public:
   // Whether another session had the event: the thread's next one, in a session's trace.
   bool is_copy(std::uint32_t trace, const Translation& translation, const Payload& fields);
-  // Whether copies of such an event of this project's own are known. Others say the same as often as
-  // they are told.
-  static bool knows_copies_of(const EventBody& body) noexcept;
-  bool is_copy(std::uint32_t trace, const EventBody& body);
+  // The same of an event of this project's own.
+  bool is_copy(std::uint32_t trace, std::uint64_t digest);
 
  private:
   // Of one translation; null: of an own event.

@@ -1,0 +1,132 @@
+// What other events tell it: of streams and losses, and this project's own of their processes.
+#include "event_translator.hpp"
+
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace cie::analysis {
+
+void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
+  constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
+                               CallbackInit, PublisherInit, Discarded, DamagedPacket>();
+  const bool may_tell = may_have_copies_ || links_.has_any();
+  if (!may_tell && (batch.kinds_kept() & kTold) == 0) {
+    if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
+    for (const auto& event : events) {
+      if (std::holds_alternative<CallbackStart>(event.body)) note_own(event.head);
+    }
+    return;
+  }
+  for (auto& event : events) {
+    if (may_have_copies_ && leave_copy(event)) continue;
+    const auto& head = event.head;
+    std::visit(
+        Overloaded{
+            [&](const StreamBegin& e) {
+              apply(head, e);
+              session_gaps_.apply(head, e);
+            },
+            [&](const StreamEnd& e) {
+              end_stream(head);
+              session_gaps_.apply(head, e);
+            },
+            [&](const PacketBegin&) {
+              begin_stream(head);
+              end_gap(event, batch);
+            },
+            [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
+            [&](const RunBegin&) { note_own(head); }, [&](const ThreadInit&) { note_own(head); },
+            [&](const CallbackInit& e) {
+              note_own(head);
+              apply(head, e);
+            },
+            [&](const PublisherInit& e) { apply(head, e); },
+            [&](CallbackStart& e) {
+              note_own(head);
+              complete(event, e, batch);
+            },
+            [&](const Discarded& e) {
+              const auto from = e.last_with_room ? *e.last_with_room + Duration{1} : head.time;
+              lose(head, from, e.end);
+            },
+            [&](const DamagedPacket& e) { lose(head, head.time, e.end.value_or(head.time)); },
+            [](const auto&) {}},
+        event.body);
+  }
+}
+
+bool EventTranslator::leave_copy(Event& event) {
+  const auto& head = event.head;
+  if (head.is_derived || !head.pid || !head.tid) return false;
+  const auto& stream = stream_of(head);
+  auto& host = *stream.host;
+  if (!host.has_several_traces) return false;
+  const auto digest = ros2::digest_of(event.body);
+  if (!digest) return false;
+  auto& last = emitting_thread(host, head).thread->last_recorded;
+  if (!last.is_copy(stream.trace, *digest)) return false;
+  event.body.emplace<OtherEvent>();
+  return true;
+}
+
+void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
+  // Machines may be called alike: then their boots tell them apart.
+  auto host = std::string(event.host) + '\0' + std::string(event.clock_uuid);
+  auto& of_host = host_of(std::move(host));
+  stream_of(head) = {.host = &of_host,
+                     .offset_ns = event.clock_offset_ns,
+                     .trace = event.trace,
+                     .channel = event.channel,
+                     .is_kernel = event.domain == Domain::kernel,
+                     .bounds_window = event.domain == Domain::user && !event.is_left_out &&
+                                      event.has_events.value_or(false)};
+  if (event.domain != Domain::user) return;
+  if (!of_host.trace) ++speaking_hosts_;
+  if (of_host.trace.value_or(event.trace) != event.trace) {
+    of_host.has_several_traces = true;
+    may_have_copies_ = true;
+  }
+  of_host.trace = event.trace;
+}
+
+// Whichever of its events was not lost.
+void EventTranslator::note_own(const EventHead& head) {
+  if (!head.pid || head.is_derived) return;
+  auto* const host = stream_of(head).host;
+  const auto pid = *head.pid;
+  auto& noted = own_[static_cast<std::size_t>(pid) % own_.size()];
+  if (noted.first == host && noted.second == pid) return;
+  host->processes[pid].has_own_events = true;
+  noted = {host, pid};
+}
+
+void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
+  if (!head.pid || event.kind != CallbackKind::subscription) return;
+  auto& process = stream_of(head).host->processes[*head.pid];
+  process.own_subscriptions[event.callback] = event.source;
+}
+
+void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
+  if (!head.pid) return;
+  stream_of(head).host->processes[*head.pid].own_topics.emplace(event.topic);
+}
+
+void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBatch& batch) {
+  const auto& head = whole.head;
+  if (!head.pid || event.writer_gid != 0 || event.source_timestamp_realtime_ns == 0) return;
+  const auto& process = stream_of(head).host->processes[*head.pid];
+  const auto topic = process.own_subscriptions.find(event.callback);
+  if (topic == process.own_subscriptions.end()) return;
+  const auto& stream = stream_of(head);
+  const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
+  const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns,
+                                  told_until(stream.host->realtime_ahead, realtime));
+  event.writer_gid = origin.gid;
+  event.is_writer_undecided = origin.is_undecided;
+  event.source_timestamp_realtime_ns = origin.stamp;
+  if (origin.shows_unseen_writer) batch.derive(&whole, head, UnseenWriter{.topic = topic->second});
+}
+
+}  // namespace cie::analysis
