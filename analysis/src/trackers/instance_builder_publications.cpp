@@ -32,10 +32,7 @@ void InstanceBuilder::note_left(const PendingInstance& ended, const OfThread& th
 }
 
 bool InstanceBuilder::is_reentrant(CallbackIndex callback) const {
-  return std::ranges::any_of(model_.groups, [callback](const GroupFacts& group) {
-    return group.type == GroupType::reentrant &&
-           std::ranges::find(group.callbacks, callback) != group.callbacks.end();
-  });
+  return registry_.group_type_of(model_.callbacks[at(callback)]) == GroupType::reentrant;
 }
 
 ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {

@@ -188,6 +188,12 @@ std::uint32_t Registry::publisher(ProcessIndex process, PublisherId id) {
   return *index;
 }
 
+std::optional<GroupType> Registry::group_type_of(const CallbackFacts& callback) const {
+  if (!callback.group) return std::nullopt;
+  const auto* group = group_by_id_.find({scope(callback.process), key(*callback.group)});
+  return group != nullptr ? model_.groups[*group].type : std::nullopt;
+}
+
 std::uint32_t Registry::group(ProcessIndex process, GroupId id, const EventHead& head) {
   const auto [index, is_new] = group_by_id_.insert({scope(process), key(id)});
   if (is_new) {

@@ -187,6 +187,8 @@ class Registry {
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any
   // (machines that are copies of each other may give equal ones). Empty if unknown.
   std::optional<std::uint32_t> publisher_by_gid(HostIndex reader, std::uint64_t gid) const;
+  // Of the callback's group, as far as that is told.
+  std::optional<GroupType> group_type_of(const CallbackFacts& callback) const;
   // How many told their gids: while no other one does, a gid is of the same publisher.
   std::uint32_t publishers_told() const noexcept { return publishers_told_; }
   // One did since then, or then.
@@ -241,7 +243,6 @@ class Registry {
   // Not the number after the last one.
   void note_other_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                         SequenceFacts& starts);
-  bool may_be_reentrant(const CallbackFacts& callback) const;
   // What it told was another one's, which began then.
   bool has_run_since(ProcessIndex process, Timestamp start) const;
   // No one process tells that twice, or in that order.

@@ -69,20 +69,14 @@ void Registry::meet_after_end(const EventHead& head, const EventBody& body,
   process.pid_sharing = PidSharing::perhaps;
 }
 
-bool Registry::may_be_reentrant(const CallbackFacts& callback) const {
-  if (!callback.group) return true;
-  const auto* group = group_by_id_.find({scope(callback.process), key(*callback.group)});
-  return group == nullptr || model_.groups[*group].type != GroupType::mutually_exclusive;
-}
-
 // Threads of one reentrant callback may tell of its starts in another order than that of their numbers.
 void Registry::note_other_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                                 SequenceFacts& starts) {
   auto& numbers = start_numbers_[callback];
   if (starts.last && !starts.is_restarted && seq <= *starts.last) {
     const auto& facts = model_.callbacks[at(callback)];
-    if (numbers.is_seen(seq, starts) || !may_be_reentrant(facts))
-      note_told_again(facts.process, where);
+    const bool is_one_at_a_time = group_type_of(facts) == GroupType::mutually_exclusive;
+    if (numbers.is_seen(seq, starts) || is_one_at_a_time) note_told_again(facts.process, where);
   }
   numbers.observe(seq, where, starts);
 }
