@@ -282,24 +282,6 @@ TEST(Ros2Identity, CallbacksOfTwoNodesOfOneNameAreNumbered) {
   }
 }
 
-// Of what was made before the recording one may have the same id, and be the first of them.
-TEST(Ros2Identity, OneThatIsMadeBesideANamelessOneIsOfAnUnknownEntry) {
-  const auto judged = [](const char* before) {
-    return analyze_ros2(std::string(before) + R"(
-    10 callback_start tid=1 callback=0x30
-    11 callback_end tid=1 callback=0x30
-    20 rcl_node_init node_handle=0x10 node_name=a namespace=/
-    21 rcl_timer_init timer_handle=0x21 period=5
-    22 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-    23 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
-    30 callback_start tid=2 callback=0x31
-    39 callback_end tid=2 callback=0x31)",
-                        -1, "callback_groups:\n  - {id: \"/a@Timer(5)\", response_deadline: 2}\n");
-  };
-  EXPECT_EQ(judged("0 rcl_init context_handle=0x1").verdict("R3"), analysis::Verdict::fail);
-  EXPECT_EQ(judged("").verdict("R3"), analysis::Verdict::inconclusive);
-}
-
 TEST(Ros2Identity, ProcessesHaveTheirOwnAddresses) {
   const auto result = analyze_ros2(R"(
     0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/

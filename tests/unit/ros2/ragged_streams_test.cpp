@@ -1,6 +1,6 @@
 // The streams of a channel begin or end at different times: of a flight recorder's buffers, of a copy
-// that was cut off. Outside the time that all of them cover, events of one CPU are missing, of which no loss
-// tells.
+// that was cut off. Outside the time that all of them cover, events of one CPU are missing, and no loss
+// tells so.
 #include "ros2_text.hpp"
 
 #include <string>
@@ -13,9 +13,7 @@ namespace {
 using analysis::Verdict;
 
 // 0x30 is the timer with period 1, 0x31 that with period 2.
-Ros2Result result_of(const std::string& events, const char* spec = "") {
-  return analyze_ros2(kTwoTimers + events, -1, spec);
-}
+Ros2Result result_of(const std::string& events) { return analyze_ros2(kTwoTimers + events); }
 
 // The first one's end at 71 and its next start are on the CPU whose record ends at 65.
 TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {

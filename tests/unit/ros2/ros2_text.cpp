@@ -189,12 +189,14 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   constexpr StreamIndex kSecondStream{2'000};
   std::vector<StreamIndex> streams{StreamIndex{}};  // of the applications
   if (text.find(" stream=2") != std::string_view::npos) streams.push_back(kSecondStream);
-  const auto on_streams = [&](std::int64_t time, const auto&... bodies) {
-    for (const auto stream : streams) {
-      head.stream = stream;
-      (consume(time, bodies), ...);
-    }
+  const auto on_stream = [&](StreamIndex stream, std::int64_t time, const auto&... bodies) {
+    head.stream = stream;
+    (consume(time, bodies), ...);
     head.stream = {};
+  };
+  const auto on_streams = [&](std::int64_t time, const auto&... bodies) {
+    for (const auto stream : streams)
+      on_stream(stream, time, bodies...);
   };
   const auto tells = [&text](const char* what) {
     return text.find(what) != std::string_view::npos;
@@ -209,21 +211,13 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                     .path = "stream",
                                     .has_events = true,
                                     .tells_runs = !tells(kRunsBegin)};
-  const auto on_second_stream = [&](std::int64_t time, const auto&... bodies) {
-    head.stream = kSecondStream;
-    (consume(time, bodies), ...);
-    head.stream = {};
-  };
   on_streams(0, of_applications);
   consume(0, PacketBegin{});
-  if (streams.size() > 1 && !tells(" second_begins")) on_second_stream(0, PacketBegin{});
+  if (streams.size() > 1 && !tells(" second_begins")) on_stream(kSecondStream, 0, PacketBegin{});
   constexpr StreamIndex kSecondSession{4'000};  // at the same time
   const bool has_second_session = tells(" session=2");
   const auto on_second_session = [&](std::int64_t time, const auto&... bodies) {
-    if (!has_second_session) return;
-    head.stream = kSecondSession;
-    (consume(time, bodies), ...);
-    head.stream = {};
+    if (has_second_session) on_stream(kSecondSession, time, bodies...);
   };
   auto second = of_applications;
   second.channel = second.trace = static_cast<std::uint32_t>(kSecondSession);
@@ -233,9 +227,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     auto next = of_applications;
     next.tells_runs = true;
     next.channel = next.trace = static_cast<std::uint32_t>(kNextSession);
-    head.stream = kNextSession;
-    consume(0, next);
-    head.stream = {};
+    on_stream(kNextSession, 0, next);
   }
   const auto cpus = kernel_cpus(text);
   const auto on_every_cpu = [&](std::int64_t time, const auto&... bodies) {
@@ -301,9 +293,9 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     if (const auto at = line_text.find(" second_"); at != std::string::npos) {
       const auto time = std::stoll(line_text);
       if (line_text.substr(at) == " second_begins") {
-        on_second_stream(time, PacketBegin{});
+        on_stream(kSecondStream, time, PacketBegin{});
       } else {
-        on_second_stream(time, PacketEnd{}, StreamEnd{});
+        on_stream(kSecondStream, time, PacketEnd{}, StreamEnd{});
         streams.pop_back();
       }
       continue;

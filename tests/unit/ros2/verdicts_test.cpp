@@ -92,6 +92,24 @@ TEST(Ros2Verdicts, ARestartedProcessIsNotKnownToReturnAsItWas) {
   EXPECT_THAT(result.evidence("M5"), HasSubstr("do not tell what its threads ran as"));
 }
 
+// Of what was made before the recording one may have the same id, and be the first of them.
+TEST(Ros2Verdicts, OneThatIsMadeBesideANamelessOneIsOfAnUnknownEntry) {
+  const auto judged = [](const char* before) {
+    return analyze_ros2(std::string(before) + R"(
+    10 callback_start tid=1 callback=0x30
+    11 callback_end tid=1 callback=0x30
+    20 rcl_node_init node_handle=0x10 node_name=a namespace=/
+    21 rcl_timer_init timer_handle=0x21 period=5
+    22 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+    23 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+    30 callback_start tid=2 callback=0x31
+    39 callback_end tid=2 callback=0x31)",
+                        -1, "callback_groups:\n  - {id: \"/a@Timer(5)\", response_deadline: 2}\n");
+  };
+  EXPECT_EQ(judged("0 rcl_init context_handle=0x1").verdict("R3"), Verdict::fail);
+  EXPECT_EQ(judged("").verdict("R3"), Verdict::inconclusive);
+}
+
 TEST(Ros2Verdicts, ALossLeavesEverythingOpenBecauseNothingIsNumbered) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated, 15);
   EXPECT_EQ(result.verdict("M2"), Verdict::inconclusive);

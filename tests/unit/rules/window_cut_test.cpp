@@ -4,10 +4,8 @@
 #include "windows.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -244,59 +242,6 @@ TEST(Window, RunningTotalsCountFromItsBegin) {
   EXPECT_EQ(in_window(kTrace, 5, 14)["Q1"], Verdict::fail) << "three were overwritten by then";
 }
 
-// A tracer that records one event twice: the program's totals count it once.
-TEST(Window, IsNotLackingAnEndWhereOneOutsideWasRecordedTwice) {
-  auto trace = trace_of(R"(
-    callback a timer period=20
-    10 start a release=10
-    12 end a
-    30 start a release=30
-    32 end a
-    50 start a release=50
-    52 end a)");
-  const auto first = std::ranges::find_if(trace.events, [](const Event& event) {
-    return std::holds_alternative<CallbackEnd>(event.body);
-  });
-  auto again = *first;
-  ++again.head.time.ns;
-  trace.events.insert(std::next(first), again);
-  constexpr const char* kSpec = "callback_groups:\n  - {id: a, response_deadline: 5}\n";
-  const Verified verified(trace, kSpec, window(20, 100));
-  EXPECT_EQ(verified["E1"], Verdict::pass);
-  EXPECT_EQ(verified["R3"], Verdict::pass);
-  EXPECT_EQ(Verified(trace, kSpec, window(5, 100))["E1"], Verdict::fail) << "it ends twice in it";
-}
-
-// What was overwritten before a recording was attached is in no window of it, as an announcement in
-// one tells of no beginning.
-TEST(Window, DoesNotCountWhatWasOverwrittenBeforeTheRecordingWasAttached) {
-  constexpr const char* kTrace = R"(
-    process app attached
-    callback a subscription next=1
-    5 release a overwritten=3
-    6 start a
-    7 end a
-    20 release a overwritten=3
-    21 start a
-    22 end a
-    40 fini a)";
-  constexpr const char* kSpec = "callback_groups:\n  - {id: a, overwrites_allowed: 2}\n";
-  auto trace = trace_of(kTrace);
-  for (auto& event : trace.events) {
-    if (std::holds_alternative<CallbackInit>(event.body)) event.head.time = Timestamp{10};
-    if (auto* release = std::get_if<CallbackRelease>(&event.body)) release->release_seq += 4;
-    if (auto* fini = std::get_if<CallbackFini>(&event.body)) fini->released += 4;
-  }
-  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
-  EXPECT_EQ(Verified(trace, kSpec)["Q1"], Verdict::fail) << "of its lifetime";
-  for (const std::int64_t from : {0, 4}) {
-    const Verified verified(trace, kSpec, window(from, 100));
-    EXPECT_EQ(verified["Q1"], Verdict::inconclusive) << from;
-    EXPECT_EQ(callback(verified, "a").overwritten_samples, std::nullopt) << from;
-  }
-  EXPECT_EQ(Verified(trace, kSpec, window(6, 100))["Q1"], Verdict::pass);
-}
-
 TEST(Window, ACallbackOfTheSpecMayHaveRunOutside) {
   constexpr const char* kTrace = R"(
     callback often
@@ -379,29 +324,6 @@ TEST(Window, WorkBeforeItIsNotForeignWorkInIt) {
   EXPECT_EQ(in_window(kTrace, 15, 49, kSpec)["M6"], Verdict::pass)
       << "it waits when the window begins: 2 + 2 of 34";
   EXPECT_EQ(in_window(kTrace, 15, 22, kSpec)["M6"], Verdict::fail) << "2 of 7";
-}
-
-TEST(Window, AThreadThatWasOverBeforeItDoesNoForeignWorkInIt) {
-  constexpr const char* kTrace = R"(
-    kernel
-    callback a
-    callback b cpu=1
-    1 switch 0 idle a
-    2 switch 0 a idle state=1
-    20 switch 0 idle a
-    22 start a
-    30 end a
-    31 finish a
-    32 switch 0 a idle state=64
-    40 switch 1 idle b
-    42 start b
-    50 end b
-    51 switch 1 b idle state=1)";
-  constexpr const char* kSpec = "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
-  EXPECT_EQ(in_window(kTrace, 0, 60, kSpec)["M6"], Verdict::fail) << "3 of 29";
-  const auto later = in_window(kTrace, 35, 60, kSpec);
-  for (const auto& rule : later.result.verdicts.rules)
-    EXPECT_NE(rule.verdict, Verdict::fail) << rule.id;
 }
 
 TEST(Window, WhoOnlyKeepsTheTimeIsNoProcessOfTheReport) {

@@ -1,7 +1,10 @@
 // `--window`: instances that ended outside it, twice, or never.
 #include "windows.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <variant>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -112,6 +115,29 @@ TEST(Window, ASecondEndInItCountsThoughItsInstanceEndedBefore) {
     30 start plan release=30
     32 end plan)";
   EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::fail);
+}
+
+// A tracer that records one event twice: the program's totals count it once.
+TEST(Window, IsNotLackingAnEndWhereOneOutsideWasRecordedTwice) {
+  auto trace = trace_of(R"(
+    callback a timer period=20
+    10 start a release=10
+    12 end a
+    30 start a release=30
+    32 end a
+    50 start a release=50
+    52 end a)");
+  const auto first = std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<CallbackEnd>(event.body);
+  });
+  auto again = *first;
+  ++again.head.time.ns;
+  trace.events.insert(std::next(first), again);
+  constexpr const char* kSpec = "callback_groups:\n  - {id: a, response_deadline: 5}\n";
+  const Verified verified(trace, kSpec, window(20, 100));
+  EXPECT_EQ(verified["E1"], Verdict::pass);
+  EXPECT_EQ(verified["R3"], Verdict::pass);
+  EXPECT_EQ(Verified(trace, kSpec, window(5, 100))["E1"], Verdict::fail) << "it ends twice in it";
 }
 
 }  // namespace

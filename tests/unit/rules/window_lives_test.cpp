@@ -106,5 +106,28 @@ TEST(Window, AThreadThatEndedBeforeItIsNoneOfItsConcern) {
   EXPECT_EQ(in_window(kTrace, 500, 1200)["S3"], Verdict::pass);
 }
 
+TEST(Window, AThreadThatWasOverBeforeItDoesNoForeignWorkInIt) {
+  constexpr const char* kTrace = R"(
+    kernel
+    callback a
+    callback b cpu=1
+    1 switch 0 idle a
+    2 switch 0 a idle state=1
+    20 switch 0 idle a
+    22 start a
+    30 end a
+    31 finish a
+    32 switch 0 a idle state=64
+    40 switch 1 idle b
+    42 start b
+    50 end b
+    51 switch 1 b idle state=1)";
+  constexpr const char* kSpec = "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
+  EXPECT_EQ(in_window(kTrace, 0, 60, kSpec)["M6"], Verdict::fail) << "3 of 29";
+  const auto later = in_window(kTrace, 35, 60, kSpec);
+  for (const auto& rule : later.result.verdicts.rules)
+    EXPECT_NE(rule.verdict, Verdict::fail) << rule.id;
+}
+
 }  // namespace
 }  // namespace cie::test

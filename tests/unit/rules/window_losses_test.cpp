@@ -1,6 +1,9 @@
 // `--window`: what was lost inside it and outside, and what state from before it holds.
 #include "windows.hpp"
 
+#include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -258,6 +261,36 @@ TEST(Window, APriorityWhoseBoostMayBeLostBeforeItIsNoWitness) {
   };
   EXPECT_EQ(judged(""), Verdict::fail);
   EXPECT_EQ(judged("20 discard kernel until=25 count=1"), Verdict::inconclusive);
+}
+
+// What was overwritten before a recording was attached is in no window of it, as an announcement in
+// one tells of no beginning.
+TEST(Window, DoesNotCountWhatWasOverwrittenBeforeTheRecordingWasAttached) {
+  constexpr const char* kTrace = R"(
+    process app attached
+    callback a subscription next=1
+    5 release a overwritten=3
+    6 start a
+    7 end a
+    20 release a overwritten=3
+    21 start a
+    22 end a
+    40 fini a)";
+  constexpr const char* kSpec = "callback_groups:\n  - {id: a, overwrites_allowed: 2}\n";
+  auto trace = trace_of(kTrace);
+  for (auto& event : trace.events) {
+    if (std::holds_alternative<CallbackInit>(event.body)) event.head.time = Timestamp{10};
+    if (auto* release = std::get_if<CallbackRelease>(&event.body)) release->release_seq += 4;
+    if (auto* fini = std::get_if<CallbackFini>(&event.body)) fini->released += 4;
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  EXPECT_EQ(Verified(trace, kSpec)["Q1"], Verdict::fail) << "of its lifetime";
+  for (const std::int64_t from : {0, 4}) {
+    const Verified verified(trace, kSpec, window(from, 100));
+    EXPECT_EQ(verified["Q1"], Verdict::inconclusive) << from;
+    EXPECT_EQ(callback(verified, "a").overwritten_samples, std::nullopt) << from;
+  }
+  EXPECT_EQ(Verified(trace, kSpec, window(6, 100))["Q1"], Verdict::pass);
 }
 
 }  // namespace
