@@ -62,7 +62,8 @@ void WorstRuns::note(const Instance& instance) {
     worst->behind = behind(instance);
   }
   if (instance.preempted_by.empty()) return;
-  const auto& most = instance.preempted_by.front();
+  const auto& most =
+      *std::ranges::max_element(instance.preempted_by, {}, &analysis::Preemptor::time);
   worst->preempted_by = most.name;
   worst->preempted_by_time = most.time;
 }

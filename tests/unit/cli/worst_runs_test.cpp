@@ -78,8 +78,9 @@ TEST(WorstRuns, HaveThePartsOfTheRun) {
   run.preempted = analysis::Duration{50};
   run.blocked = analysis::Duration{5};
   run.wake_delay = analysis::Duration{25};
-  const std::vector<analysis::Preemptor> others{{.tid = 8, .name = "hog", .time = {30}},
-                                                {.tid = 9, .name = "sow", .time = {20}}};
+  // In the order in which they ran.
+  const std::vector<analysis::Preemptor> others{{.tid = 9, .name = "sow", .time = {20}},
+                                                {.tid = 8, .name = "hog", .time = {30}}};
   run.preempted_by = others;
   WorstRuns worst;
   worst.on_instance(run);

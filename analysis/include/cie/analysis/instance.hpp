@@ -43,8 +43,9 @@ struct Instance {
   std::optional<Duration> preempted;
   std::optional<Duration> blocked;
   std::optional<Duration> wake_delay;
-  // Who ran instead while it was preempted; the times add up to `preempted`. Empty for an instance
-  // inside another one of its thread. Valid while the observer is being told.
+  // Who ran instead while it was preempted, in the order of their first times; the times add up to
+  // `preempted`. Empty for an instance inside another one of its thread. Valid while the observer is
+  // being told.
   std::span<const Preemptor> preempted_by;
   // Periods skipped before its release; of other callbacks than timers 0. Empty: not known.
   std::optional<std::uint32_t> missed = 0;
