@@ -75,7 +75,9 @@ TEST(Summary, CountsLossesAndDoesNotFailForThem) {
 TEST(Summary, OfChunksCountsThoseThatAreSealedAndGone) {
   Outcome kept = outcome();
   kept.kept = KeptInChunks{.sealed = 5, .removed = 0};
-  EXPECT_THAT(summary(kept), HasSubstr("recorded 5 chunks in /rec; each is a recording, too\n"));
+  EXPECT_THAT(summary(kept),
+              HasSubstr("recorded 5 chunks in /rec; each is a recording, too (user-space "
+                        "events; kernel events: no)\n"));
   kept.kept = KeptInChunks{.sealed = 5, .removed = 2};
   EXPECT_THAT(summary(kept),
               HasSubstr("5 chunks in /rec, of which the oldest 2 were removed; each"));
@@ -89,8 +91,9 @@ TEST(Summary, OfSnapshotsNamesTheFirstIfThereIsOne) {
             "saved 0 snapshots in /rec; 4 times more there was a reason to, but --max-snapshots or "
             "--min-interval forbade it\n");
   kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0};
-  EXPECT_THAT(summary(kept), HasSubstr("saved 2 snapshots in /rec\n"
-                                       "next: cie report /rec/snapshot-001\n"));
+  EXPECT_THAT(summary(kept),
+              HasSubstr("saved 2 snapshots in /rec (user-space events; kernel events: no)\n"
+                        "next: cie report /rec/snapshot-001\n"));
 }
 
 TEST(Summary, SaysOneOfOne) {
@@ -115,7 +118,8 @@ TEST(Summary, OfWhatWasStreamedNamesItsSessionsThere) {
       .address = "desk:5342",
       .sessions = {{.path = "robot/cie-record-1-*", .begin = {}, .lost = {}, .end = {}}}};
   EXPECT_THAT(summary(kept), HasSubstr("streamed to the relay daemon at desk:5342, as "
-                                       "robot/cie-record-1-*\nnext, where it collects"));
+                                       "robot/cie-record-1-* (user-space events; kernel events: "
+                                       "no)\nnext, where it collects"));
 }
 
 TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {

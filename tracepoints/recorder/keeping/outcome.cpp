@@ -43,27 +43,30 @@ std::string next_commands(const Options& options) {
   return fmt::format("next: cie report {}\n      cie verify {}\n", input, input);
 }
 
-std::string kernel_in_words(const RecordingManifest& manifest) {
+// " (user-space events; kernel events: no, …)".
+std::string events_in_words(const RecordingManifest& manifest) {
+  std::string kernel = "no";
   if (manifest.has_kernel_events) {
-    return fmt::format("{} by {}", manifest.kernel.events.value_or(0), manifest.kernel.route);
+    kernel = fmt::format("{} by {}", manifest.kernel.events.value_or(0), manifest.kernel.route);
+  } else if (!manifest.kernel_reason.empty()) {
+    kernel += ", " + manifest.kernel_reason;
   }
-  return manifest.kernel_reason.empty() ? "no" : "no, " + manifest.kernel_reason;
+  return " (user-space events; kernel events: " + kernel + ')';
 }
 
 std::string result(const Outcome& outcome, const KeptInDirectory& /*kept*/) {
-  return fmt::format("recorded {} (user-space events; kernel events: {})\n{}",
-                     in_shell_quotes(outcome.options.directory), kernel_in_words(outcome.manifest),
-                     next_commands(outcome.options));
+  return fmt::format("recorded {}{}\n{}", in_shell_quotes(outcome.options.directory),
+                     events_in_words(outcome.manifest), next_commands(outcome.options));
 }
 
 std::string result(const Outcome& outcome, const KeptInChunks& kept) {
   const std::string removed = kept.removed > 0 ? fmt::format(", of which the oldest {} removed",
                                                              in_number(kept.removed, "was", "were"))
                                                : "";
-  return fmt::format("recorded {} in {}{}; each is a recording, too\n{}",
+  return fmt::format("recorded {} in {}{}; each is a recording, too{}\n{}",
                      in_number(kept.sealed, "chunk", "chunks"),
                      in_shell_quotes(outcome.options.directory), removed,
-                     next_commands(outcome.options));
+                     events_in_words(outcome.manifest), next_commands(outcome.options));
 }
 
 std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
@@ -75,6 +78,7 @@ std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
         "; {} more there was a reason to, but --max-snapshots or --min-interval forbade it",
         in_number(kept.left_out, "time", "times"));
   }
+  if (kept.saved > 0) text += events_in_words(outcome.manifest);
   text += '\n';
   if (kept.saved > 0) {
     text += fmt::format("next: cie report {}\n", in_shell_quotes(snapshot_directory(directory, 1)));
@@ -88,6 +92,7 @@ std::string result(const Outcome& outcome, const KeptElsewhere& /*kept*/) {
   for (const RelayedSession& session : outcome.manifest.relay.value_or(RecordedRelay{}).sessions) {
     text += ", as " + session.path;
   }
+  text += events_in_words(outcome.manifest);
   return text +
          fmt::format("\nnext, where it collects: cie report DIR; what was lost here stands in {}\n",
                      in_shell_quotes(outcome.options.directory / kManifestName));

@@ -188,7 +188,10 @@ void Tracing::check_space() {
 
 void Tracing::end_tick(Target& target) {
   if (const auto news = target.take_news()) console.warn(*news);
-  console.show_progress(target.age(), std::max(registration_.count(), manifest.processes.size()),
+  const auto told =
+      processes_ ? processes_->count() : 0;  // chunks and snapshots have their own lists
+  console.show_progress(target.age(),
+                        std::max({registration_.count(), manifest.processes.size(), told}),
                         target.is_command());
   if (is_daemon_lost_ && !target.is_command()) {
     target.interrupt(SIGTERM);

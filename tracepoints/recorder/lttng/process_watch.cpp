@@ -66,6 +66,7 @@ bool ProcessWatch::poll() {
                       .process = {.pid = pid_of((*event)[kPid]),
                                   .name = name_of(*event),
                                   .start_ns = number_of((*event)[kStart])}});
+    pids_.insert(known_.back().process.pid);
   }
   // It says neither when it was emitted nor when its process began.
   while (const auto event = ros2_begins_ ? ros2_begins_->poll() : std::nullopt) {
@@ -76,6 +77,7 @@ bool ProcessWatch::poll() {
     if (name.empty() && thread != nullptr) name = *thread;
     known_.push_back({.time_ns = std::nullopt,
                       .process = {.pid = pid, .name = std::move(name), .start_ns = std::nullopt}});
+    pids_.insert(pid);
   }
   note_losses();
   return is_any;

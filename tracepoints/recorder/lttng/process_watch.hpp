@@ -6,8 +6,10 @@
 
 #include "lttng/event_watch.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,8 @@ class ProcessWatch {
   std::vector<RecordedProcess> begun(std::int64_t from_ns, std::int64_t to_ns) const;
   // Those are not asked for again.
   void forget(std::int64_t before_ns);
+  // How many processes were told of, by pid, those that were forgotten too.
+  std::size_t count() const noexcept { return pids_.size(); }
 
  private:
   void note_losses() noexcept;
@@ -49,6 +53,7 @@ class ProcessWatch {
   pid_t daemon_;
   bool has_missed_ = false;
   std::vector<Begin> known_;
+  std::set<std::int64_t> pids_;
 };
 
 // Both lists, each process once, by pid.
