@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <iterator>
 #include <memory>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -139,6 +140,23 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
+// "1" of "1.000000".
+std::string without_zeros(std::string number) {
+  if (number.find('.') == std::string::npos) return number;
+  number.erase(number.find_last_not_of('0') + 1);
+  if (number.ends_with('.')) number.pop_back();
+  return number;
+}
+
+// "--rotate SECONDS".
+std::string with_value(const CLI::App& app, const std::string& name) {
+  const auto* option = app.get_option_no_throw(name);
+  const auto value = option == nullptr                    ? std::string()
+                     : !option->get_option_text().empty() ? option->get_option_text()
+                                                          : option->get_type_name();
+  return value.empty() ? name : name + ' ' + value;
+}
+
 }  // namespace
 
 std::function<std::string(const std::string&)> one_of(std::vector<std::string> values) {
@@ -160,6 +178,28 @@ std::string unexpected_argument(const CLI::App& app) {
   if (!first.starts_with('-')) return fmt::format("one argument too many: \"{}\"", first);
   const auto name = first.substr(0, first.find('='));
   return fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(app)));
+}
+
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  static const std::regex missing(R"((-\S+): 1 required .* missing)");
+  static const std::regex repeated(R"((-\S+): At Most 1 required but received \d+)");
+  static const std::regex out_of_range(
+      R"((-\S+): Value (\S+) not in range \[?(\S+) (?:to|-) ([^\]\s]+)\]?)");
+  static const std::regex no_size(R"((-\S+): .*unit not recognized.*)");
+  const std::string text = error.what();
+  std::smatch found;
+  if (std::regex_match(text, found, missing)) {
+    return found.str(1) + " needs a value: " + with_value(app, found.str(1));
+  }
+  if (std::regex_match(text, found, repeated)) return found.str(1) + " is given more than once";
+  if (std::regex_match(text, found, out_of_range)) {
+    return fmt::format("{} takes {} to {}, and not {}", with_value(app, found.str(1)),
+                       without_zeros(found.str(3)), without_zeros(found.str(4)), found.str(2));
+  }
+  if (std::regex_match(text, found, no_size)) {
+    return with_value(app, found.str(1)) + " takes a size such as 4096, 512k or 4m";
+  }
+  return text;
 }
 
 void lay_out_help(CLI::App& app, const std::string& usage) {

@@ -7,7 +7,8 @@
 
 namespace CLI {
 class App;
-}
+class ParseError;
+}  // namespace CLI
 
 namespace cie {
 
@@ -23,5 +24,8 @@ std::function<std::string(const std::string&)> one_of(std::vector<std::string> v
 // What of the parsed arguments nothing takes, and what was probably meant; empty if there is nothing. The app
 // must allow extras.
 std::string unexpected_argument(const CLI::App& app);
+
+// What CLI11 says of a wrong command line, in the words of the help: which option, what it takes.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace cie

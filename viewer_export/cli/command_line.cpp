@@ -60,7 +60,7 @@ bool CommandLine::parse(const Arguments& arguments) {
     out.commit();
     return false;
   } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
+    throw UsageError(usage_error(*app_, error));
   }
   if (const auto unexpected = unexpected_argument(*app_); !unexpected.empty())
     throw UsageError(unexpected);

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 namespace cie::cli {
@@ -45,7 +46,8 @@ double number_of(const std::string& option, const std::string& text, double leas
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_whole = rest == text.data() + text.size() && !text.empty();
   if (error != std::errc{} || !is_whole || !(value >= least && value <= most)) {
-    throw UsageError(option + ": \"" + text + "\" is no number in its range");
+    throw UsageError(
+        fmt::format("{} takes {:g} to {:g}, and not \"{}\"", option, least, most, text));
   }
   return value;
 }

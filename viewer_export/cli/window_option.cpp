@@ -20,7 +20,8 @@ using analysis::TimeWindow;
 [[noreturn]] void refuse(std::string_view text) {
   throw UsageError(fmt::format(
       "--window does not understand \"{}\"; write FROM..TO, each of them nanoseconds as outputs "
-      "show them, +1.5s from the begin, -200ms from the end, or nothing",
+      "show them, +1.5s from the begin, -200ms from the end, or nothing; units are ns, us, ms, s "
+      "and min",
       text));
 }
 

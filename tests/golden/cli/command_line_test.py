@@ -218,11 +218,13 @@ class Usage(Folder):
         milliseconds = f"{(trace['end_ns'] - trace['begin_ns']) / 1e6:.1f}"
         recorded = f", which is +0s..+{milliseconds}ms, {trace['begin_ns']}..{trace['end_ns']} ns"
         for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '
-                                    "show them, +1.5s from the begin, -200ms from the end, or nothing"),
+                                    "show them, +1.5s from the begin, -200ms from the end, or nothing; units are ns, "
+                                    "us, ms, s and min"),
                               ("2..1", "--window 2..1 is empty: it begins at 2 ns and ends at 1 ns"),
                               ("1..2", "--window 1..2 lies outside the recording" + recorded),
                               ("+1h..", '--window does not understand "+1h"; write FROM..TO, each of them nanoseconds as '
-                                        "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
+                                        "outputs show them, +1.5s from the begin, -200ms from the end, or nothing; units "
+                                        "are ns, us, ms, s and min")):
             self.assert_usage_error(("verify", TRACE, "--window", text), message)
 
     def test_schedulability(self):

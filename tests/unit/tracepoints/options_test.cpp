@@ -173,6 +173,27 @@ TEST(RecorderOptions, NamesTheTimeThatIsNone) {
   }
 }
 
+// What the library that parses says has neither units nor the words of the help.
+TEST(RecorderOptions, SayWhatAnOptionTakes) {
+  const auto said = [](std::vector<std::string> arguments) -> std::string {
+    try {
+      parse(std::move(arguments));
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_EQ(said({"--attach", "--rotate", "0.5"}),
+            "--rotate SECONDS takes 1 to 1000000, and not 0.5");
+  EXPECT_EQ(said({"--attach", "--flush-interval", "9"}),
+            "--flush-interval MS takes 10 to 3600000, and not 9");
+  EXPECT_EQ(said({"--attach", "--subbuf-size", "4q"}),
+            "--subbuf-size BYTES takes a size such as 4096, 512k or 4m");
+  EXPECT_EQ(said({"--attach", "--output"}), "--output needs a value: --output DIR");
+  EXPECT_EQ(said({"--attach", "--rotate", "5", "--rotate", "6"}),
+            "--rotate is given more than once");
+}
+
 TEST(RecorderOptions, KnowsRelayDaemonsByNameAndPort) {
   const auto relay = [](const std::string& text) {
     return parse({"--to", text, "--", "a"}).relay.value();
