@@ -117,8 +117,10 @@ void shorten_files(std::span<const std::filesystem::path> traces, AnalysisResult
     shorten(defect.advice);
   for (auto& rule : result.verdicts.rules) {
     for (auto& subject : rule.subjects) {
-      for (auto& evidence : subject.evidence)
+      for (auto& evidence : subject.evidence) {
         shorten(evidence.file);
+        shorten(evidence.note);
+      }
     }
   }
 }

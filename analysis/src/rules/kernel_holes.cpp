@@ -32,13 +32,34 @@ std::string_view name_of(LossKind kind) {
   return "";
 }
 
-std::string describe_loss(const Loss& loss) {
-  std::string text = loss.count ? std::to_string(*loss.count) + " lost" : "an unknown number lost";
+// What is lost, and for how long.
+std::string describe_missing(const Loss& loss) {
+  std::string text;
+  if (loss.kind == LossKind::switch_mismatch) {
+    text = "context switches are missing";
+  } else {
+    const std::string event = loss.domain == Domain::kernel ? "kernel event" : "user-space event";
+    if (!loss.count) {
+      text = event + "s, an unknown number, lost";
+    } else if (loss.kind == LossKind::discarded_packets) {
+      text = counted(*loss.count, "packet") + " of " + event + "s lost";
+    } else {
+      text = counted(*loss.count, event) + " lost";
+    }
+  }
   constexpr auto kUnknown = std::numeric_limits<std::int64_t>::max();
-  text += loss.end.ns == kUnknown ? ", until when is not known"
-                                  : " until " + std::to_string(loss.end.ns);
-  text += loss.domain == Domain::kernel ? ", kernel" : ", user space";
-  return loss.note.empty() ? text : text + ", " + loss.note;
+  if (loss.end.ns == kUnknown) return text + ", until when is not known";
+  if (loss.end <= loss.begin) return text;
+  return text + " within " + std::to_string((loss.end - loss.begin).ns) + " ns";
+}
+
+// What cannot be read, and why, leads.
+std::string describe_loss(const Loss& loss) {
+  if (loss.kind == LossKind::foreign_metadata) return loss.note;
+  const auto missing = describe_missing(loss);
+  if (loss.note.empty()) return missing;
+  return loss.kind == LossKind::damaged_packet ? loss.note + "; " + missing
+                                               : missing + ", " + loss.note;
 }
 
 }  // namespace

@@ -154,6 +154,14 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   return only(std::move(judgement));
 }
 
+// What is absent may be among what applications lost.
+bool is_any_user_event_lost(const Model& model) {
+  return std::ranges::any_of(model.losses, [](const Loss& loss) {
+    return loss.domain == Domain::user && loss.is_evidence &&
+           loss.kind != LossKind::foreign_metadata;
+  });
+}
+
 // Some instance is counted, or listed.
 bool has_runs(const Model& model) {
   return std::ranges::any_of(model.callbacks, [](const CallbackFacts& callback) {
@@ -168,12 +176,22 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     judgement.doubt(without_event(begin_of(context.model), std::move(note)));
   };
   const bool is_cut = context.options.window.has_value();
+  if (events.cie == 0 && context.model.processes.empty()) {
+    missing(
+        "no events of applications in it; start them under cie record, or attach to them (of ROS 2 "
+        "with --ros2)");
+    return only(std::move(judgement));
+  }
+  const bool is_lossy = is_any_user_event_lost(context.model);
   for (const auto& requirement : required_of(context.model)) {
     if (events.by_name.contains(requirement.event)) {
       judgement.check();
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
       missing("no " + std::string(requirement.event) +
               " in the window; widen --window, or leave it out");
+    } else if (is_lossy) {
+      missing("no " + std::string(requirement.event) +
+              " in it; it may be among the events that are lost");
     } else {
       missing("no " + std::string(requirement.event) + " in it; " +
               std::string(requirement.remedy));
@@ -238,7 +256,7 @@ const Rule kTraceReadable{
     {.is_about_trace = true}};
 
 const Rule kNoLoss{
-    "T2",
+    kNoLossRule,
     "no-loss",
     "The tracer threw nothing away that a verdict needed. Loss is judged per subject: "
     "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss that "

@@ -122,7 +122,7 @@ TEST(HolesInTheKernelsRecord, CostNothingThatTheUsersEventsDecide) {
 
 TEST(HolesInTheKernelsRecord, AreNamedAndFailOnlyWhereNothingMayBeLost) {
   EXPECT_THAT(with_hole("20 discard kernel until=28 count=3").evidence("T2", "trace"),
-              HasSubstr("20 discarded_events 3 lost until 28, kernel"));
+              HasSubstr("20 discarded_events 3 kernel events lost within 8 ns"));
   AnalysisOptions lossless;
   lossless.require_lossless = true;
   EXPECT_EQ(with_hole("20 discard kernel until=28 count=3", lossless)["T2"], Verdict::fail);

@@ -34,15 +34,16 @@ TEST(TraceReadable, IsInconclusiveWhenAPacketWasSkipped) {
 
 TEST(TraceReadable, PrintsNoTimeThatIsNotKnown) {
   EXPECT_THAT(Verified(with("25 damage user until=30")).evidence("T1", "trace"),
-              HasSubstr("an unknown number lost until 30, user space"));
+              HasSubstr("user-space events, an unknown number, lost within 5 ns"));
   EXPECT_THAT(Verified(with("25 damage user until=9223372036854775807")).evidence("T1", "trace"),
-              HasSubstr("an unknown number lost, until when is not known, user space"));
+              HasSubstr("user-space events, an unknown number, lost, until when is not known"));
 }
 
 TEST(NoLoss, PassesAndNamesALossThatCostNobodyHisProof) {
   const Verified verified(with("22 discard user until=28 count=7"));
   EXPECT_EQ(verified.of("T2", "trace"), Verdict::pass);
-  EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("22 discarded_events 7 lost until 28"));
+  EXPECT_THAT(verified.evidence("T2", "trace"),
+              HasSubstr("22 discarded_events 7 user-space events lost within 6 ns"));
   EXPECT_EQ(verified["M2"], Verdict::pass) << "numbers prove that the callback lost nothing";
 }
 
@@ -85,6 +86,22 @@ TEST(RequiredEvents, NamesWhatIsAbsentAndHowToEnableIt) {
   const Verified verified(trace);
   EXPECT_EQ(verified["T5"], Verdict::inconclusive);
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("enable cie:thread_init"));
+}
+
+TEST(RequiredEvents, AdvisesToEnableNothingThatMayBeLost) {
+  auto trace = trace_of(with("25 damage user"));
+  trace.erase<ThreadInit>();
+  const Verified verified(trace);
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"),
+              AllOf(HasSubstr("no thread_init in it; it may be among the events that are lost"),
+                    Not(HasSubstr("enable"))));
+}
+
+TEST(RequiredEvents, AsksForApplicationsWhereOnlyTheKernelIsRecorded) {
+  const Verified verified("kernel\n  10 switch 0 idle 5 prio=20");
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("no events of applications in it"));
 }
 
 TEST(RequiredEvents, IsInconclusiveWhereNoRunLiesWithinTheWindow) {

@@ -7,7 +7,8 @@
 namespace cie::analysis {
 
 // Rules that programs treat apart from the others.
-inline constexpr std::string_view kReadableRule = "T1";     // what cannot be read may hold anything
+inline constexpr std::string_view kReadableRule = "T1";  // what cannot be read may hold anything
+inline constexpr std::string_view kNoLossRule = "T2";
 inline constexpr std::string_view kRunCompleteRule = "T4";  // which --allow-crash relaxes
 inline constexpr std::string_view kDeadlineRule = "R3";
 
