@@ -105,7 +105,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
 // What the spec names exactly.
 struct Asked {
   std::string id;
-  std::string place;  // "spec.yaml:3 specifies fusion"
+  std::string place;  // "spec.yaml:3", "chain brake, spec.yaml:3"
   bool is_entry = false;
 };
 
@@ -159,7 +159,7 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
   }
   if (std::ranges::any_of(recording_reports(model), begins_late)) {
     judgement.overrule(without_event(
-        begin, "chunks before are gone, and processes that ended in them may be with them"));
+        begin, "chunks before were not read, and processes that ended in them may be with them"));
   }
 }
 
@@ -220,14 +220,14 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     if (callback != nullptr) {
       const bool is_of_ros2 = model.processes[at(callback->process)].is_told_by_ros2;
       judgement.fail(evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
-                              asked.place + ", which was registered here and never ran"));
+                              "was registered here and never ran (" + asked.place + ")"));
       if (callback->fini) {
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
       fail_missing(
           context,
-          asked.place + ", which was never registered" +
+          "was never registered (" + asked.place + ")" +
               (asked.is_entry ? suggestions.of_entry(asked.id) : suggestions.of_member(asked.id)),
           &RunTotals::callbacks, " callbacks were registered, all of them seen", judgement);
     }
@@ -259,17 +259,14 @@ std::vector<Asked> callbacks_asked_for(const RuleContext& context) {
   for (const auto& entry : spec.callbacks()) {
     if (entry.is_wildcard()) continue;
     ids.insert(entry.id);
-    asked.push_back({.id = entry.id,
-                     .place = place(context, entry.line) + " specifies " + entry.id,
-                     .is_entry = true});
+    asked.push_back({.id = entry.id, .place = place(context, entry.line), .is_entry = true});
   }
   for (const auto& chain : spec.chains()) {
     for (const auto& id : chain.callbacks) {
       if (!ids.insert(id).second) continue;
-      asked.push_back(
-          {.id = id,
-           .place = place(context, chain.line) + " has " + id + " in chain " + chain.name,
-           .is_entry = false});
+      asked.push_back({.id = id,
+                       .place = "chain " + chain.name + ", " + place(context, chain.line),
+                       .is_entry = false});
     }
   }
   return asked;
@@ -332,8 +329,8 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     judgement.check();
     if (!announced.contains(entry.id)) {
       fail_missing(context,
-                   place(context, entry.line) + " specifies thread " + entry.id +
-                       ", which was never announced" + suggestions.of_entry(entry.id),
+                   "was never announced (" + place(context, entry.line) + ")" +
+                       suggestions.of_entry(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);
       overrule_incomplete(context, judgement);
     }

@@ -74,9 +74,9 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           const auto& callback = model.callbacks[at(pair->callback)];
           if (thread.ran.size() > 1) judgement.doubt(perhaps_another_process(callback));
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
-            judgement.doubt(without_event(
-                first_sign(model, callback),
-                callback.logical_id + " was never registered: it may be another one's address"));
+            judgement.doubt(without_event(first_sign(model, callback),
+                                          "the registration of " + callback.logical_id +
+                                              " was not seen: it may be another one's address"));
           }
         }
         if (several > 1) judgement.overrule(context.lost_ends.between_callbacks(index));
@@ -440,7 +440,7 @@ const Rule kOneCallbackPerThread{
     "is another thread.\n"
     "Why it matters: Callbacks that share a thread wait for each other whatever their "
     "priorities: the urgent one is as late as the slowest before it.\n"
-    "Inconclusive when a callback on the thread was never registered, or lost instances that "
+    "Inconclusive when a registration of a callback on the thread was not seen, or one lost instances that "
     "may have been another callback's, when a callback without a thread may have been lost with all "
     "of its instances, or when the thread may have served a client or an action "
     "of ROS 2, whose instances its events do not show.\n"

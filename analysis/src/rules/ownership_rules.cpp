@@ -203,7 +203,7 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
     witness("a group of " + std::to_string(most) + " callbacks");
   }
   if (!group.type) {
-    judgement.doubt(without_event(group.first_seen, "the group was never announced"));
+    judgement.doubt(without_event(group.first_seen, "the group's announcement was not seen"));
   }
   if (group.callbacks.empty()) {
     judgement.doubt(
@@ -216,10 +216,9 @@ std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
   std::map<ProcessIndex, Evidence> unknown;
   for (const auto& callback : model.callbacks) {
     if (callback.registered || unknown.contains(callback.process)) continue;
-    unknown.emplace(
-        callback.process,
-        without_event(first_sign(model, callback),
-                      callback.logical_id + " was never registered: its group is unknown"));
+    unknown.emplace(callback.process, without_event(first_sign(model, callback),
+                                                    "the registration of " + callback.logical_id +
+                                                        " was not seen: its group is unknown"));
   }
   return unknown;
 }
@@ -286,9 +285,9 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (thread.group && !seen.insert({thread.process, *thread.group}).second) continue;
     Judgement judgement(thread.group ? names.group(thread.process, *thread.group)
                                      : names.group_of(index));
-    judgement.doubt(evidence(
-        "thread_init", *thread.announced,
-        "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));
+    judgement.doubt(evidence("thread_init", *thread.announced,
+                             "no announcement of the group of isolated thread " +
+                                 std::to_string(thread.tid) + " was seen"));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

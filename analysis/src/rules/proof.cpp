@@ -306,7 +306,7 @@ void Proof::prove(CallbackIndex index) {
 
   loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
-    loss = without_event(first_sign(model_, facts), "the callback of this id was never registered");
+    loss = without_event(first_sign(model_, facts), "the callback's registration was not seen");
   }
   const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
   const auto& name = facts.logical_id;
@@ -376,7 +376,7 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
   if (auto hole = gap(publisher)) return hole;
   if (!publisher.registered) {
     return without_event(publisher.published.first_at,
-                         "a publisher that was never registered: its topic is unknown");
+                         "a publisher whose registration was not seen: its topic is unknown");
   }
   const auto first =
       first_number(publisher.published, publisher.registered, publisher.first_next_seq);

@@ -133,7 +133,7 @@ bool is_identified(const CallbackFacts& callback) noexcept {
 }
 
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
-  if (!callback.registered) return "never registered";
+  if (!callback.registered) return "its registration was not seen";
   if (!callback.is_identified) return "registered in part only";
   return callback.is_after_rcl_init
              ? "made after another rcl_init of this pid, perhaps by another process than the one of "

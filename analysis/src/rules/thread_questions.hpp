@@ -38,7 +38,7 @@ bool is_identified(const CallbackFacts& callback) noexcept;
 // When it was registered, where its first callback_init tells that: an announcement repeats what may be
 // much older. All of an announcement comes from one thread.
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback);
-// "never registered", or what else is why it is not.
+// "its registration was not seen", or what else is why it is not.
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept;
 // Of a registered one the last: its fini, an end, a start, its registration.
 EventRef last_sign(const CallbackFacts& callback);

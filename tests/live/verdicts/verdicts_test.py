@@ -148,7 +148,7 @@ class Verdicts(unittest.TestCase):
         failing, _, text = verify(self.reniced, "--spec", spec)
         self.assertEqual(failing - TIMING, {"M1", "S3"}, text)
         self.assert_says(text, r"FAIL M1 specified-callback-seen: callback /sensing/mop@Timer\(200000000\)",
-                         r"missing\.yaml:\d+ specifies /sensing/mop@Timer\(200000000\), which was never registered",
+                         r"was never registered \(missing\.yaml:\d+\)",
                          "A misspelt id configures")
 
     def test_a_multi_threaded_executor(self):
