@@ -30,7 +30,7 @@ constexpr const char* kDiffFooter =
   cie diff before.json after -f json -o diff.json    for programs
 
 Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, or never runs or
-never ends, 2 wrong usage, 3 undecided: the instances are too few to decide a single time, a
+never ends, 2 wrong usage or spec, 3 undecided: the instances are too few to decide a single time, a
 recording lacks runs, does not prove that a callback is gone, or has none in common with the other,
 4 input unreadable or result not writable. More late runs alone are no regression: `cie verify`
 judges deadlines.

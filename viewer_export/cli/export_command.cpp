@@ -39,7 +39,7 @@ constexpr const char* kExportFooter =
   cie export run1 --to clickhouse --label sw=1.2 -o run1.ch; run1.ch/load.sh
 
 Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.
-Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.
+Exit codes: 0 done, 2 wrong usage or spec, 4 trace unreadable or result not writable.
 )";
 
 int export_graph(const std::vector<std::filesystem::path>& traces,

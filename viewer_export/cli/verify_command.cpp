@@ -200,6 +200,8 @@ int verify_command(const Arguments& arguments) {
   auto& result =
       analyze_until_exit(given.traces, options, bar, given.is_screen() ? &worst_runs : nullptr);
   window.check(result.report, given.traces, options);
+  if (options.is_content_checked && result.report.recordings.empty())
+    fmt::print(stderr, "cie: --check found no manifest, and held no file against one\n");
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
   if (given.format == "text") {

@@ -145,8 +145,8 @@ const isolation = () => {
   );
   return lines;
 };
-// Rules of timing demand that callbacks keep up; all others are about how they are run.
-const isOfTiming = rule => rule.id.startsWith("R");
+// Rules of timing and of queues demand that callbacks keep up; all others are about how they are run.
+const isOfTiming = rule => /^[RQ]/.test(rule.id);
 const isAccused = rule => claims.accused.includes(rule.id);
 export const inShort = () => {
   const lines = [];

@@ -183,7 +183,7 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
     }
     if (!begins_late(recording)) continue;
     add_defect(defects, DefectKind::begins_late, Severity::info, *recording.first_chunk - 1,
-               "chunks before the first one that is here are gone: " + recording.path +
+               "chunks before the first one that is here were not read: " + recording.path +
                    " is from " + utc(recording.begin.realtime_ns) + " on");
   }
 }

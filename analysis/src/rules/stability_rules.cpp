@@ -102,7 +102,9 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
     judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
-                             "no later audit and no sched_switch to compare with"));
+                             model.hosts[at(host)].has_switches
+                                 ? "no later audit and no sched_switch to compare with"
+                                 : "no later audit to compare with; record kernel events"));
   } else if (hole) {
     if (thread.audits_checked == 0) judgement.doubt(hole);
     judgement.remark(evidence("by read-back", thread.read_backs.last_at,

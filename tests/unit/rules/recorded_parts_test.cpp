@@ -258,7 +258,7 @@ TEST(RecordedParts, WhatMayBeInEarlierChunksWasNotProvenAbsent) {
   EXPECT_EQ(Judged(trace, chunks({1, 2}), &spec).of("M1", "callback gone"), Verdict::fail);
   const Judged late(trace, chunks({2}), &spec);
   EXPECT_EQ(late.of("M1", "callback gone"), Verdict::inconclusive);
-  EXPECT_THAT(late.evidence("M1", "callback gone"), HasSubstr("chunks before are gone"));
+  EXPECT_THAT(late.evidence("M1", "callback gone"), HasSubstr("chunks before were not read"));
 }
 
 TEST(RecordedParts, AChunkBetweenOthersWasRecorded) {

@@ -290,6 +290,9 @@ TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {
   report.trace.lost_events = 7;
   EXPECT_THAT(counts(),
               HasSubstr("14 instances, 5 missing, 1 packet damaged, 7 events lost, 1 cut"));
+  // Totals prove more: what is missing is not only between others.
+  report.callbacks[0].runs_not_seen = 9;
+  EXPECT_THAT(counts(), HasSubstr("14 instances, at least 5 missing, 1 packet damaged"));
   report.defects = {{.kind = DefectKind::sched_switch_gaps,
                      .severity = Severity::loss,
                      .count = 15,
@@ -311,6 +314,21 @@ TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
   report.callbacks[1].kind = CallbackKind::service;
   report.callbacks[1].source = "/container/_container/load_node";
   EXPECT_LT(screen_of(report, {}).find("plan timer"), screen_of(report, {}).find("lidar <-"));
+}
+
+TEST(ReportScreen, SaysHowLongWhatRanOnceTookWhereThereIsNoRoomForIt) {
+  auto report = unclaimed_report();
+  auto once = report.callbacks[1];
+  for (int i = 0; i < 40; ++i)
+    report.callbacks.push_back(report.callbacks[0]);
+  once.instances = 1;
+  once.response_time = test::summary(9'000'000'000, 9'000'000'000, 1);
+  report.callbacks.push_back(once);
+  for (std::uint32_t i = 0; i < report.callbacks.size(); ++i)
+    report.callbacks[i].index = analysis::CallbackIndex{i};
+  EXPECT_THAT(screen_of(report, {}),
+              HasSubstr(" more callbacks; 1 of them took longer, up to 9.000s: once, or to start "
+                        "others\n"));
 }
 
 TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {

@@ -167,7 +167,12 @@ TEST(VerifyScreen, NamesViolatedRulesThatAreUndecidedOfSomeSubjects) {
          .subjects = {judged(SubjectKind::thread, "thread 1", Verdict::fail),
                       judged(SubjectKind::thread, "thread 2", Verdict::inconclusive)}});
   }
-  EXPECT_THAT(screen_of(verdicts, test::sample_report()), HasSubstr("\n  undecided: M2 M3 "));
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              HasSubstr("\n  undecided in part: M2 M3 "));
+  verdicts.rules[1].verdict = Verdict::inconclusive;
+  verdicts.rules[1].subjects.erase(verdicts.rules[1].subjects.begin());
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              HasSubstr("\n  undecided: M3; in part: M2 M4 "));
 }
 
 // Where it is undecided whether something is missing, no finding names it.
@@ -255,7 +260,7 @@ TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
   EXPECT_THAT(
       screen_of(verdicts, report, {.columns = 120}, context),
       HasSubstr(
-          "  R3 deadline                    2 of 2 callbacks missed deadlines, by ratio\n"
+          "  R3 deadline                    2 of 2 callbacks missed deadlines, worst first\n"
           "     lidar <- /sensing/lidar/top/points_raw  late 2 of 7, up to 45.89 ms > 10.00 ms\n"
           "     worst: instance 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
           "     plan timer 20 ms                        late 5 of 7, up to 54.39 ms > 50.00 ms\n"));
@@ -347,6 +352,17 @@ TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
       screen_of(verdicts, test::sample_report(), wide),
       HasSubstr("  -> of processes that did not end in the recording --allow-crash judges "
                 "what was seen; --inconclusive=warn exits with 0 whatever stays undecided\n"));
+  // T2, of events for which the tracer had no room.
+  auto report = test::sample_report();
+  report.defects = {{.kind = analysis::DefectKind::discarded_events,
+                     .severity = analysis::Severity::loss,
+                     .count = 7,
+                     .advice = {}}};
+  verdicts.rules.push_back(
+      {.id = "T2", .name = "no-loss", .verdict = Verdict::inconclusive, .subjects = {}});
+  EXPECT_THAT(screen_of(verdicts, report, wide),
+              HasSubstr("  -> record again with larger or more sub-buffers (cie record "
+                        "--subbuf-size, --num-subbuf), or fewer events\n"));
   EXPECT_THAT(
       screen_of(verdicts, {}, wide),
       HasSubstr("  -> it holds nothing to judge: record again, with what T5 asks for, while the "
@@ -386,7 +402,7 @@ TEST(VerifyScreen, ToldInOneLineNamesTheWindowAndCountsWhatIsSuppressed) {
   auto verdicts = test::suppressed_verdicts(false);
   verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};
   EXPECT_THAT(line_of(verdicts, report_of_shared_threads()),
-              testing::EndsWith("; 1 verdict suppressed; window 7..9 ns alone\n"));
+              testing::EndsWith("; 1 verdict suppressed; only the window 7..9 ns\n"));
 }
 
 TEST(VerifyScreen, ToldInOneLineSaysOnceWhatIsUndecided) {

@@ -19,11 +19,14 @@ bool is_start_up(const CallbackReport& callback) {
 
 auto badness(const CallbackReport& callback) {
   const auto longest = analysis::longest_response(callback).value_or(analysis::LongestResponse{});
-  return std::tuple(analysis::times_deadline(callback),
-                    !is_start_up(callback) && callback.instances > 1, longest.ns);
+  return std::tuple(analysis::times_deadline(callback), !ran_at_start(callback), longest.ns);
 }
 
 }  // namespace
+
+bool ran_at_start(const CallbackReport& callback) {
+  return is_start_up(callback) || callback.instances <= 1;
+}
 
 std::vector<const CallbackReport*> worst_first(const analysis::Report& report) {
   std::vector<const CallbackReport*> callbacks;

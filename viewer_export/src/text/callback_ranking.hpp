@@ -11,4 +11,7 @@ namespace cie::viewer_export {
 // once or to start others up stands behind.
 std::vector<const analysis::CallbackReport*> worst_first(const analysis::Report& report);
 
+// It ran but once, or to start others up.
+bool ran_at_start(const analysis::CallbackReport& callback);
+
 }  // namespace cie::viewer_export

@@ -156,6 +156,8 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
     case analysis::Outcome::nothing_compared:
       return paint("Nothing to compare: no callback ran before and after\n", Look::doubtful, style);
     case analysis::Outcome::no_regression:
+      if (comparison.is_equal() && is_whole && better == 0)
+        return paint("No regression: all runs and times are the same\n", Look::good, style);
       fact = {is_whole ? "No regression" : "No regression in what was recorded", Look::good};
       break;
   }

@@ -106,7 +106,7 @@ std::string Headline::line() const {
   if (const auto known = suppressed(); known > 0)
     text += "; " + counted(known, "verdict") + " suppressed";
   if (const auto& window = judged_.verdicts.window)
-    text += fmt::format("; window {}..{} ns alone", window->from.ns, window->to.ns);
+    text += fmt::format("; only the window {}..{} ns", window->from.ns, window->to.ns);
   return paint(word(), look(), style_) + text;
 }
 
@@ -119,6 +119,15 @@ Lines Headline::lines_of(const std::string& fact) const {
 
 namespace {
 
+// Instances that numbers show to be missing between others. Totals may prove more: of callbacks that
+// were not seen, after the last one, or from before the recording began.
+std::string missing_instances(const analysis::Report& report, std::uint64_t between) {
+  std::uint64_t proven = 0;
+  for (const auto& callback : report.callbacks)
+    proven += callback.runs_not_seen;
+  return fmt::format("{}{} missing", proven > between ? "at least " : "", between);
+}
+
 // What the trace itself shows to be missing, whatever the tracer counted: "5 missing, 1 packet
 // damaged"; the first of it where there is more.
 Lines missing_of(const analysis::Report& report) {
@@ -129,7 +138,7 @@ Lines missing_of(const analysis::Report& report) {
     std::string_view what;
   };
   constexpr std::array<Words, 13> kMissing{
-      {{DefectKind::seq_gaps, "", "missing"},
+      {{DefectKind::seq_gaps, "", ""},
        {DefectKind::damaged_packets, "packet", "damaged"},
        {DefectKind::missing_files, "file", "missing or changed"},
        {DefectKind::host_gap, "gap", "not recorded"},
@@ -149,8 +158,9 @@ Lines missing_of(const analysis::Report& report) {
     for (const auto& defect : report.defects)
       count += defect.kind == kind ? defect.count : 0;
     if (count == 0 || lines.size() == kMost) continue;
-    lines.push_back(noun.empty() ? fmt::format("{} {}", count, what)
-                                 : fmt::format("{} {}", counted(count, noun), what));
+    lines.push_back(kind == DefectKind::seq_gaps
+                        ? missing_instances(report, count)
+                        : fmt::format("{} {}", counted(count, noun), what));
   }
   return lines;
 }
@@ -189,13 +199,11 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
     if (entry != nullptr) seen.insert(entry->id);
   }
   std::set<std::string_view> asked;
-  std::string unseen;
-  std::size_t count = 0;
+  Lines unseen;
   const auto ask = [&](std::string_view id, int line) {
     if (!asked.insert(id).second || seen.contains(id)) return;
-    unseen += fmt::format("{}{} ({}:{})", count == 0 ? "" : ", ", printable(id),
-                          printable(file_name(spec->name())), line);
-    ++count;
+    unseen.push_back(
+        fmt::format("{} ({}:{})", printable(id), printable(file_name(spec->name())), line));
   };
   for (const auto& entry : spec->callbacks()) {
     if (!entry.is_wildcard()) ask(entry.id, entry.line);
@@ -204,17 +212,33 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
     for (const auto& id : chain.callbacks)
       ask(id, chain.line);
   }
-  if (count == 0) return {};
-  return paragraph(fmt::format("  spec: {} of {} not in the recording: ", count,
-                               counted(asked.size(), "callback")),
-                   unseen, 2, style);
+  if (unseen.empty()) return {};
+  const auto begin = fmt::format("  spec: {} of {} not in the recording: ", unseen.size(),
+                                 counted(asked.size(), "callback"));
+  // Whole ones, as many as there is room for, and how many others there are.
+  constexpr std::size_t kLines = 2;
+  constexpr std::size_t kForTheRest = 24;
+  const auto width = style.columns - std::min(style.columns, begin.size());
+  const auto room = kLines * width - std::min(kLines * width, kForTheRest);
+  std::string listed;
+  std::size_t count = 0;
+  for (const auto& entry : unseen) {
+    const bool is_last = count + 1 == unseen.size();
+    const auto most = is_last ? room + kForTheRest / 2 : room;
+    if (count > 0 && display_width(listed) + 2 + display_width(entry) > most) break;
+    listed += (count == 0 ? "" : ", ") + entry;
+    ++count;
+  }
+  if (count < unseen.size())
+    listed += fmt::format(", {} {} more", gap(style), unseen.size() - count);
+  return paragraph(begin, listed, count == 1 ? kLines + 1 : kLines, style);
 }
 
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style) {
   constexpr std::size_t kMost = 4;
   auto said = std::move(before);
   if (const auto& window = judged.verdicts.window) {
-    said.push_back(fmt::format("judged is the window {}..{} ns ({}) alone", window->from.ns,
+    said.push_back(fmt::format("only the window {}..{} ns ({}) is judged", window->from.ns,
                                window->to.ns, format_duration((window->to - window->from).ns)));
   }
   append(said, useless_suppressions(judged.verdicts));

@@ -330,7 +330,29 @@ class ReportScreen {
     if (const auto left = chains_.size() - chains; left > 0)
       more += (more.empty() ? "" : ", ") + counted(left, "more chain");
     if (more.empty()) return {};
-    return {fmt::format("  {} {}", gap_, more)};
+    return paragraph(fmt::format("  {} ", gap_), more + longer_at_start(callbacks), 1, style_);
+  }
+
+  // What leads by the time it took, had it not run at the start alone: "; 7 took longer, up to …".
+  std::string longer_at_start(std::size_t callbacks) const {
+    using analysis::LongestResponse;
+    const auto longest = [](const CallbackReport* callback) {
+      return analysis::longest_response(*callback).value_or(LongestResponse{});
+    };
+    LongestResponse shown;
+    for (std::size_t i = 0; i < callbacks; ++i)
+      shown.ns = std::max(shown.ns, longest(callbacks_[i]).ns);
+    std::size_t count = 0;
+    auto most = shown;
+    for (auto i = callbacks; i < callbacks_.size(); ++i) {
+      const auto here = longest(callbacks_[i]);
+      if (here.ns <= shown.ns || !ran_at_start(*callbacks_[i])) continue;
+      ++count;
+      if (here.ns > most.ns) most = here;
+    }
+    if (count == 0) return {};
+    return fmt::format("; {} of them took longer, up to {}{}: once, or to start others", count,
+                       most.is_bound ? ">" : "", compact_duration(most.ns));
   }
 
   std::uint64_t missed_releases() const {

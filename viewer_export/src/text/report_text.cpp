@@ -52,7 +52,7 @@ std::string left_out(std::size_t all) {
 std::string window_text(const Report& report, const std::optional<analysis::TimeWindow>& window) {
   const auto& trace = report.trace;
   auto text =
-      window ? fmt::format("{}..{} ns alone, ", window->from.ns, window->to.ns) : std::string();
+      window ? fmt::format("only {}..{} ns, ", window->from.ns, window->to.ns) : std::string();
   text += length_of(report, kNamed) + fmt::format(", {} in {}", counted(trace.events, "event"),
                                                   counted(trace.streams, "stream"));
   text += trace.lost_events

@@ -92,9 +92,12 @@ class SchedulabilityScreen {
   };
 
   // The most useful first.
-  static std::vector<Extra> extras() {
+  std::vector<Extra> extras() const {
+    const bool has_waiting = std::ranges::any_of(rows_, [](const CallbackSchedulability* callback) {
+      return callback->waiting_ns.value_or(0) > 0;
+    });
     return {
-        {{"execution", "longest C"},
+        {{has_waiting ? "exec.+wait" : "execution", "longest C"},
          [](const CallbackSchedulability& callback) {
            return parameter(callback.execution, compact_duration, callback.waiting_ns.value_or(0));
          }},

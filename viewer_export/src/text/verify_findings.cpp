@@ -43,7 +43,7 @@ std::string_view deed(std::string_view rule) {
       {"M7", "had ids that others have"},
       {"M8", "held several callbacks"},
       {"M9", "ran callbacks unannounced"},
-      {"S1", "ran not as specified"},
+      {"S1", "did not run as specified"},
       {"S2", "got parameters too late"},
       {"S3", "had parameters changed"},
       {"S4", "ran on forbidden CPUs"},
@@ -278,7 +278,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   const auto* late = ranked.empty() ? nullptr : late_callback(judged, *ranked.front().subject);
   const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
   if (rule.id != analysis::kDeadlineRule) return finding;
-  if (finding.rows.size() > 1) finding.order = "by ratio";
+  if (finding.rows.size() > 1) finding.order = "worst first";
   if (worst != nullptr) finding.worst = where_time_went(judged, *worst);
   return finding;
 }
@@ -389,11 +389,14 @@ std::string isolation_fact(const analysis::Report& report) {
   const auto ran = static_cast<std::ptrdiff_t>(report.callbacks.size()) -
                    callbacks_with(report, Isolation::never_ran);
   if (ran == 0) {
+    if (report.callbacks.empty()) return "no callback was seen";
     if (std::ranges::any_of(report.callbacks, &analysis::CallbackReport::has_run))
       return "no whole instance of a callback was seen";
-    return std::ranges::all_of(report.callbacks, &analysis::CallbackReport::never_ran)
-               ? "no callback ran"
-               : "no instance of a callback was seen";
+    const auto is_idle = [](const analysis::CallbackReport& callback) {
+      return callback.never_ran() && !callback.may_lack_runs;
+    };
+    return std::ranges::all_of(report.callbacks, is_idle) ? "no callback ran"
+                                                          : "no instance of a callback was seen";
   }
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0) {
     return share_of_callbacks(shared, ran) +

@@ -169,8 +169,7 @@ class VerifyScreen {
 
   Lines undecided(std::size_t room) const {
     if (doubts_.empty() || room == 0) return {};
-    if (!findings_.empty() && room < 3)
-      return {"  undecided: " + joined(rules_with_doubts(), style_.columns - 13)};
+    if (!findings_.empty() && room < 3) return {rules_in_doubt()};
     Lines lines;
     if (!findings_.empty()) lines.push_back("  undecided");
     const std::string indent = findings_.empty() ? "  " : "     ";
@@ -199,16 +198,24 @@ class VerifyScreen {
     return lines;
   }
 
-  // Undecided, or violated and undecided of some subjects.
-  std::vector<std::string> rules_with_doubts() const {
-    std::vector<std::string> ids;
+  // "undecided: T4 M9; in part: M2 M3": those are violated, and undecided of some subjects.
+  std::string rules_in_doubt() const {
+    std::vector<std::string> whole;
+    std::vector<std::string> in_part;
     for (const auto& rule : judged_.verdicts.rules) {
       const bool is_in_doubt = std::ranges::any_of(doubts_, [&rule](const Doubt& doubt) {
         return std::ranges::find(doubt.rules, rule.id) != doubt.rules.end();
       });
-      if (is_in_doubt) ids.push_back(rule.id);
+      if (is_in_doubt)
+        (rule.verdict == analysis::Verdict::inconclusive ? whole : in_part).push_back(rule.id);
     }
-    return ids;
+    std::string text = "  undecided";
+    const std::size_t for_part = in_part.empty() ? 0 : 28;
+    if (!whole.empty()) text += ": " + joined(whole, style_.columns - 13 - for_part);
+    if (in_part.empty()) return text;
+    text += whole.empty() ? " in part: " : "; in part: ";
+    const auto used = display_width(text);
+    return text + joined(in_part, style_.columns - std::min(style_.columns, used));
   }
 
   // "T2 T3 T4 … 5 more".
@@ -243,6 +250,17 @@ class VerifyScreen {
     });
   }
 
+  // The tracer had no room for what applications told.
+  bool is_any_discarded() const {
+    const auto open = head_.rules_with(Verdict::inconclusive);
+    const auto is_of_full_buffers = [](const analysis::TraceDefect& defect) {
+      return defect.kind == analysis::DefectKind::discarded_events ||
+             defect.kind == analysis::DefectKind::discarded_packets;
+    };
+    return std::ranges::find(open, analysis::kNoLossRule) != open.end() &&
+           std::ranges::any_of(judged_.report.defects, is_of_full_buffers);
+  }
+
   // Of rules that are undecided, when none is violated.
   std::string_view way_to_a_decision() const {
     const auto open = head_.rules_with(Verdict::inconclusive);
@@ -251,6 +269,10 @@ class VerifyScreen {
     if (judged_.report.callbacks.empty()) {
       return "it holds nothing to judge: record again, with what T5 asks for, while the application "
              "runs";
+    }
+    if (is_any_discarded()) {
+      return "record again with larger or more sub-buffers (cie record --subbuf-size, "
+             "--num-subbuf), or fewer events";
     }
     if (is_any_without_end()) {
       return "of processes that did not end in the recording --allow-crash judges what was seen; "

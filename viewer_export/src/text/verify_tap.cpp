@@ -61,7 +61,7 @@ void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts
     for_each_case(rule, [&count](const auto&) { ++count; });
   out << fmt::format("TAP version 13\n1..{}\n", count);
   if (const auto& window = verdicts.window) {
-    out << fmt::format("# judged is the window {}..{} ns alone\n", window->from.ns, window->to.ns);
+    out << fmt::format("# only the window {}..{} ns is judged\n", window->from.ns, window->to.ns);
   }
   std::size_t number = 0;
   const auto write = [&](const analysis::RuleVerdict& rule,
