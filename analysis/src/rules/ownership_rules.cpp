@@ -49,6 +49,17 @@ std::optional<Evidence> perhaps_another(const RuleContext& context, ThreadIndex 
                                    thread.ran.front()->first_start.time);
 }
 
+// Of an isolated thread on which no callback was seen to run, and no total tells that none did: what it
+// did may have been in callbacks.
+std::optional<Evidence> perhaps_in_callbacks(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  if (!is_isolated(thread) || !thread.ran.empty()) return std::nullopt;
+  const auto owner = context.isolated.idle_owner(index);
+  if (owner && context.model.callbacks[at(*owner)].fini)
+    return std::nullopt;  // of which nothing is lost
+  return context.proof.incompleteness(thread.process);
+}
+
 // From when on a wait of the thread would have been its first one.
 Timestamp work_begins(const RuleContext& context, const ThreadFacts& thread) {
   auto begin = *thread.first_wait;
@@ -103,6 +114,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
                         static_cast<Int128>(budget) * *thread.foreign_span_ns;
   if (!is_above) return;
+  judgement.overrule(perhaps_in_callbacks(context, index));
   judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
                           "first wait: foreign work is counted from here"));
   // To where the work was counted no event need stand.
@@ -352,7 +364,8 @@ const Rule kNoForeignWork{
     "its instances, the context vtid is absent, it may have "
     "served what ROS 2's events do not show (M2), or (for the "
     "budget) there are no kernel events, their record has a hole or begins after the thread, or "
-    "read-backs or the end of the thread were lost.\n"
+    "read-backs or the end of the thread were lost, or no callback was seen on it and no total tells that "
+    "none ran.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "
     "its own (Executor::spawn_thread); record with --kernel.\n"
     "Remedy with rclcpp: let the thread spin for the callback's group alone; move other work to a "

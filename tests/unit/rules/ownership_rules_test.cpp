@@ -297,6 +297,25 @@ TEST(NoForeignWork, JudgesAThreadWhoseCallbackNeverRan) {
   EXPECT_NE(Verified(idle, budget(900'000'000)).of("M6", "thread 101"), Verdict::fail);
 }
 
+// As where the file of its starts and ends is missing, of a process that was killed.
+TEST(NoForeignWork, TakesNothingForForeignWhereNoTotalTellsThatNoInstanceIsMissing) {
+  const std::string killed = R"(
+  process app crash
+  callback fusion
+  callback plan
+  -20 switch 0 idle fusion
+  -10 switch 0 fusion idle state=1
+  0 switch 0 idle fusion
+  60 switch 0 fusion idle state=1
+  70 start plan
+  72 end plan
+  80 finish fusion)";
+  EXPECT_EQ(Verified(killed, budget(1'000'000)).of("M6", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(killed, budget(900'000'000)).of("M6", "thread 101"), Verdict::pass);
+  EXPECT_EQ(Verified(killed + "\n  81 fini fusion", budget(1'000'000)).of("M6", "thread 101"),
+            Verdict::fail);
+}
+
 // What was made when the former one was gone did not wait for it.
 TEST(SingleCallbackGroup, CountsThoseThatLivedTogether) {
   const std::string group = R"(
