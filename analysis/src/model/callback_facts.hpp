@@ -52,7 +52,8 @@ struct OpenInstance {
   EventRef next_start{};                    // of that one
 };
 
-// A callback went on on another thread, where it had not run before, without a callback_init in between.
+// A callback went on on another thread, where it had not run before, without a callback_init in between;
+// perhaps by way of others.
 struct Move {
   ThreadIndex from{};
   ThreadIndex to{};
@@ -199,7 +200,7 @@ struct alignas(64) CallbackFacts {
   };
   Rare<SecondEnd> first_second_end{};
   std::vector<Move> moves{};                       // the first 1024
-  std::vector<RegisteredMove> registered_moves{};  // the first 64
+  std::vector<RegisteredMove> registered_moves{};  // the first 1024
   std::uint64_t starts_without_tid = 0;
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end

@@ -10,8 +10,9 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenPerThread = 64;
-constexpr std::size_t kMaxMoves = 1024;
-constexpr std::size_t kMaxRegisteredMoves = 64;
+constexpr std::size_t kMaxMoves = 1024;  // with a callback_init in between, and without
+// Threads of a callback from which it may have gone to another one by way of others.
+constexpr std::size_t kMaxDetours = 32;
 constexpr std::size_t kMaxAnswering = 64;
 
 }  // namespace
@@ -222,7 +223,7 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
   const auto place = static_cast<std::size_t>(std::ranges::find(threads, thread) - threads.begin());
   if (place < threads.size()) return *pairs[place];
   const auto* before = callbacks_[callback].last_on;
-  if (before != nullptr) note_move(model_.callbacks[at(callback)], *before, thread, where, seq);
+  if (before != nullptr) note_moves(callback, *before, thread, where, seq);
   auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = callback,
                                                           .thread = thread,
                                                           .starts = 0,
@@ -234,6 +235,18 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
   pairs.push_back(&pair);
   model_.threads[at(thread)].ran.push_back(&pair);
   return pair;
+}
+
+// From where it ran last, and from where it ran before: that may have ended meanwhile.
+void InstanceBuilder::note_moves(CallbackIndex callback, const CallbackOnThread& before,
+                                 ThreadIndex to, const EventRef& first_on_to,
+                                 std::uint64_t first_seq) {
+  auto& facts = model_.callbacks[at(callback)];
+  note_move(facts, before, to, first_on_to, first_seq);
+  if (facts.ran_on.size() > kMaxDetours) return;
+  for (const auto* pair : facts.ran_on) {
+    if (pair != &before) note_move(facts, *pair, to, first_on_to, first_seq);
+  }
 }
 
 // To a thread that never ran it. Where it ran before, it lived together with where it went meanwhile.
@@ -248,7 +261,7 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
                   .first_seq = first_seq};
   if (!is_registered_again) {
     if (facts.moves.size() < kMaxMoves) facts.moves.push_back(move);
-  } else if (facts.registered_moves.size() < kMaxRegisteredMoves) {
+  } else if (facts.registered_moves.size() < kMaxMoves) {
     facts.registered_moves.push_back({.move = move, .registered = *facts.last_init});
   }
 }

@@ -174,6 +174,8 @@ class InstanceBuilder {
     }
     last = where;
   }
+  void note_moves(CallbackIndex callback, const CallbackOnThread& before, ThreadIndex to,
+                  const EventRef& first_on_to, std::uint64_t first_seq);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
                         const EventRef& first_on_to, std::uint64_t first_seq);
   // A callback on a thread; the first time, a new one, of that event.
