@@ -262,7 +262,7 @@ struct ThreadFacts {
   std::optional<EventRef> last_seen{};
 
   SequenceFacts read_backs{};       // their `n`
-  Rare<ReadBack> initial{};         // first of moment initial
+  Rare<ReadBack> initial{};         // of moment initial, if nothing was read back before
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
   std::uint32_t spins = 0;          // how often it was announced, repetitions apart
   std::optional<Timestamp> announced_again{};  // after an end: for another spin on it

@@ -103,7 +103,7 @@ std::string failure_of(const ReadBack& applied) {
 // Of a thread that ended with a former spec, which owes the later one nothing.
 void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
                   const SpecEntry& entry, Judgement& judgement) {
-  if (context.proof.may_hide_read_back(index, applied.n, std::nullopt)) {
+  if (context.proof.may_hide_read_back(index, &applied, nullptr)) {
     judgement.doubt(context.proof.loss(index));
   }
   const auto& thread = context.model.threads[at(index)];
@@ -147,7 +147,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   judgement.check();
-  if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
+  if (proof.may_hide_read_back(index, applied, nullptr)) {
     judgement.overrule(proof.loss(index));
   }
   judgement.overrule(doubt_of_first_audit(context, index));
@@ -249,7 +249,7 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
 // as another spec said?
 void judge_changed(const RuleContext& context, ThreadIndex index, const EventRef& first_start,
                    const ReadBack& match, const SpecEntry& entry, Judgement& judgement) {
-  if (context.proof.may_hide_read_back(index, std::nullopt, match.n)) {
+  if (context.proof.may_hide_read_back(index, nullptr, &match)) {
     judgement.doubt(context.proof.loss(index));
   }
   const auto& thread = context.model.threads[at(index)];
@@ -302,7 +302,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
   }
   judgement.check();
   if (is_in_time) return;
-  if (proof.may_hide_read_back(index, std::nullopt, match->n)) {
+  if (proof.may_hide_read_back(index, nullptr, &*match)) {
     judgement.overrule(proof.loss(index));
   }
   judgement.fail(

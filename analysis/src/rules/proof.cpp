@@ -113,6 +113,9 @@ Proof::Proof(const Model& model, const ThreadLives& lives, const KernelHoles& ho
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     prove(ThreadIndex{static_cast<std::uint32_t>(i)});
   }
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    prove_spins(ThreadIndex{static_cast<std::uint32_t>(i)});
+  }
   for (const auto& group : model.groups) {
     if (group.type) ++processes_[at(group.process)].groups_known;
   }
@@ -164,7 +167,8 @@ const std::optional<Evidence>& Proof::loss(CallbackIndex callback) const {
 }
 
 const std::optional<Evidence>& Proof::loss(ThreadIndex thread) const {
-  return found_loss(threads_, thread);
+  const auto& loss = found_loss(threads_, thread);
+  return loss ? loss : found_loss(spins_, thread);
 }
 
 std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {
@@ -415,6 +419,7 @@ void Proof::prove(ThreadIndex index) {
   const auto name = "thread " + std::to_string(facts.tid);
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
+      ++process.threads_unannounced;
       threads_.emplace(index, evidence(facts.fini ? "thread_fini" : "thread_sched",
                                        facts.fini ? *facts.fini : facts.read_backs.first_at,
                                        name + " was never seen to be announced"));

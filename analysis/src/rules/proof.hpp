@@ -44,15 +44,17 @@ class Proof {
   std::optional<Evidence> gap(const ThreadFacts& thread) const;
   // Why not every read-back of the thread is known to have been seen.
   const std::optional<Evidence>& loss(ThreadIndex thread) const;
-  // A read-back may exist without having been seen whose number is above `after` (none: from the
-  // beginning) and below `before` (none: up to the end).
-  bool may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
-                          std::optional<std::uint32_t> before) const;
+  // A read-back may exist without having been seen that came after `after` (null: from the beginning)
+  // and before `before` (null: up to the end).
+  bool may_hide_read_back(ThreadIndex thread, const ReadBack* after, const ReadBack* before) const;
   // Why an attached process may have read the announced thread back before the first that was seen:
   // numbers go on from before the recording.
   std::optional<Evidence> lost_first_read_back(ThreadIndex thread) const;
   // The same before that time.
   std::optional<Evidence> lost_read_back_before(ThreadIndex thread, Timestamp time) const;
+  // Why it may have been announced between the two for a spin of which that was not seen: whose
+  // read-backs are of which spin is unknown then, for their numbers begin anew with each.
+  std::optional<Evidence> unseen_spin(ThreadIndex thread, Timestamp begin, Timestamp end) const;
 
   // Events of applications on its machine were lost then or later.
   std::optional<Evidence> user_loss_since(ProcessIndex process, Timestamp time) const;
@@ -99,6 +101,7 @@ class Proof {
     std::uint64_t callbacks_named = 0;
     std::uint64_t callbacks_registered = 0;
     std::uint64_t threads_announced = 0;
+    std::uint64_t threads_unannounced = 0;  // that must have been, for they told of themselves
     std::uint64_t groups_known = 0;
     std::uint64_t publishers_registered = 0;
   };
@@ -119,6 +122,8 @@ class Proof {
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
   void prove(ProcessIndex index);
+  // When all threads of its process were counted.
+  void prove_spins(ThreadIndex index);
   // A number is missing among those of the ends, and not of an instance that never ended or was
   // still running when the record ended.
   bool is_any_end_lost(const CallbackFacts& callback) const;
@@ -137,6 +142,7 @@ class Proof {
   // Of those that lost something.
   std::map<CallbackIndex, std::optional<Evidence>> callbacks_;
   std::map<ThreadIndex, std::optional<Evidence>> threads_;
+  std::map<ThreadIndex, std::optional<Evidence>> spins_;  // that may have been announced unseen
   bool is_anything_lost_ = false;
   // Machines of which events of these classes were recorded.
   std::set<HostIndex> with_releases_;

@@ -1,25 +1,39 @@
 // Where a read-back of a thread may be missing.
 #include "proof.hpp"
 
+#include <cstdint>
 #include <limits>
+#include <string>
+#include <utility>
 
 namespace cie::analysis {
+namespace {
 
-bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
-                               std::optional<std::uint32_t> before) const {
+constexpr Timestamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
+
+Timestamp begin_of(const ThreadFacts& thread) { return birth_of(thread).value_or(Timestamp{}); }
+
+}  // namespace
+
+bool Proof::may_hide_read_back(ThreadIndex thread, const ReadBack* after,
+                               const ReadBack* before) const {
   const auto& facts = model_.threads[at(thread)];
+  const auto begin = after != nullptr ? after->at.time : begin_of(facts);
+  if (unseen_spin(thread, begin, before != nullptr ? before->at.time : kEndOfTime)) return true;
+  // Of several spins the numbers prove nothing but together.
+  if (facts.spins > 1) return threads_.contains(thread);
   const auto& numbers = facts.read_backs;
   const auto first = numbers.first.value_or(0);
-  if (!before) {
+  if (before == nullptr) {
     const auto known = first + numbers.count + numbers.missing;
-    if (facts.fini ? facts.fini_read_backs > known : loss(thread).has_value()) return true;
+    if (facts.fini ? facts.fini_read_backs > known : threads_.contains(thread)) return true;
   }
-  if (!after && has_begun_in_trace(facts.process) && first > 0) return true;
+  if (after == nullptr && has_begun_in_trace(facts.process) && first > 0) return true;
   if (!numbers.first_gap) return false;
-  const std::uint64_t low = after ? std::uint64_t{*after} + 1 : 0;
-  if (before && *before <= low) return false;
+  const std::uint64_t low = after != nullptr ? std::uint64_t{after->n} + 1 : 0;
+  if (before != nullptr && before->n <= low) return false;
   const auto& gap = *numbers.first_gap;
-  if (before && gap.expected >= *before) return false;
+  if (before != nullptr && gap.expected >= before->n) return false;
   const bool is_only_gap = numbers.missing == gap.seen - gap.expected;
   return !is_only_gap || gap.seen > low;
 }
@@ -41,6 +55,31 @@ std::optional<Evidence> Proof::lost_read_back_before(ThreadIndex thread, Timesta
   const auto begin = is_first_announcement ? facts.announced->time
                                            : Timestamp{std::numeric_limits<std::int64_t>::min()};
   return user_loss(facts.process, begin, time);
+}
+
+std::optional<Evidence> Proof::unseen_spin(ThreadIndex index, Timestamp begin,
+                                           Timestamp end) const {
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  const auto& seen = processes_[at(thread.process)];
+  const auto known = seen.threads_announced + seen.threads_unannounced;
+  if (process.run_end && process.run_end->threads <= known) return std::nullopt;
+  const auto* loss = user_losses_.between(process.host, begin, end);
+  if (loss == nullptr) loss = loss_before(model_, process.host, Domain::user, begin);
+  if (loss == nullptr || loss->begin > end) return std::nullopt;
+  auto why = evidence_of(*loss);
+  why.note += "; it may have taken the announcement of thread " + std::to_string(thread.tid) +
+              " for another spin";
+  return why;
+}
+
+void Proof::prove_spins(ThreadIndex index) {
+  const auto& thread = model_.threads[at(index)];
+  if (!thread.announced) return;
+  auto spin = unseen_spin(index, begin_of(thread), kEndOfTime);
+  if (!spin) return;
+  is_anything_lost_ = true;
+  spins_.emplace(index, std::move(spin));
 }
 
 }  // namespace cie::analysis

@@ -86,7 +86,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
       return nullptr;
     }
     const auto* applied = last_applied(model, model.threads[at(*index)]);
-    if (proof.may_hide_read_back(*index, applied->n, std::nullopt)) {
+    if (proof.may_hide_read_back(*index, applied, nullptr)) {
       judgement.overrule(proof.loss(*index));
     }
     judgement.overrule(doubt_of_first_audit(context, *index));

@@ -68,7 +68,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   judgement.overrule(doubt_of_first_audit(context, index));
   if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
-    if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
+    if (proof.may_hide_read_back(index, &applied, &audit)) judgement.overrule(proof.loss(index));
     judgement.fail(evidence("thread_sched", applied.at,
                             "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
@@ -89,7 +89,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
       hole = gap;
       continue;
     }
-    if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
+    if (proof.may_hide_read_back(index, &applied, nullptr)) {
       judgement.overrule(proof.loss(index));
     }
     judgement.fail(evidence("thread_sched", applied.at,
@@ -156,7 +156,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     }
     if (thread.cpu_violation && !other) {
       const auto& [mask, where] = *thread.cpu_violation;
-      if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
+      if (proof.may_hide_read_back(index, &mask, nullptr)) {
         judgement.overrule(proof.loss(index));
       }
       judgement.fail(evidence("thread_sched", mask.at,
@@ -233,6 +233,37 @@ std::optional<Evidence> lost_beginning(const Model& model, const Proof& proof, T
   return proof.loss(index);
 }
 
+// It was announced before the recording of its process began: what it reads back first in that is not
+// what it began with.
+bool has_begun_before(const ProcessFacts& process, const ThreadFacts& thread) {
+  if (process.first_moment == RunMoment::start || !thread.start_ns) return false;
+  const auto& first = process.run_begin ? process.run_begin : process.first_seen;
+  return first && Timestamp{*thread.start_ns} < first->time;
+}
+
+void judge_beginning(const Model& model, const Proof& proof, ThreadIndex index,
+                     const EventRef& begin, Judgement& judgement) {
+  const auto& thread = model.threads[at(index)];
+  const auto& process = model.processes[at(thread.process)];
+  if (!thread.initial) {
+    judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
+    judgement.doubt(lost_beginning(model, proof, index));
+    return;
+  }
+  if (has_begun_before(process, thread)) {
+    if (!process.run_begin) judgement.doubt(proof.incompleteness(thread.process));
+    return;
+  }
+  judgement.check();
+  judgement.overrule(
+      proof.unseen_spin(index, birth_of(thread).value_or(Timestamp{}), thread.initial->at.time));
+  if (!is_real_time(thread.initial->policy)) return;
+  judgement.fail(
+      evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
+  judgement.fail(evidence("thread_sched", thread.initial->at,
+                          "before anything was applied it runs " + describe(*thread.initial)));
+}
+
 // Some thread is real-time, or may have been before what is left of its record.
 bool may_be_real_time(const Model& model, const Proof& proof) {
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
@@ -274,19 +305,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     Judgement judgement(names.thread(index));
     const auto& begin = thread.announced ? *thread.announced : thread.read_backs.first_at;
     if (!thread.announced) judgement.doubt(proof.loss(index));
-    if (thread.initial) {
-      judgement.check();
-      if (is_real_time(thread.initial->policy)) {
-        judgement.fail(
-            evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
-        judgement.fail(
-            evidence("thread_sched", thread.initial->at,
-                     "before anything was applied it runs " + describe(*thread.initial)));
-      }
-    } else {
-      judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
-      judgement.doubt(lost_beginning(model, proof, index));
-    }
+    judge_beginning(model, proof, index, begin, judgement);
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
       judge_fork(*fork->second, proof, judgement);
@@ -322,7 +341,8 @@ const Rule kParametersUnchanged{
     "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
     "the application had been given, and it goes on as if nothing had happened.\n"
     "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
-    "compare with, or read-backs, perhaps the first of an attached process, were lost.\n"
+    "compare with, read-backs, perhaps the first of an attached process, were lost, or may have been "
+    "with what announced the thread for another spin.\n"
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it; on_change: apply_again has the executor put "
     "it right.\n"
@@ -342,7 +362,8 @@ const Rule kAllowedCpusOnly{
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
     "Inconclusive when there is no read-back of the mask, read-backs, perhaps the first of an attached "
-    "process, were lost, starts or ends on the "
+    "process, were lost or may have been with what announced the thread for another spin, starts or "
+    "ends on the "
     "thread were lost and its switches do not show all its CPUs, or the kernel recorded a part only of "
     "a thread that nobody reads back.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
@@ -354,14 +375,15 @@ const Rule kNoParameterLeak{
     "S5",
     "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
-    "by what they read back at creation, other children of real-time threads by the priority "
+    "by what they read back when they were announced first, other children of real-time threads by the priority "
     "they first run with. One that first runs with another real-time priority than its creator's was "
     "given that, or its creator's changed meanwhile: it is not judged, and the creator's PASS says "
     "so. Without fork events, or where the kernel's record has holes, PASS says \"announced "
     "only\".\n"
     "Why it matters: A helper thread that inherits SCHED_FIFO by accident competes with the "
     "callbacks it was meant to stay away from.\n"
-    "Inconclusive when the thread's first read-back was lost.\n"
+    "Inconclusive when the thread's first read-back was lost, or may have been with an earlier "
+    "announcement of it.\n"
     "Remedy: SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising "
     "the priority.",
     judge_no_leak,

@@ -308,7 +308,11 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   for (const auto* pair : thread.ran)
     read_back.starts_before += pair->starts;
   read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
-  if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
+  // What another spin on it begins with, the one before has left.
+  if (event.moment == SchedMoment::initial && !thread.initial && !thread.announced_again &&
+      (!thread.last_read_back || thread.last_read_back->at.time >= head.time)) {
+    thread.initial = read_back;
+  }
   if (event.moment == SchedMoment::applied) {
     note_applied(thread, read_back);
   }

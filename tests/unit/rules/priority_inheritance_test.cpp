@@ -11,15 +11,15 @@ namespace {
 
 using analysis::Verdict;
 
-std::string run_with(const std::string& lines) {
+std::string boosted_run(const std::string& lines) {
   return "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" +
          lines + "\n100 start fusion\n102 end fusion";
 }
 
-Verdict judged(const std::string& lines) { return Verified(run_with(lines))["S3"]; }
+Verdict judged(const std::string& lines) { return Verified(boosted_run(lines))["S3"]; }
 
 Verdict judged(const std::string& lines, std::int64_t from, std::int64_t to) {
-  return in_window(run_with(lines), from, to)["S3"];
+  return in_window(boosted_run(lines), from, to)["S3"];
 }
 
 // LTTng tells the priority of the first waiter; when none is left, the one that the thread has still.
