@@ -58,6 +58,7 @@ class Proof {
 
   // Events of applications on its machine were lost then or later.
   std::optional<Evidence> user_loss_since(ProcessIndex process, Timestamp time) const;
+  const UserLosses& user_losses() const noexcept { return user_losses_; }
   // Or between the two.
   std::optional<Evidence> user_loss(ProcessIndex process, Timestamp begin, Timestamp end) const;
 

@@ -2,16 +2,34 @@
 
 #include "thread_questions.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace cie::analysis {
 namespace {
 
 const std::optional<Evidence> kNone;
 
+// When instances ran that numbers or totals tell to be missing. Empty: none do.
+std::optional<TimeWindow> when_lost(const CallbackFacts& callback) {
+  const auto& starts = callback.starts;
+  std::optional<TimeWindow> when;
+  if (starts.first_gap) {
+    const auto& gap = *starts.first_gap;
+    const bool is_only_gap = starts.missing == gap.seen - gap.expected;
+    when = {.from = gap.before.time, .to = (is_only_gap ? gap.after : starts.last_at).time};
+  }
+  const auto next = starts.last ? *starts.last + 1 : callback.first_next_seq;
+  if (!callback.fini || callback.fini->started <= next) return when;
+  const auto last = starts.last ? starts.last_at : callback.registered.value_or(EventRef{});
+  return TimeWindow{.from = when ? when->from : last.time, .to = callback.fini->at.time};
+}
+
 }  // namespace
 
 ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks,
                            const Proof& proof, const IsolatedThreads& isolated)
-    : model_(model), on_threads_(model.threads.size()) {
+    : model_(model), proof_(proof), on_threads_(model.threads.size()) {
   for (const auto index : callbacks) {
     const auto& loss = proof.loss(index);
     if (!loss) continue;
@@ -30,12 +48,63 @@ ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> ca
       continue;
     }
     bool is_pooled = false;
+    auto own = announced;
     for (const auto* pair : callback.ran_on) {
       lose(pair->thread);
+      own.push_back(pair->thread);
       is_pooled = is_pooled || !is_isolated(model.threads[at(pair->thread)]);
     }
-    if (is_pooled) in_pools_.try_emplace(callback.process, &loss);
+    if (is_pooled) {
+      in_pools_.try_emplace(callback.process, &loss);
+    } else {
+      lose_elsewhere(callback, own, loss);
+    }
   }
+}
+
+bool ThreadLosses::may_use(ThreadIndex index, std::int32_t cpu) const {
+  const auto& thread = model_.threads[at(index)];
+  if (proof_.loss(index) || !thread.last_read_back) return true;
+  const auto allows = [cpu](const ReadBack& read) {
+    return read.cpus.empty() ||
+           std::ranges::binary_search(read.cpus, static_cast<std::uint32_t>(cpu));
+  };
+  return allows(*thread.last_read_back) || (thread.first_audit && allows(*thread.first_audit)) ||
+         std::ranges::any_of(thread.applied, allows) ||
+         (thread.applied.empty() && thread.initial && allows(*thread.initial));
+}
+
+void ThreadLosses::lose_elsewhere(const CallbackFacts& callback,
+                                  const std::vector<ThreadIndex>& own,
+                                  const std::optional<Evidence>& loss) {
+  const auto when = when_lost(callback);
+  if (!when) return;
+  const auto host = model_.processes[at(callback.process)].host;
+  const auto cpus = proof_.user_losses().cpus_between(host, when->from, when->to);
+  const auto may_be_its = [&](const std::optional<std::int32_t>& cpu) {
+    return !cpu ||
+           std::ranges::any_of(own, [&](ThreadIndex thread) { return may_use(thread, *cpu); });
+  };
+  if (std::ranges::any_of(cpus, may_be_its)) return;
+  for (const auto& cpu : cpus) {
+    const auto [place, is_first] =
+        elsewhere_.try_emplace({callback.process, *cpu}, Elsewhere{.loss = &loss, .when = *when});
+    auto& all = place->second.when;
+    all = {.from = std::min(all.from, when->from), .to = std::max(all.to, when->to)};
+  }
+}
+
+const std::optional<Evidence>& ThreadLosses::elsewhere(ThreadIndex index) const {
+  const auto& thread = model_.threads[at(index)];
+  constexpr auto kFirstCpu = std::numeric_limits<std::int32_t>::min();
+  for (auto place = elsewhere_.lower_bound({thread.process, kFirstCpu});
+       place != elsewhere_.end() && place->first.first == thread.process; ++place) {
+    const auto& [loss, when] = place->second;
+    const bool was_there = (!thread.announced || thread.announced->time <= when.to) &&
+                           (!thread.fini || thread.fini->time >= when.from);
+    if (was_there && may_use(index, place->first.second)) return *loss;
+  }
+  return kNone;
 }
 
 const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
@@ -43,7 +112,8 @@ const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
   const auto& thread = model_.threads[at(index)];
   const auto in_pool = in_pools_.find(thread.process);
   if (!is_isolated(thread) && in_pool != in_pools_.end()) return *in_pool->second;
-  return anywhere(thread.process);
+  const auto& lost_here = elsewhere(index);
+  return lost_here ? lost_here : anywhere(thread.process);
 }
 
 const std::optional<Evidence>& ThreadLosses::of_every_run(ThreadIndex thread) const {

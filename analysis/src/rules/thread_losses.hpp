@@ -7,16 +7,20 @@
 #include "model/facts.hpp"
 #include "proof.hpp"
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
 
 // A lost instance of a callback ran where the callback ran otherwise or where it was announced to
-// run; if that is in a pool, on any thread of the pool. One of a callback of which neither is known
-// may have run on any thread, isolated ones too. Refers to the proof's losses.
+// run; if that is in a pool, on any thread of the pool. Where nothing was lost meanwhile on the CPUs
+// that those may use, it ran on another one, which may use one where something was. One of a callback
+// of which neither is known may have run on any thread, isolated ones too. Refers to the proof's
+// losses.
 class ThreadLosses {
  public:
   // `callbacks`: in the order that verdicts are named by.
@@ -30,11 +34,25 @@ class ThreadLosses {
   const std::optional<Evidence>& anywhere(ProcessIndex process) const;
 
  private:
+  // By process and CPU: instances that ran on none of the threads that their callbacks ran on otherwise.
+  struct Elsewhere {
+    const std::optional<Evidence>* loss = nullptr;  // the first one's
+    TimeWindow when;                                // of all
+  };
+  // `own`: the threads that the callback ran on or was announced for.
+  void lose_elsewhere(const CallbackFacts& callback, const std::vector<ThreadIndex>& own,
+                      const std::optional<Evidence>& loss);
+  // It was allowed to, as far as was read back.
+  bool may_use(ThreadIndex thread, std::int32_t cpu) const;
+  const std::optional<Evidence>& elsewhere(ThreadIndex thread) const;
+
   const Model& model_;
+  const Proof& proof_;
   std::vector<const std::optional<Evidence>*> on_threads_;
   std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
   std::map<ProcessIndex, const std::optional<Evidence>*> anywhere_;  // in the process
+  std::map<std::pair<ProcessIndex, std::int32_t>, Elsewhere> elsewhere_;
 };
 
 }  // namespace cie::analysis

@@ -438,5 +438,44 @@ TEST(LostEvents, HideWhichCpusAThreadUsed) {
   EXPECT_EQ(judged("9 switch 2 idle fusion next_prio=19\n", true), Verdict::fail);
 }
 
+// The text's losses are those of CPU 0, where plan's own thread may not run: another one ran it.
+TEST(LostEvents, HideAnInstanceOnAThreadThatMayUseTheirCpu) {
+  const auto judged = [](const std::string& cpus, const std::string& loss) {
+    auto trace = trace_of(R"(
+      callback fusion
+      callback plan cpu=1
+      thread w worker cpu=2
+      -95 initial plan cpus=)" +
+                          cpus + "\n-90 applied plan cpus=" + cpus + R"(
+      10 start fusion
+      12 end fusion
+      20 start plan
+      22 end plan
+      24 start plan on=fusion cpu=0
+      26 end plan on=fusion cpu=0
+      30 start plan
+      32 end plan
+      )" + loss);
+    const auto is_lost = [](const auto& event, const EventHead& head) {
+      return event.seq == 1 && head.time.ns < 30;
+    };
+    if (!loss.empty()) {
+      trace.erase<CallbackStart>(is_lost);
+      trace.erase<CallbackEnd>(is_lost);
+    }
+    return Verified(trace);
+  };
+  const std::string loss = "23 discard user until=27 count=2";
+  const auto whole = judged("1", "");
+  const auto lossy = judged("1", loss);
+  for (const auto* rule : {"M2", "M6"}) {
+    EXPECT_EQ(whole.of(rule, "thread 101"), Verdict::fail) << rule;
+    EXPECT_EQ(lossy.of(rule, "thread 101"), Verdict::inconclusive) << rule;
+    EXPECT_EQ(judged("0,1", loss).of(rule, "thread 101"), Verdict::pass) << "plan's own may have";
+    EXPECT_EQ(judged("1", "40 discard user until=41 count=2").of(rule, "thread 101"), Verdict::pass)
+        << "nothing was lost then";
+  }
+}
+
 }  // namespace
 }  // namespace cie::test
