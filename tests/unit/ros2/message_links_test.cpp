@@ -167,7 +167,7 @@ TEST(MessageLinks, NothingIsOfACallThatIsDoubtful) {
 
 // By another host's clock, which is ahead: whoever wrote it tells that later.
 TEST(MessageLinks, WhatWasTakenBeforeItWasWrittenIsOfWhoeverTellsItLater) {
-  constexpr std::int64_t kNow = 150'000;
+  constexpr MessageLinks::Take kNow{.told_until = 150'000};
   MessageLinks links;
   EXPECT_TRUE(links.find(kTopic, 200'000, kNow).is_undecided) << "nobody is known yet";
   links.add_publisher(kTopic, 7);
@@ -182,6 +182,19 @@ TEST(MessageLinks, WhatWasTakenBeforeItWasWrittenIsOfWhoeverTellsItLater) {
   links.add(calls, call_of_publish(9, 100'000, 300'000));
   EXPECT_TRUE(links.find(calls, 200'000, kNow).is_undecided) << "another call may follow";
   EXPECT_TRUE(links.find(calls, 400'000, kNow).is_undecided);
+}
+
+// The clock was set forward since it was written: whichever message it is, it need not be of the call
+// that goes on.
+TEST(MessageLinks, AMessageFromTheFutureIsNotProvenToBeOfTheCallThatGoesOn) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 1);
+  const auto going_on = links.add(kTopic, call_of_publish(1, 100'000, kNotYet));
+  EXPECT_TRUE(links.find(kTopic, 1'000'000, {.at = 120'000}).is_undecided);
+  EXPECT_EQ(links.find(kTopic, 110'000, {.at = 120'000}).gid, 1U) << "it was written before";
+  going_on->until = 130'000;
+  links.add(kTopic, stamped(1, 2'000'000));
+  EXPECT_EQ(links.find(kTopic, 2'000'000, {.at = 140'000}).gid, 1U) << "a timestamp is a proof";
 }
 
 // With one publisher it would be that one's.

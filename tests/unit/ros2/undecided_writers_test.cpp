@@ -112,6 +112,41 @@ TEST(Ros2UndecidedWriters, MessagesThatFitNoPublishAnyMoreLeaveAChainUndecided) 
   }
 }
 
+// CLOCK_REALTIME was set forward by a second between message 1, which is taken late, and message 2, which is
+// being published then: the timestamp of the first lies in the future.
+TEST(Ros2UndecidedWriters, AMessageFromTheFutureIsOfNoCallForCertain) {
+  constexpr const char* kSpec = R"yaml(
+callback_groups: []
+chains:
+  - name: scan
+    callbacks: ["/a@Timer(10000000)", "/b@Subscription(/t)"]
+    path_latency: 5000000
+)yaml";
+  const auto of = [&](std::int64_t set) {
+    const auto stamp = std::to_string(kRealtimeOffset + 10'003'500 + set);
+    return analyze_ros2(pair_of_period(10'000'000) + R"(
+      10000000 callback_start pid=1 callback=0x30
+      10001000 rclcpp_publish pid=1 message=0x99
+      10002000 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+      10003000 rmw_publish pid=1 message=0x99
+      10009000 callback_end pid=1 callback=0x30
+      20000000 callback_start pid=1 callback=0x30
+      20001000 rclcpp_publish pid=1 message=0x99
+      20002000 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+      20003000 rmw_publish pid=1 message=0x99
+      20010000 rmw_take pid=2 tid=2 message=0x88 taken=1 source_timestamp=)" +
+                            stamp + R"(
+      20011000 callback_start pid=2 tid=2 callback=0x50
+      20012000 callback_end pid=2 tid=2 callback=0x50
+      20090000 callback_end pid=1 callback=0x30
+)",
+                        -1, kSpec);
+  };
+  EXPECT_EQ(of(0).verdict("Q2"), analysis::Verdict::fail);
+  EXPECT_EQ(of(1'000'000'000).verdict("Q2"), analysis::Verdict::inconclusive);
+  EXPECT_THAT(of(1'000'000'000).analysis.report.edges, IsEmpty());
+}
+
 // Humble: a timer publishes /t, and its callback runs on for 8 ms. Meanwhile somebody else publishes,
 // whose message alone is taken.
 std::string taken_of_another(const std::string& others_stream) {

@@ -149,11 +149,12 @@ class EventTranslator final : public Translator {
                     ros2::Context& context);
   static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
-  // Publications that were written before are told by then, at that time of a host whose clock of
-  // CLOCK_REALTIME is so much ahead of what its tracer read.
-  std::int64_t told_until(std::int64_t realtime_ahead, std::int64_t realtime) const noexcept {
-    if (speaking_hosts_ < 2) return ros2::MessageLinks::kAll;
-    return detail::wrapping_add(detail::wrapping_add(realtime, realtime_ahead), ros2::kOffsetError);
+  // At that time of a host whose clock of CLOCK_REALTIME is so much ahead of what its tracer read.
+  ros2::MessageLinks::Take take_at(std::int64_t realtime,
+                                   std::int64_t realtime_ahead) const noexcept {
+    ros2::MessageLinks::Take take{.at = detail::wrapping_add(realtime, ros2::kOffsetError)};
+    if (speaking_hosts_ > 1) take.told_until = detail::wrapping_add(take.at, realtime_ahead);
+    return take;
   }
   struct Taken {
     ros2::MessageLinks::Origin origin{};

@@ -122,7 +122,7 @@ void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBa
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns,
-                                  told_until(stream.host->realtime_ahead, realtime));
+                                  take_at(realtime, stream.host->realtime_ahead));
   event.writer_gid = origin.gid;
   event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;

@@ -104,9 +104,9 @@ EventTranslator::Taken EventTranslator::taken_by(ros2::Callback& callback, Addre
   const auto stamp = thread.taken.give(callback.rmw_subscription);
   if (!stamp) return none(callback.is_taking_told);
   callback.is_taking_told = true;
-  return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *stamp}
-                                            : links_.find(callback.source, *stamp,
-                                                          told_until(realtime_ahead, realtime))};
+  return {.origin = callback.source.empty()
+                        ? MessageLinks::Origin{.gid = 0, .stamp = *stamp}
+                        : links_.find(callback.source, *stamp, take_at(realtime, realtime_ahead))};
 }
 
 }  // namespace cie::analysis

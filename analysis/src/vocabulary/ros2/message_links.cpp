@@ -88,9 +88,9 @@ bool MessageLinks::may_be_unannounced(std::int64_t source_timestamp) {
 }
 
 MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t source_timestamp,
-                                        std::int64_t told_until) {
+                                        const Take& take) {
   const Origin undecided{.gid = 0, .stamp = source_timestamp, .is_undecided = true};
-  const bool may_follow = source_timestamp > told_until;
+  const bool may_follow = source_timestamp > take.told_until;
   const auto found = topics_.find(topic);
   if (found == topics_.end()) {
     const bool may_be_told = may_follow || may_be_unannounced(source_timestamp);
@@ -104,7 +104,9 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   }
   if (fitting.within_count > 1 || may_be_unannounced(source_timestamp)) return undecided;
   if (fitting.within_count == 1) {
-    if (may_follow || fitting.within->is_doubtful) return undecided;
+    // Of a call that goes on nothing but the take says when the message was written at the latest.
+    const bool is_stamped_ahead = source_timestamp > take.at;
+    if (may_follow || is_stamped_ahead || fitting.within->is_doubtful) return undecided;
     fitting.within->taken_as = source_timestamp;
     entry.note_fit();
     // Nor is it a proof where somebody else writes, too, at whatever time.

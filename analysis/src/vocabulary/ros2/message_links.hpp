@@ -62,10 +62,17 @@ class MessageLinks {
     bool shows_unseen_writer = false;
   };
   static constexpr auto kAll = std::numeric_limits<std::int64_t>::max();
-  // `told_until`: what was written later may not have been told yet, as another host's clock may be
-  // ahead.
-  Origin find(const std::string& topic, std::int64_t source_timestamp,
-              std::int64_t told_until = kAll);
+  // When a message was taken, as far as it matters which one it is.
+  struct Take {
+    // By the clock that calls of publish are told by: nothing was written later, but by another clock.
+    std::int64_t at = kAll;
+    // What was written later may not have been told yet, as another host's clock may be ahead.
+    std::int64_t told_until = kAll;
+  };
+  Origin find(const std::string& topic, std::int64_t source_timestamp, const Take& take);
+  Origin find(const std::string& topic, std::int64_t source_timestamp) {
+    return find(topic, source_timestamp, Take{});
+  }
   // The latest publication by that number. Undecided where several processes published by it: they
   // are in several IPC namespaces, or the topic began anew in between, and no event tells which.
   Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
