@@ -282,6 +282,7 @@ struct ChainExtreme {
   Duration value{};
   EventRef first_start{};  // of the first callback's instance
   EventRef last_end{};
+  bool is_unproven = false;  // an instance that led to it was not seen to end: see ChainNode
 };
 
 // By message of a chain: from which host to which, if they are two.

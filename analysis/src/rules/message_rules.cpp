@@ -93,6 +93,14 @@ Verdict judge_largest(Duration shown, const std::optional<ClockError>& error, st
 }
 
 void accuse(const ChainExtreme& extreme, const std::string& finding, Judgement& judgement) {
+  if (extreme.is_unproven) {
+    judgement.doubt(evidence(
+        "callback_end", extreme.last_end,
+        finding +
+            "; an instance that led to it was not seen to end: if an exception left it, what its "
+            "thread published is of none"));
+    return;
+  }
   judgement.fail(
       evidence("callback_start", extreme.first_start, "first callback of the chain starts"));
   judgement.fail(evidence("callback_end", extreme.last_end, finding));

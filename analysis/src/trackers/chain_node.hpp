@@ -53,6 +53,9 @@ struct alignas(64) ChainNode {
   OptionalTime earliest;     // it was not released before
   std::uint64_t read = 0;    // its read's number among those of its callback in the window
   bool is_in_window = true;  // began inside the window
+  // Its end was not told yet, and need not be: if an exception left it, what its thread published since is
+  // not its own.
+  bool is_end_awaited = false;
 
   // outside: published outside any callback; before: before the first that was seen; forgotten: its
   // parent, as what lies further back than chains are long. Of `before` and `unseen` the publication
@@ -135,6 +138,7 @@ inline ChainNodeRef ChainNodePool::copy_of_last(const ChainNode& node, std::uint
     auto to = take();
     *to = from;
     to->references_ = 1;
+    to->is_end_awaited = false;  // nobody tells a copy
     return to;
   };
   auto last = copy_of(node);

@@ -35,6 +35,7 @@ void ChainTracker::fill_model(Take take) {
   const auto add = [this](const Chain& chain, ChainFacts facts) {
     facts.process = process_of(chain);
     facts.last_callbacks = chain.hops;
+    tell_unproven(chain, facts);
     model_.chains.push_back(std::move(facts));
   };
   model_.edges.reserve(edges_.size());

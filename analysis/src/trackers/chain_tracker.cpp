@@ -354,6 +354,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   if (!shift) {
     if (facts.unrelated++ == 0) facts.first_unrelated = end;
     progress.has_last = false;
+    note_unproven(chain, nodes, end);
     return;
   }
   if (progress.has_last && !has_hole(nodes, progress)) {
@@ -371,6 +372,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   });
   progress.last_start = first.start;
   progress.has_last = true;
+  note_unproven(chain, nodes, end);
 }
 
 void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& end,

@@ -14,6 +14,7 @@
 #include "recent.hpp"
 #include "registry.hpp"
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -133,12 +134,18 @@ class ChainTracker {
     EventRef newest_start;         // of the chain instance that read last
     std::uint64_t unanswered = 0;  // number of the first read from that one on
   };
+  // A chain instance some of whose publishing instances had not ended when it was measured.
+  struct Unproven {
+    EventRef end;
+    std::vector<ChainNodeRef> publishers;
+  };
   struct Chain {
     ChainFacts facts;
     std::vector<CallbackIndex> hops;                          // of the last instance
     Progress progress;                                        // of its callbacks
     std::map<std::vector<CallbackIndex>, Progress> others{};  // of other callbacks with their ids
     bool goes_on = false;                                     // in paths that are too long
+    std::array<Unproven, 4> unproven{};  // of the extremes that may violate a bound
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -193,6 +200,10 @@ class ChainTracker {
   static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                              Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
+  static std::array<std::optional<ChainExtreme>*, 4> extremes_of(ChainFacts& facts);
+  // Of the extremes those of this chain instance.
+  static void note_unproven(Chain& chain, const Nodes& nodes, const EventRef& end);
+  static void tell_unproven(const Chain& chain, ChainFacts& facts);
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);

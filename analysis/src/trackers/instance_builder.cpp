@@ -358,6 +358,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     note_activity(*pending->pair, *pending->end);
   }
   callback.recent.push(Ended{.seq = pending->seq, .end = *pending->end});
+  if (pending->node) pending->node->is_end_awaited = false;
   if (facts.kind == CallbackKind::service && !facts.is_accounted && pending->writer_gid != 0) {
     auto& answering = callback.answering;
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
@@ -376,6 +377,7 @@ const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
   node.start = pending.start;
   node.read = pending.read;
   node.is_in_window = pending.is_in_window;
+  node.is_end_awaited = !pending.end && !pending.callback_facts->is_accounted;
   node.writer_gid = pending.writer_gid;
   node.source_timestamp = pending.source_timestamp;
   if (pending.is_writer_undecided) node.link = ChainNode::Link::unseen;

@@ -143,6 +143,25 @@ TEST(Ros2Publications, WhatAnExceptionLeftPublishesNothing) {
   EXPECT_THAT(messages(both), ElementsAre("nobody: 1"));
 }
 
+// What an instance publishes that was not seen to end need not be its own, executors' events or not.
+TEST(Ros2Publications, WhatIsPublishedBeforeAnEndThatNothingTellsViolatesNoBound) {
+  const auto of = [](const std::string& end) {
+    return analyze_ros2(kTwoSubscriptions + ("10 callback_start pid=1 callback=0x30\n" +
+                                             published_and_taken(60) + end),
+                        -1, R"yaml(
+callback_groups: []
+chains:
+  - name: scan
+    callbacks: ["/a@Timer(7)", "/b@Subscription(/t)"]
+    path_latency: 5
+)yaml");
+  };
+  EXPECT_EQ(of("80 callback_end pid=1 callback=0x30").verdict("Q2"), analysis::Verdict::fail);
+  const auto result = of("");
+  EXPECT_EQ(result.verdict("Q2"), analysis::Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("Q2"), testing::HasSubstr("was not seen to end"));
+}
+
 // What began inside and was left, too.
 TEST(Ros2Publications, WhatEndsIsLeftByWhatBeganInside) {
   const auto result = analyze_ros2(std::string(kTwoSubscriptions) + R"(
