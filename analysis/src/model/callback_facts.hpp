@@ -297,6 +297,10 @@ struct ChainFacts {
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;  // a hop's publish is unseen without excuse
   std::optional<EventRef> first_incomplete{};
+  // Of instances that may be of it nobody knew by then which callback they were of, or who wrote what they
+  // took: that was announced too late. How many, at least.
+  std::uint64_t unlinked = 0;
+  std::optional<EventRef> first_unlinked{};
   // Their first release is not exact, or the clocks of its hosts cannot be related.
   std::uint64_t inexact = 0;
   std::uint64_t without_upper_bound = 0;   // of them: not even bounds of the release are known

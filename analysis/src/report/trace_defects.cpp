@@ -292,8 +292,9 @@ void add_unregistered_callbacks(const Model& model, std::vector<TraceDefect>& de
 
 void add_chain_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::incomplete_chains, Severity::loss,
-             total_of(model.chains, [](const auto& c) { return c.incomplete; }),
-             "a message's publication was not seen; those chain instances are not measured");
+             total_of(model.chains, [](const auto& c) { return c.incomplete + c.unlinked; }),
+             "a message's publication was not seen, or announced seconds too late; those chain "
+             "instances are not measured");
   add_defect(
       defects, DefectKind::reads_not_kept, Severity::info,
       total_of(model.chains, [](const auto& c) { return c.reads_not_kept; }),

@@ -309,6 +309,13 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                              counted(chain->incomplete, "incomplete instance") +
                                              " of the chain"));
       }
+      if (chain->unlinked != 0) {
+        judgement.overrule(without_event(
+            chain->first_unlinked.value_or(EventRef{}),
+            "the callback that begins here, or who wrote what it took, "
+            "was announced seconds later, when " +
+                counted(chain->unlinked, "instance") + " could not be linked any more"));
+      }
     }
     conclude(std::move(judgement), verdicts);
   }
@@ -339,7 +346,8 @@ const Rule kChainBounds{
     "every callback can be in time and the path too late.\n"
     "Inconclusive when no instance of the chain could be linked (cie report --spec lists it with "
     "0), nothing of what is bounded could be measured, the publish of a message on the chain was "
-    "not seen, a callback of it lost instances, or, for the path latency, the first release of an "
+    "not seen, its publisher or a callback of the chain was announced more than 3 s later, a callback "
+    "of it lost instances, or, for the path latency, the first release of an "
     "instance is not known exactly (later ones need not be) and what is known of it does not "
     "decide: it was not after the start, nor before the message's source timestamp or a timer's "
     "calculated expiry; between hosts also when what their clocks may differ by decides.\n"

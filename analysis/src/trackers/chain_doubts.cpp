@@ -9,6 +9,8 @@
 namespace cie::analysis {
 namespace {
 
+constexpr std::size_t kMaxUnlinked = 1024;  // callbacks and writers, per chain
+
 bool is_same(const EventRef& one, const EventRef& other) {
   return one.time == other.time && one.tid == other.tid && one.stream == other.stream;
 }
@@ -43,6 +45,47 @@ void ChainTracker::tell_unproven(const Chain& chain, ChainFacts& facts) {
     if (!extreme || !is_same(extreme->last_end, end)) continue;
     extreme->is_unproven = std::ranges::any_of(
         publishers, [](const ChainNodeRef& node) { return node->is_end_awaited; });
+  }
+}
+
+void ChainTracker::note_unlinked(Chain& chain, const ChainNode& node, std::size_t hop) const {
+  const bool is_named = model_.callbacks[at(node.callback)].registered.has_value();
+  const auto gid = is_named ? node.writer_gid : 0;
+  if (is_named && gid == 0) return;  // it took no message
+  const auto is_of = [&](const Unlinked& known) {
+    return known.callback == node.callback && known.hop == hop && known.writer_gid == gid;
+  };
+  auto& all = chain.unlinked;
+  auto known = std::ranges::find_if(all.rbegin(), all.rend(), is_of);
+  if (known == all.rend()) {
+    if (all.size() >= kMaxUnlinked) return;
+    all.push_back(Unlinked{.callback = node.callback,
+                           .hop = hop,
+                           .writer_gid = gid,
+                           .host = node.host,
+                           .first = node.start});
+    known = all.rbegin();
+  }
+  ++known->count;
+  known->last_written = std::max(known->last_written, node.source_timestamp);
+}
+
+void ChainTracker::tell_unlinked(const Chain& chain, ChainFacts& facts) const {
+  const auto is_known_since = [&](const Unlinked& unlinked) {
+    if (unlinked.writer_gid == 0) {
+      const auto& callback = model_.callbacks[at(unlinked.callback)];
+      return callback.registered && callback.logical_id == facts.hops[unlinked.hop];
+    }
+    const auto publisher = registry_.publisher_by_gid(unlinked.host, unlinked.writer_gid);
+    if (!publisher) return false;
+    const auto& first = model_.publishers[*publisher].first_source_timestamp;
+    return first && *first <= unlinked.last_written;
+  };
+  for (const auto& unlinked : chain.unlinked) {
+    if (!is_known_since(unlinked)) continue;
+    facts.unlinked += unlinked.count;
+    if (!facts.first_unlinked || unlinked.first.time < facts.first_unlinked->time)
+      facts.first_unlinked = unlinked.first;
   }
 }
 

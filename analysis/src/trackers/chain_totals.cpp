@@ -36,6 +36,7 @@ void ChainTracker::fill_model(Take take) {
     facts.process = process_of(chain);
     facts.last_callbacks = chain.hops;
     tell_unproven(chain, facts);
+    tell_unlinked(chain, facts);
     model_.chains.push_back(std::move(facts));
   };
   model_.edges.reserve(edges_.size());

@@ -141,13 +141,17 @@ void ChainTracker::note_edge(const ChainNode& node) {
   if (written) clocks_.note_message(node.writer_host, node.host, *node.release - *written);
 }
 
-ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
+ChainTracker::Walk ChainTracker::walk(ChainNode& node, Chain& chain) {
   const auto& hops = chain.facts.hops;
   auto& nodes = scratch_;
   nodes.resize(hops.size());
   auto* current = &node;
   for (std::size_t i = hops.size(); i-- > 0;) {
-    if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return Walk::other;
+    const auto& callback = model_.callbacks[at(current->callback)];
+    if (callback.logical_id != hops[i]) {
+      if (!callback.registered) note_unlinked(chain, *current, i);
+      return Walk::other;
+    }
     nodes[i] = current;
     if (i == 0) break;
     resolve_again(*current);
@@ -156,7 +160,10 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node, const Chain& chain) {
       std::reverse(nodes.begin(), nodes.end());
       return Walk::missing;
     }
-    if (!current->parent) return Walk::other;
+    if (!current->parent) {
+      if (current->link == ChainNode::Link::source) note_unlinked(chain, *current, i);
+      return Walk::other;
+    }
     current = current->parent.get();
   }
   return nodes.front()->is_in_window ? Walk::whole : Walk::other;

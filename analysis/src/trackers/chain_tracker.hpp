@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -139,6 +140,16 @@ class ChainTracker {
     EventRef end;
     std::vector<ChainNodeRef> publishers;
   };
+  // Instances that may be of a chain, when it was not known whose they were, or who wrote what they took.
+  struct Unlinked {
+    CallbackIndex callback{};
+    std::size_t hop = 0;            // of the chain, that they may be of
+    std::uint64_t writer_gid = 0;   // of what they took; 0: it is the callback that was not known
+    HostIndex host{};               // theirs
+    std::int64_t last_written = 0;  // what they took last
+    std::uint64_t count = 0;
+    EventRef first;
+  };
   struct Chain {
     ChainFacts facts;
     std::vector<CallbackIndex> hops;                          // of the last instance
@@ -146,6 +157,7 @@ class ChainTracker {
     std::map<std::vector<CallbackIndex>, Progress> others{};  // of other callbacks with their ids
     bool goes_on = false;                                     // in paths that are too long
     std::array<Unproven, 4> unproven{};  // of the extremes that may violate a bound
+    std::vector<Unlinked> unlinked{};    // of one that a spec names
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -179,7 +191,7 @@ class ChainTracker {
   // spec names. Missing: a publication between them is unseen without excuse; those after it, the
   // last one first.
   enum class Walk : std::uint8_t { other, missing, whole, too_long };
-  Walk walk(ChainNode& node, const Chain& chain);
+  Walk walk(ChainNode& node, Chain& chain);
   // Likewise, as far back as anything is known. Too long: there are more than are kept.
   Walk walk(ChainNode& node);
   // An instance was completed, where no spec names chains.
@@ -204,6 +216,9 @@ class ChainTracker {
   // Of the extremes those of this chain instance.
   static void note_unproven(Chain& chain, const Nodes& nodes, const EventRef& end);
   static void tell_unproven(const Chain& chain, ChainFacts& facts);
+  // The instance may be that of the chain's hop.
+  void note_unlinked(Chain& chain, const ChainNode& node, std::size_t hop) const;
+  void tell_unlinked(const Chain& chain, ChainFacts& facts) const;
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);

@@ -1,6 +1,7 @@
 // What ran before its process was announced, as when a recorder attaches to it.
 #include "support/move_to_host.hpp"
 #include "support/trace_text.hpp"
+#include "support/verdicts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -116,6 +117,43 @@ TEST(Chain, OfAMessageWhosePublicationIsReadAfterItEnded) {
     return is_there ? event.head.time.ns - host.monotonic + kAhead : event.head.time.ns;
   });
   expect_both_chain_instances(trace, kAhead);
+}
+
+// So long instances wait for who wrote what they took, and for their own names.
+TEST(Chain, IsUndecidedWhereItsCallbacksOrPublishersWereAnnouncedTooLate) {
+  constexpr std::string_view kSpec = R"(
+callback_groups: []
+chains:
+  - name: scan
+    callbacks: [plan, last]
+    path_latency: 20
+)";
+  constexpr std::int64_t kLate = 5'000'000'000;
+  const auto announced = [&](std::int64_t sensor, std::int64_t planner) {
+    auto trace = trace_of(R"(
+    process sensor pid=100 attached
+    publisher points topic=/points
+    callback plan timer period=100
+    process planner pid=200 attached
+    callback last subscription topic=/points
+  11 start plan release=10
+  12 publish points on=plan
+  14 end plan
+  20 start last release=19 from=points:0
+  44 end last
+  6000000011 start plan release=6000000010
+  6000000012 publish points on=plan
+  6000000014 end plan
+  6000000016 start last release=6000000015 from=points:1
+  6000000018 end last)");
+    announce_at(sensor, 100, trace);
+    announce_at(planner, 200, trace);
+    return Verified(trace, kSpec);
+  };
+  EXPECT_EQ(announced(100, 200)["Q2"], Verdict::fail);
+  EXPECT_EQ(announced(kLate, 200)["Q2"], Verdict::inconclusive);
+  EXPECT_EQ(announced(200, kLate)["Q2"], Verdict::inconclusive);
+  EXPECT_EQ(announced(kLate, kLate + 100)["Q2"], Verdict::inconclusive);
 }
 
 struct Told : Observer {
