@@ -123,6 +123,7 @@ class InstanceBuilder {
   struct TimerStart {
     Timestamp time;
     std::uint64_t seq = 0;
+    StreamIndex stream{};
   };
   struct alignas(64) OfCallback {
     std::vector<PendingInstance*> open;

@@ -13,8 +13,9 @@ constexpr Duration kLongestLook{100'000};
 }  // namespace
 
 void InstanceBuilder::follow_grid(PendingInstance& pending) {
-  const auto release = follow_grid(pending.host, pending.thread, pending.callback,
-                                   {.time = pending.start.time, .seq = pending.seq}, true);
+  const auto release =
+      follow_grid(pending.host, pending.thread, pending.callback,
+                  {.time = pending.start.time, .seq = pending.seq, .stream = pending.stream}, true);
   if (!release) return;
   pending.expiry = release->expiry;
   pending.missed = release->missed.value_or(0);
@@ -61,6 +62,12 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
     if (!has_idled && thread.last_activity && is_at_once(*thread.last_activity))
       start.busy_since = thread.busy_since;
   }
+  const auto is_recorded_since_made = [&] {
+    const auto& begin = recording_.window_of(started.stream).begin;
+    return begin && *begin <= *facts.first_expiry;
+  };
+  // Nobody recorded whether it ran before, on some other thread.
+  if (!before && !is_recorded_since_made()) start.served_since = Timestamp{};
   // Its last instance began no later than this one's release.
   const auto& ended = callback.recent;
   if (!has_idled && ended.size() > 0 && is_at_once(ended.newest(0).end.time))

@@ -30,7 +30,8 @@ void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
 void InstanceBuilder::pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
                                  std::uint64_t seq) {
   if (model_.callbacks[at(callback)].first_expiry) {
-    follow_grid(who.host, who.thread, callback, {.time = head.time, .seq = seq}, false);
+    follow_grid(who.host, who.thread, callback,
+                {.time = head.time, .seq = seq, .stream = head.stream}, false);
   }
   note_start_on_thread(of_thread(who.thread), head.time);
 }

@@ -32,7 +32,7 @@ class TimerGrid {
     std::optional<Timestamp> busy_since;    // what let it start only now; empty: nothing did
     // When an instance before it started or ended on its thread.
     std::optional<Timestamp> after{};
-    // Callbacks run on its thread since then.
+    // Callbacks run on its thread since then, or the timer's own may on another one.
     std::optional<Timestamp> served_since{};
     // It is in the window that was asked for: of others nothing is counted but what tells of the grid.
     bool is_inside = true;

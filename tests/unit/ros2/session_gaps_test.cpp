@@ -1,5 +1,6 @@
 // Between two sessions nobody recorded: what ran into that time and what runs after it are no pair.
 #include "ros2_text.hpp"
+#include "timer_text.hpp"
 
 #include <algorithm>
 #include <string>
@@ -122,6 +123,20 @@ TEST(Ros2SessionGaps, RunsAreRecordedSinceTheSessionThatRecordsThem) {
   EXPECT_THAT(gap->advice, HasSubstr("what its applications made, and nothing in between"));
   EXPECT_EQ(report.hosts.front().recorded, Duration{12'101 - 9000}) << "of it they are a share";
   EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive) << "a client may have been made meanwhile";
+}
+
+// The timer is made in the first one; whether an executor served it before the second one nobody tells.
+TEST(Ros2SessionGaps, MayHideThatATimerWasServedBefore) {
+  using namespace timers;
+  const auto with = [](const std::string& session) {
+    Text text;
+    text.add(45 * kMs, session.empty() ? "rcl_node_init node_handle=0x11" : session);
+    for (std::int64_t k = 7; k < 20; ++k)
+      text.run(expiry(k) + 50 * kUs);
+    return text.analyze();
+  };
+  EXPECT_EQ(with("").verdict("R2"), Verdict::pass) << with("").evidence("R2");
+  EXPECT_EQ(with("session of runs until=46000000").verdict("R2"), Verdict::inconclusive);
 }
 
 // One process ended with its session, and another one began in the next.
