@@ -190,9 +190,12 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   std::vector<StreamIndex> streams{StreamIndex{}};  // of the applications
   if (text.find(" stream=2") != std::string_view::npos) streams.push_back(kSecondStream);
   const auto on_stream = [&](StreamIndex stream, std::int64_t time, const auto&... bodies) {
+    const auto before = head;
     head.stream = stream;
+    head.cpu = stream == kSecondStream ? 1 : 0;
     (consume(time, bodies), ...);
     head.stream = {};
+    head.cpu = before.cpu;
   };
   const auto on_streams = [&](std::int64_t time, const auto&... bodies) {
     for (const auto stream : streams)

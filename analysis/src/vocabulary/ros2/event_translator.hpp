@@ -71,13 +71,17 @@ class EventTranslator final : public Translator {
     std::int64_t offset_ns = 0;
     std::uint32_t trace = 0;
     std::uint32_t channel = 0;
+    ContextNumber<std::int32_t> cpu{};
+    enum class Progress : std::uint8_t { awaited, running, over } progress{};
     bool is_kernel = false;
     bool bounds_window = false;  // as streams of applications with events do
-    bool has_begun = false;
+    bool tells_runs = true;      // as far as is known
   };
+  static_assert(sizeof(Stream) == 32);
   // Of applications.
   struct Channel {
     std::uint32_t running = 0;  // of its streams that bound its window
+    Timestamp begin{};          // of the first of these
     bool tells_what_is_made = false;
   };
   // The thread of an event: looked up once for those that follow.
@@ -119,6 +123,12 @@ class EventTranslator final : public Translator {
   // of one CPU are missing until then, or from then on.
   void begin_stream(const EventHead& head);
   void end_stream(const EventHead& head);
+  // What the stream does not tell that of another trace does, of the same CPU.
+  bool is_told_beside(const Stream& stream) const;
+  // All streams of the channel are over: no more is missing than that.
+  void end_losses(Host& host, std::uint32_t channel, Timestamp time) const;
+  // Something of it was told since then.
+  static bool has_told_since(const Host& host, Timestamp time);
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
   // `may_be_made`: and something may have been made, unseen.

@@ -81,7 +81,8 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                      .channel = event.channel,
                      .is_kernel = event.domain == Domain::kernel,
                      .bounds_window = event.domain == Domain::user && !event.is_left_out &&
-                                      event.has_events.value_or(false)};
+                                      event.has_events.value_or(false),
+                     .tells_runs = event.tells_runs.value_or(true)};
   if (event.domain != Domain::user) return;
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {

@@ -101,22 +101,61 @@ void EventTranslator::forget_what_runs(Host& host, bool may_be_made) {
   }
 }
 
-// Of a session beside it nothing need be missing.
+bool EventTranslator::is_told_beside(const Stream& stream) const {
+  if (!stream.host->has_several_traces) return false;
+  const auto tells_what_is_made = [this](const Stream& of) {
+    return of.channel < channels_.size() && channels_[of.channel].tells_what_is_made;
+  };
+  return std::ranges::any_of(streams_, [&](const Stream& other) {
+    return other.host == stream.host && other.trace != stream.trace && other.cpu == stream.cpu &&
+           other.progress == Stream::Progress::running &&
+           (other.tells_runs || !stream.tells_runs) &&
+           (tells_what_is_made(other) || !tells_what_is_made(stream));
+  });
+}
+
+bool EventTranslator::has_told_since(const Host& host, Timestamp time) {
+  return std::ranges::any_of(
+      host.processes, [time](const auto& process) { return process.second.last.time >= time; });
+}
+
+// Those of a session begin together, before anything is told.
 void EventTranslator::begin_stream(const EventHead& head) {
   auto& stream = stream_of(head);
-  if (!stream.bounds_window || std::exchange(stream.has_begun, true)) return;
+  if (!stream.bounds_window || stream.progress != Stream::Progress::awaited) return;
+  stream.progress = Stream::Progress::running;
+  stream.cpu = head.cpu;
   auto& channel = channel_of(head);
-  const bool is_late = channel.running++ > 0 && !stream.host->processes.empty();
-  if (!is_late || stream.host->has_several_traces) return;
+  if (channel.running++ == 0) {
+    channel.begin = head.time;
+    return;
+  }
+  if (!has_told_since(*stream.host, channel.begin) || is_told_beside(stream)) return;
   links_.lose();
   forget_what_runs(*stream.host, channel.tells_what_is_made);
 }
 
+// Another session may follow.
 void EventTranslator::end_stream(const EventHead& head) {
-  const auto& stream = stream_of(head);
-  if (!stream.bounds_window || !stream.has_begun) return;
+  auto& stream = stream_of(head);
+  if (!stream.bounds_window || stream.progress != Stream::Progress::running) return;
+  stream.progress = Stream::Progress::over;
   const bool is_early = --channel_of(head).running > 0;
-  if (is_early && !stream.host->has_several_traces) lose(head, head.time, kNever);
+  if (!is_early) {
+    end_losses(*stream.host, stream.channel, head.time);
+  } else if (!is_told_beside(stream)) {
+    lose(head, head.time, kNever);
+  }
+}
+
+void EventTranslator::end_losses(Host& host, std::uint32_t channel, Timestamp time) const {
+  for (auto& loss : host.losses) {
+    const bool is_its =
+        loss.until == kNever && streams_[static_cast<std::size_t>(loss.stream)].channel == channel;
+    if (!is_its) continue;
+    loss.until = time;
+    host.next_bound = std::min(host.next_bound, time);
+  }
 }
 
 }  // namespace cie::analysis
