@@ -32,6 +32,7 @@ void Directory::add_node(Address handle, std::string_view name, std::string_view
       nodes, [&](const NodeOfHandle& known) { return is_former(telling, known.made); });
   const auto is_it = [&](const NodeOfHandle& known) { return node(known.node)->name == full; };
   if (next != nodes.begin() && is_it(*std::prev(next))) return;
+  has_new_nodes_ = true;
   if (next != nodes.end() && is_it(*next)) {
     next->made = telling.made;
     return;
@@ -55,12 +56,13 @@ std::optional<NodeId> Directory::node_of(Address handle, const Made& made) const
   return (later == nodes.begin() ? *later : *std::prev(later)).node;
 }
 
-void Directory::set_node(Entity& entity, Address node, const Telling& telling) const {
+void Directory::set_node(Entity& entity, Address node, const Telling& telling) {
   if (is_former(telling, entity.node_made)) return;
   entity.node = node_of(node, telling.made);
   entity.is_node_unknown = !entity.node;
   entity.node_made = telling.made;
   entity.node_handle = telling.repeats ? node : 0;
+  links_late_ = links_late_ || telling.repeats;
 }
 
 void Directory::find_node(Callback& callback) const {
@@ -173,8 +175,7 @@ void Directory::leave_former(Address handle, Entity& entity, const Telling& tell
     auto& binding = bindings_[address];
     binding.handle = 0;
     binding.callback = binding.ran;
-    if (telling.repeats && binding.ran != nullptr && !binding.ran->is_told)
-      binding.ran->kind.reset();
+    if (telling.repeats && binding.ran != nullptr && !binding.ran->is_told) drop(*binding.ran);
     if (is_bound_since(address)) hold(address, binding, handle);
   }
   if (telling.repeats && former.may_repeat) count_former(handle, former);
@@ -344,7 +345,7 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
 }
 
 void Directory::refresh(const Entity& entity) {
-  if (entity.callback != nullptr) describe(*entity.callback, entity);
+  if (entity.callback != nullptr) describe_anew(*entity.callback, entity);
 }
 
 }  // namespace cie::analysis::ros2

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -58,6 +59,8 @@ struct Hidden {
   bool is_action = false;
 };
 
+struct Namesakes;
+
 // One callback, however many addresses it has. What every run looks at comes first.
 struct Callback {
   CallbackId id{};
@@ -84,9 +87,18 @@ struct Callback {
   Timestamp unnamed_since{};       // if it ran before anything was said of its address
   bool is_identified = false;      // what its logical id is made of was told, as far as tracers do
   bool is_after_rcl_init = false;  // made, or seen to run first, since Directory::begin_again()
+  bool is_described_anew = false;  // since its namesakes were looked for
+  Namesakes* namesakes = nullptr;  // with it; null: not looked for yet
   Callback* former = nullptr;      // which had an address of it before, if that is taken since then
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
+};
+
+// Callbacks with one logical id but for their numbers.
+struct Namesakes {
+  std::string_view plain_id{};             // that
+  std::vector<Callback*> callbacks{};      // in the order of their making
+  std::multiset<std::uint32_t> numbers{};  // that were told
 };
 
 // What rcl_subscription_init says.
@@ -319,12 +331,27 @@ class Directory {
   void hide(Entity& entity, Hidden hidden);
   void describe(Callback& callback, const Entity& entity) const;
   void refresh(const Entity& entity);
+  void describe_anew(Callback& callback, const Entity& entity) {
+    describe(callback, entity);
+    look_again(callback);
+  }
+  // It is the callback that was looked for under another name.
+  void drop(Callback& callback) {
+    callback.kind.reset();
+    look_again(callback);
+  }
   Callback& new_callback();
   // Of something made then.
   std::optional<NodeId> node_of(Address handle, const Made& made) const;
-  void set_node(Entity& entity, Address node, const Telling& telling) const;
+  void set_node(Entity& entity, Address node, const Telling& telling);
   std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
+  // It may have other namesakes by now.
+  void look_again(Callback& callback);
+  // Of those called like it it is one from now on.
+  void join_namesakes(Callback& callback);
+  static void leave_namesakes(Callback& callback);
+  void find_namesakes();
   bool is_called_like(const Callback& callback, Callback& other) const;
   std::uint32_t count_without_callback(const Callback& callback);
   // Its topic, service or period was told.
@@ -333,6 +360,8 @@ class Directory {
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
+  std::unordered_map<std::string, Namesakes> namesakes_;  // by plain_id()
+  std::vector<Callback*> described_anew_;
   std::vector<Callback> formers_;  // gone when a tracer that repeats told of them; nobody else is
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
   std::unordered_map<Address, Publisher> publishers_;
@@ -352,7 +381,9 @@ class Directory {
   std::uint64_t losses_ = 0;
   bool is_begun_again_ = false;
   bool links_timers_ = false;  // the tracer tells whose timers are
-  bool names_late_ = false;    // callbacks ran before they were named, or are told in any order
+  bool links_late_ = false;    // it may tell later which nodes callbacks are of
+  bool has_new_nodes_ = false;
+  bool names_late_ = false;  // callbacks ran before they were named, or are told in any order
 };
 
 }  // namespace cie::analysis::ros2

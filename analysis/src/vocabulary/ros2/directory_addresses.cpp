@@ -122,7 +122,7 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
   if (is_idle && is_nameless(binding.ran)) {
     names_late_ = true;
     entity.callback = binding.ran;
-    if (before != nullptr) before->kind.reset();
+    if (before != nullptr) drop(*before);
     for (const auto other : entity.addresses) {
       forget(other);
       bindings_[other].callback = entity.callback;
@@ -139,7 +139,7 @@ void Directory::bind(Address address, Binding& binding, Address handle) {
   const bool is_its_symbol =
       !binding.symbol_made || !binding.made || *binding.symbol_made >= *binding.made;
   if (callback.symbol.empty() && is_its_symbol) callback.symbol = binding.symbol;
-  describe(callback, entity);
+  describe_anew(callback, entity);
 }
 
 void Directory::share(Callback& callback, Callback& former) noexcept {
@@ -195,7 +195,7 @@ void Directory::release(Address address, Binding& binding) {
   binding.callback = binding.ran;
   auto* const ran = binding.ran;
   if (ran == nullptr || entity.callback != ran || ran->is_told) return;
-  ran->kind.reset();
+  drop(*ran);
   entity.callback = nullptr;
   for (const auto other : entity.addresses)
     bind(other, bindings_[other], handle);

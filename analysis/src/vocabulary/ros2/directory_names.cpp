@@ -4,6 +4,7 @@
 #include "directory.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::analysis::ros2 {
 
@@ -50,30 +51,69 @@ std::uint32_t Directory::count_without_callback(const Callback& callback) {
   return count;
 }
 
-std::string Directory::logical_id(Callback& callback) {
-  auto text = plain_id(callback);
-  std::uint32_t number = 1 + count_without_callback(callback);
-  std::vector<std::uint32_t> told;
-  bool is_before = true;
-  const auto is_earlier = [&](const Callback& other) {
-    const bool is_told_when =
-        names_late_ && callback.made && other.made && *callback.made != *other.made;
-    return is_told_when ? *other.made < *callback.made : is_before;
-  };
-  for (auto& other : callbacks_) {
-    if (&other == &callback) {
-      if (!names_late_) break;
-      is_before = false;  // a later one may have been told first
-    } else if (is_called_like(callback, other)) {
-      if (is_earlier(other)) ++number;
-      if (other.number != 0) told.push_back(other.number);
+void Directory::look_again(Callback& callback) {
+  if (!std::exchange(callback.is_described_anew, true)) described_anew_.push_back(&callback);
+}
+
+void Directory::leave_namesakes(Callback& callback) {
+  auto* const former = std::exchange(callback.namesakes, nullptr);
+  if (former == nullptr) return;
+  std::erase(former->callbacks, &callback);
+  const auto number = former->numbers.find(callback.number);
+  if (number != former->numbers.end()) former->numbers.erase(number);
+}
+
+void Directory::join_namesakes(Callback& callback) {
+  const auto found = namesakes_.try_emplace(plain_id(callback)).first;
+  auto& namesakes = found->second;
+  namesakes.plain_id = found->first;
+  if (callback.namesakes == &namesakes) return;
+  leave_namesakes(callback);
+  callback.namesakes = &namesakes;
+  auto& all = namesakes.callbacks;
+  all.insert(std::ranges::lower_bound(all, callback.id, {}, &Callback::id), &callback);
+  if (callback.number != 0) namesakes.numbers.insert(callback.number);
+}
+
+void Directory::find_namesakes() {
+  if (std::exchange(has_new_nodes_, false) && links_late_) {
+    for (auto& callback : callbacks_) {
+      const auto before = callback.node;
+      if (!callback.is_told) find_node(callback);
+      if (callback.node != before) look_again(callback);
     }
   }
-  while (std::ranges::find(told, number) != told.end())
+  for (auto* callback : std::exchange(described_anew_, {})) {
+    callback->is_described_anew = false;
+    if (callback->kind) {
+      join_namesakes(*callback);
+    } else {
+      leave_namesakes(*callback);
+    }
+  }
+}
+
+std::string Directory::logical_id(Callback& callback) {
+  find_namesakes();
+  if (links_late_ || callback.namesakes == nullptr) join_namesakes(callback);
+  auto& [text, namesakes, numbers] = *callback.namesakes;
+  const auto is_earlier = [&](const Callback* other) {
+    const bool is_told_when = callback.made && other->made && *callback.made != *other->made;
+    return is_told_when ? *other->made < *callback.made : other->id < callback.id;
+  };
+  // One that was made later may have been told first, where names come late.
+  const auto earlier =
+      names_late_
+          ? std::ranges::count_if(namesakes, is_earlier)
+          : std::ranges::lower_bound(namesakes, callback.id, {}, &Callback::id) - namesakes.begin();
+  auto number = 1 + count_without_callback(callback) + static_cast<std::uint32_t>(earlier);
+  while (numbers.contains(number))
     ++number;
   callback.number = number;
-  if (number > 1) text += "#" + std::to_string(number);
-  return text;
+  numbers.insert(number);
+  std::string id(text);
+  if (number > 1) id += "#" + std::to_string(number);
+  return id;
 }
 
 }  // namespace cie::analysis::ros2
