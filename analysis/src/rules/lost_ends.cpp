@@ -86,4 +86,21 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
   return why;
 }
 
+std::optional<Evidence> LostEnds::since(ThreadIndex index, Timestamp last) const {
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  if (thread.tid == process.pid || !is_told_by_ros2_alone(process)) return std::nullopt;
+  std::optional<Timestamp> next;
+  for (const auto* pair : thread.ran) {
+    const auto first = pair->first_start.time;
+    if (first > last) next = std::min(next.value_or(first), first);
+    if (first <= last && pair->last_activity.time > last) return std::nullopt;
+  }
+  if (!next) return std::nullopt;
+  // Its exit would be in the kernel's record.
+  const bool is_exit_told =
+      model_.hosts[at(process.host)].has_switches && !proof_.kernel_gap(process.host, last, *next);
+  return is_exit_told ? std::nullopt : untold_between(index, last, *next);
+}
+
 }  // namespace cie::analysis

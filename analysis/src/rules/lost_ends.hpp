@@ -24,6 +24,9 @@ class LostEnds {
   // callback came when the last one was done for good, and in between the end of one thread and the
   // announcement of another may be missing. Empty: they are of one.
   std::optional<Evidence> between_callbacks(ThreadIndex thread) const;
+  // Why what a thread that ROS 2's events alone tell of ran after that time may have run on another one
+  // with its tid: no callback that it had run before ran there any more.
+  std::optional<Evidence> since(ThreadIndex thread, Timestamp last) const;
   // The same between two of its signs. Where no totals tell what is missing, the tracer tells where
   // it lost any.
   std::optional<Evidence> between(ThreadIndex thread, Timestamp last, Timestamp next) const;

@@ -127,6 +127,14 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
                                                                          : Succession::unknown;
 }
 
+// Why the two may not live together all the same: another thread may have had the tid of the earlier one
+// since that ran a callback last.
+std::optional<Evidence> perhaps_replaced(const RuleContext& context, ThreadIndex earlier,
+                                         Timestamp last, ThreadIndex later) {
+  if (last >= context.lives.of(later).begin) return std::nullopt;
+  return context.lost_ends.since(earlier, last);
+}
+
 // Compares the threads that a callback ran on, two at a time.
 class ThreadsOfCallback {
  public:
@@ -174,11 +182,16 @@ class ThreadsOfCallback {
   }
 
   void judge(std::size_t one, std::size_t other) {
-    auto earlier = pairs_[one]->thread;
-    auto later = pairs_[other]->thread;
-    if (life(other).begin < life(one).begin) std::swap(earlier, later);
+    const bool is_in_order = life(one).begin <= life(other).begin;
+    const auto& first = *pairs_[is_in_order ? one : other];
+    const auto earlier = first.thread;
+    const auto later = pairs_[is_in_order ? other : one]->thread;
     switch (succession(context_, earlier, later)) {
       case Succession::together:
+        if (auto why = perhaps_replaced(context_, earlier, first.last_activity.time, later)) {
+          judgement_.doubt(*std::move(why));
+          break;
+        }
         tell(one);
         tell(other);
         tell_life(earlier, later);
@@ -291,8 +304,9 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
     return;
   }
   switch (succession(context, move.from, move.to)) {
-    case Succession::together:
-      break;  // threads that live together are M3's concern
+    case Succession::together:  // threads that live together are M3's concern
+      judgement.doubt(perhaps_replaced(context, move.from, move.last_on_from.time, move.to));
+      break;
     case Succession::successive:
       // A callback_init in between may be what was lost.
       judgement.overrule(

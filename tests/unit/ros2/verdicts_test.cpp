@@ -56,6 +56,31 @@ TEST(Ros2Verdicts, CallbacksThatCameOneAfterTheOtherMayBeOfTwoThreadsWithOneTid)
       << "the main thread is there as long as its process";
 }
 
+// The timer of period 1 went on on thread 8. What runs on a thread 7 later may be on another one.
+TEST(Ros2Verdicts, AThreadThatACallbackLeftMayBeAnotherOneSince) {
+  const auto with = [](const std::string& before) {
+    return analyze_ros2(kTwoTimers + before + R"(
+    10 callback_start tid=7 callback=0x30
+    11 callback_end tid=7 callback=0x30
+    20 callback_start tid=8 callback=0x30
+    21 callback_end tid=8 callback=0x30
+    30 callback_start tid=7 callback=0x31
+    31 callback_end tid=7 callback=0x31
+    40 callback_start tid=8 callback=0x30
+    41 callback_end tid=8 callback=0x30
+)");
+  };
+  const auto result = with("");
+  EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive) << result.evidence("M3");
+  EXPECT_EQ(result.verdict("M4"), Verdict::inconclusive) << result.evidence("M4");
+  const auto there = with(R"(
+    5 callback_start tid=7 callback=0x31
+    6 callback_end tid=7 callback=0x31
+)");
+  EXPECT_EQ(there.verdict("M3"), Verdict::fail) << "it ran the other timer before and after";
+  EXPECT_EQ(there.verdict("M4"), Verdict::pass);
+}
+
 // No event tells when a thread ended: thread 7 was still there when thread 8 ran the timer.
 TEST(Ros2Verdicts, ACallbackThatLeavesAThreadAliveViolatesTheMapping) {
   const std::string moved = R"(
