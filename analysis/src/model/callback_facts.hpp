@@ -48,6 +48,7 @@ struct OpenInstance {
   bool release_exact = false;
   std::uint32_t missed = 0;
   ThreadIndex thread{};
+  bool is_left = false;                     // ROS 2's: an exception ended it, which no event tells
   std::optional<Timestamp> next_release{};  // exact, of the instance numbered one more
   EventRef next_start{};                    // of that one
 };

@@ -177,7 +177,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.cut = facts.cut_instances;
   const auto known = known_instances(model, facts);
   report.runs_not_seen = known - std::min(known, facts.starts.count);
-  report.may_lack_runs = context.proof.loss(index).has_value();
+  report.may_lack_runs = context.proof.lost_runs(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(context, index);
   report.lived = life_of(context, facts);

@@ -25,6 +25,10 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
   }
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;
+    if (open.is_left) {
+      judgement.remark(exception_in(open));
+      continue;
+    }
     judgement.doubt(
         evidence("callback_start", open.start,
                  "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
@@ -36,7 +40,7 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
-        judgement.overrule(proof.loss(index));
+        judgement.overrule(proof.lost_runs(index));
         const auto& fini = callback.fini;
         // exit() while it runs: what it counted then is no total.
         const bool is_late = fini && callback.ended.last && *callback.ended.last < fini->started &&

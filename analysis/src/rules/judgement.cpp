@@ -29,6 +29,13 @@ Evidence evidence(std::string event, const EventRef& where, std::string note) {
   return item;
 }
 
+Evidence exception_in(const OpenInstance& left) {
+  return evidence("callback_start", left.start,
+                  "seq " + std::to_string(left.seq) +
+                      " starts and an exception ends it, as what its thread did next shows; no "
+                      "event tells when");
+}
+
 void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }
 
 void Judgement::doubt(Evidence reason) { append(doubts_, std::move(reason)); }

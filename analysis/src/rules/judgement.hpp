@@ -35,6 +35,9 @@ inline constexpr std::string_view kPerhapsAnothers =
     "may be another callback's: its address was told of before events were lost, and not since, or "
     "also by what may be another process of this pid";
 
+// Of an instance that an exception left.
+Evidence exception_in(const OpenInstance& left);
+
 class Judgement {
  public:
   static constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer

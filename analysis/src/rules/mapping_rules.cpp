@@ -57,7 +57,7 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   const auto& model = context.model;
   const auto& proof = context.proof;
-  const auto& losses = context.losses;
+  const auto& losses = context.run_losses;
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
@@ -241,7 +241,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         judgement.check(callback.starts.count);
         ThreadsOfCallback(context, callback, judgement).judge();
         if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
-        judgement.doubt(proof.loss(index));
+        judgement.doubt(proof.lost_runs(index));
         judgement.doubt(context.hidden.on_thread_of(callback));
         if (callback.starts_without_tid != 0) {
           judgement.doubt(evidence(
@@ -374,9 +374,8 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.ran_on.empty()) return;
         judgement.check(callback.starts.count);
-        if (proof.loss(index) && moves.exist_of(callback)) {
-          judgement.doubt(proof.loss(index));
-        }
+        const auto& loss = proof.lost_runs(index);
+        if (loss && moves.exist_of(callback)) judgement.doubt(loss);
         judgement.doubt(context.hidden.on_thread_of(callback));
         for (const auto& move : callback.moves)
           judge_move(context, callback, move, judgement);
@@ -384,7 +383,7 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
           judge_registered_move(context, move, judgement);
         for (const auto* pair : callback.ran_on) {
           judgement.doubt(context.lost_ends.of(pair->thread));
-          if (proof.loss(index)) {
+          if (loss) {
             judgement.doubt(end_after_fini(thread_of(context.model, pair->thread), *pair));
           }
         }

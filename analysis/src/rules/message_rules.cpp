@@ -65,7 +65,7 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.kind == CallbackKind::timer) return;
-        judgement.doubt(proof.loss(index));
+        judgement.doubt(proof.lost_runs(index));
         if (!callback.registered) return;
         judge_queue(context, callback, judgement);
         // Running totals tell of no loss before them that an event alone told of, nor of what came after.

@@ -163,6 +163,11 @@ std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
 }
 
 const std::optional<Evidence>& Proof::loss(CallbackIndex callback) const {
+  const auto& lost = lost_runs(callback);
+  return lost ? lost : found_loss(untold_ends_, callback);
+}
+
+const std::optional<Evidence>& Proof::lost_runs(CallbackIndex callback) const {
   return found_loss(callbacks_, callback);
 }
 
@@ -294,8 +299,9 @@ std::optional<Evidence> Proof::untold_loss_of_state(ProcessIndex process, Timest
 // record's end cut it.
 std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
   if (auto lost = lost_start(facts)) return lost;
-  const auto open = std::ranges::find_if(
-      facts.open, [this](const OpenInstance& instance) { return !lives_.is_cut_by_end(instance); });
+  const auto open = std::ranges::find_if(facts.open, [this](const OpenInstance& instance) {
+    return !instance.is_left && !lives_.is_cut_by_end(instance);
+  });
   if (open == facts.open.end()) return std::nullopt;
   return evidence("callback_start", open->start,
                   "seq " + std::to_string(open->seq) + " starts, whose end was not seen");
@@ -371,7 +377,11 @@ void Proof::prove(CallbackIndex index) {
                       "from here on an instance " + std::string(kPerhapsAnothers));
     }
   }
-  if (!loss) return;
+  if (!loss) {
+    const auto left = std::ranges::find(facts.open, true, &OpenInstance::is_left);
+    if (left != facts.open.end()) untold_ends_.emplace(index, exception_in(*left));
+    return;
+  }
   is_anything_lost_ = true;
   callbacks_.emplace(index, std::move(loss));
 }

@@ -34,8 +34,11 @@ class Proof {
   // How many totals of a process could be compared.
   std::uint64_t totals_compared(ProcessIndex process) const;
 
-  // Why not every instance of the callback is known to have been seen; empty if all were.
+  // Why not every instance of the callback is known to have been seen from start to end; empty if all
+  // were.
   const std::optional<Evidence>& loss(CallbackIndex callback) const;
+  // The same but for ends that nothing tells because an exception was thrown: they hide no instance.
+  const std::optional<Evidence>& lost_runs(CallbackIndex callback) const;
   // Why not every message of the publisher is known to have been seen; empty if all were.
   std::optional<Evidence> loss(const PublisherFacts& publisher) const;
   // The same for numbers alone (T3), of starts and of ends.
@@ -142,6 +145,7 @@ class Proof {
   std::vector<ProcessProof> processes_;
   // Of those that lost something.
   std::map<CallbackIndex, std::optional<Evidence>> callbacks_;
+  std::map<CallbackIndex, std::optional<Evidence>> untold_ends_;  // of others
   std::map<ThreadIndex, std::optional<Evidence>> threads_;
   std::map<ThreadIndex, std::optional<Evidence>> spins_;  // that may have been announced unseen
   bool is_anything_lost_ = false;

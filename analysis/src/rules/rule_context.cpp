@@ -37,7 +37,8 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       lives(facts, holes),
       proof(facts, lives, holes, asked.window.value_or(TimeWindow{})),
       isolated(facts),
-      losses(facts, callbacks, proof, isolated),
+      losses(facts, callbacks, proof, &Proof::loss, isolated),
+      run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated),
       hidden(facts),
       lost_ends(facts, lives, proof),
       unknown_threads(find_unknown(facts, proof)) {}

@@ -36,6 +36,7 @@ struct RuleContext {
   const Proof proof;
   const IsolatedThreads isolated;
   const ThreadLosses losses;
+  const ThreadLosses run_losses;  // of whole instances: see Proof::lost_runs()
   const HiddenCallbacks hidden;
   const LostEnds lost_ends;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never

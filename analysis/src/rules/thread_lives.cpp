@@ -93,7 +93,8 @@ bool ThreadLives::is_cut_by_end(const OpenInstance& open) const {
 }
 
 bool ThreadLives::is_end_lost(const CallbackFacts& callback, const OpenInstance& open) const {
-  return callback.ended.last && open.seq < *callback.ended.last && !is_cut_by_end(open);
+  return callback.ended.last && open.seq < *callback.ended.last && !open.is_left &&
+         !is_cut_by_end(open);
 }
 
 }  // namespace cie::analysis

@@ -28,10 +28,10 @@ std::optional<TimeWindow> when_lost(const CallbackFacts& callback) {
 }  // namespace
 
 ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks,
-                           const Proof& proof, const IsolatedThreads& isolated)
+                           const Proof& proof, Loss loss_of, const IsolatedThreads& isolated)
     : model_(model), proof_(proof), on_threads_(model.threads.size()) {
   for (const auto index : callbacks) {
-    const auto& loss = proof.loss(index);
+    const auto& loss = (proof.*loss_of)(index);
     if (!loss) continue;
     const auto lose = [this, &loss](ThreadIndex thread) {
       auto& known = on_threads_[at(thread)];

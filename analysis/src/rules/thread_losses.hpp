@@ -23,9 +23,10 @@ namespace cie::analysis {
 // losses.
 class ThreadLosses {
  public:
-  // `callbacks`: in the order that verdicts are named by.
+  using Loss = const std::optional<Evidence>& (Proof::*)(CallbackIndex) const;
+  // `callbacks`: in the order that verdicts are named by. `loss_of`: which of the proof's.
   ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks, const Proof& proof,
-               const IsolatedThreads& isolated);
+               Loss loss_of, const IsolatedThreads& isolated);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
   // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
   // them may have been elsewhere; or anywhere.

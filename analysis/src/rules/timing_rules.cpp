@@ -179,26 +179,25 @@ void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, Judgeme
 }
 
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
-  return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          Judgement& judgement) {
-        judgement.doubt(unknown_entry(context, callback));
-        if (callback.kind != CallbackKind::timer) return;
-        const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
-        judgement.check(callback.starts.count);
-        judgement.doubt(loss);
-        judgement.doubt(calculated_releases(callback));
-        if (callback.missed > allowed && !callback.are_releases_certain()) {
-          judgement.doubt(evidence("callback_start", callback.starts.last_at,
-                                   counted(callback.missed, "period") +
-                                       " skipped in all, if the timer was not reset; " +
-                                       std::to_string(allowed) + " allowed"));
-        } else if (callback.missed > allowed) {
-          judge_skipped(callback, allowed, judgement);
-        }
-        judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
-                                                     : inexact_releases(callback));
-      });
+  return judge_callbacks(context, [&context](CallbackIndex index, const CallbackFacts& callback,
+                                             Judgement& judgement) {
+    judgement.doubt(unknown_entry(context, callback));
+    if (callback.kind != CallbackKind::timer) return;
+    const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
+    judgement.check(callback.starts.count);
+    judgement.doubt(context.proof.lost_runs(index));
+    judgement.doubt(calculated_releases(callback));
+    if (callback.missed > allowed && !callback.are_releases_certain()) {
+      judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                               counted(callback.missed, "period") +
+                                   " skipped in all, if the timer was not reset; " +
+                                   std::to_string(allowed) + " allowed"));
+    } else if (callback.missed > allowed) {
+      judge_skipped(callback, allowed, judgement);
+    }
+    judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
+                                                 : inexact_releases(callback));
+  });
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.

@@ -134,6 +134,7 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
       pending->is_nested = true;
       auto& outer = *on_thread.open.back();
       if (!outer.first_inner) outer.first_inner = {index, pending->start};
+      note_left(*pending, on_thread);
     }
   } else {
     ++facts.starts_without_tid;

@@ -144,9 +144,9 @@ class InstanceBuilder {
   const ChainNodeRef& node_of(PendingInstance& pending);
   // The innermost instance that its thread runs, as far as is seen; null: none.
   PendingInstance* running(const Emitter& who);
-  // An instance of the thread ended. What it began in is over if it is of the same callback, which does
-  // not begin inside itself, and so is what began inside it.
-  void note_left(const PendingInstance& ended, const OfThread& thread);
+  // An instance of the thread begins, or has ended. What it began in is over if it is of the same
+  // callback, which does not begin inside itself, and so is what began inside it.
+  void note_left(const PendingInstance& latest, const OfThread& thread);
   // As far as its group is told.
   bool is_reentrant(CallbackIndex callback) const;
   // It names none, and one may be open whose start was not looked at, or was lost.

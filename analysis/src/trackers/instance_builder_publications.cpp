@@ -14,21 +14,24 @@ constexpr std::size_t kMaxUndecided = 4096;
 PendingInstance* InstanceBuilder::running(const Emitter& who) {
   if (!who.thread) return nullptr;
   const auto& open = of_thread(who.thread).open;
-  const auto found = std::ranges::find(open.rbegin(), open.rend(), false,
-                                       [](const auto& run) { return run->is_left; });
+  const auto found = std::ranges::find(open.rbegin(), open.rend(), false, [](const auto& run) {
+    return run->left_before.has_value();
+  });
   return found != open.rend() ? found->get() : nullptr;
 }
 
-void InstanceBuilder::note_left(const PendingInstance& ended, const OfThread& thread) {
-  if (ended.callback_facts->is_accounted) return;
+void InstanceBuilder::note_left(const PendingInstance& latest, const OfThread& thread) {
+  if (latest.callback_facts->is_accounted) return;
   const auto& open = thread.open;
+  const auto is_inside = [&latest](const auto& run) { return run->start.time > latest.start.time; };
   const auto is_over = [&](const auto& run) {
-    if (run->is_left) return false;
-    return run->start.time > ended.start.time ||
-           (run->callback == ended.callback && !is_reentrant(ended.callback));
+    return is_inside(run) || (run->callback == latest.callback && !is_reentrant(latest.callback));
   };
-  for (auto run = std::ranges::find_if(open, is_over); run != open.end(); ++run)
-    (*run)->is_left = true;
+  for (auto run = std::ranges::find_if(open, is_over); run != open.end(); ++run) {
+    if ((*run)->left_before) continue;
+    const auto& sign = is_inside(*run) && latest.end ? *latest.end : latest.start;
+    (*run)->left_before = sign.time;
+  }
 }
 
 bool InstanceBuilder::is_reentrant(CallbackIndex callback) const {

@@ -187,6 +187,11 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
   return instance;
 }
 
+bool InstanceMeasurer::is_left(const PendingInstance& pending) const {
+  const auto& until = pending.left_before;
+  return until && !recording_.user_losses().any_between(pending.host, pending.start.time, *until);
+}
+
 void InstanceMeasurer::prefetch(const PendingInstance& pending) const noexcept {
   const auto& facts = *pending.callback_facts;
   for (const auto* quantity :
@@ -227,6 +232,7 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
                          .release_exact = measured.release_source == ReleaseSource::exact,
                          .missed = pending.missed,
                          .thread = pending.thread.value_or(ThreadIndex{kNoId}),
+                         .is_left = is_left(pending),
                          .next_release = std::nullopt});
         if (open.release_exact && pending.is_in_window) note_open_arrival(pending, open);
       }

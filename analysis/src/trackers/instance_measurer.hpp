@@ -184,6 +184,8 @@ class InstanceMeasurer {
   inline bool is_isolated_thread(const PendingInstance& pending) const;
   // The kernel's record is whole wherever the instance may have run.
   bool is_recorded(const PendingInstance& pending) const;
+  // An exception ended it: what shows that it is over shows no end that was lost.
+  bool is_left(const PendingInstance& pending) const;
   // Its wake is what woke the thread last before the instance: no later wake-up may be missing.
   inline bool is_woken_last(const PendingInstance& pending) const;
   inline void count(const PendingInstance& pending, const Measured& measured);

@@ -54,7 +54,7 @@ struct PendingInstance {
   std::uint64_t read = 0;            // see ChainNode
   ChainNodeRef node;                 // null: it has no part in a chain yet
   CallbackOnThread* pair = nullptr;  // null: its thread is unknown
-  bool is_left = false;              // by an exception: it ended untold
+  OptionalTime left_before;          // by an exception: it ended untold, before then
   bool is_nested = false;            // began inside another instance of its thread
   std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start

@@ -1,10 +1,12 @@
 // Starts and ends: pairing, nesting, what a recording's bounds cut.
 #include "ros2_text.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace cie::test {
@@ -38,6 +40,43 @@ TEST(Ros2Instances, AStartThatIsSkippedHasNoEnd) {
     20 callback_end callback=0x30)");
   EXPECT_EQ(result.durations(), "/n@Timer(1): 1 of 10 to 10\n");
   EXPECT_EQ(result.callback("/n@Timer(2)").incomplete, 1U);
+}
+
+// Its number is none that a tracer gave, so its end is none of what was lost.
+TEST(Ros2Instances, OneThatAnExceptionLeftIsNotMissing) {
+  const auto with = [](const std::string& between) {
+    return analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    11 callback_end callback=0x30
+    20 callback_start callback=0x30
+)" + between + R"(
+    30 callback_start callback=0x30
+    31 callback_end callback=0x30
+    40 callback_start tid=2 callback=0x31
+    41 callback_end tid=2 callback=0x31)");
+  };
+  const auto result = with("");
+  for (const auto* rule : {"M2", "M3", "M4", "E1"})
+    EXPECT_EQ(result.verdict(rule), analysis::Verdict::pass) << rule << result.evidence(rule);
+  EXPECT_THAT(result.evidence("E1"), testing::HasSubstr("an exception ends it"));
+  const auto& defects = result.analysis.report.defects;
+  EXPECT_EQ(
+      std::ranges::count(defects, analysis::DefectKind::seq_gaps, &analysis::TraceDefect::kind), 0);
+  EXPECT_EQ(result.callback("/n@Timer(1)").instances, 2U);
+  EXPECT_EQ(result.callback("/n@Timer(1)").incomplete, 1U);
+  EXPECT_EQ(with("    22 lost until=25\n").verdict("E1"), analysis::Verdict::inconclusive);
+}
+
+TEST(Ros2Instances, WhenAnExceptionEndedOneIsNotKnown) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    20 callback_start callback=0x30
+    21 callback_end callback=0x30)",
+                                   -1, R"yaml(
+callback_groups:
+  - {id: "/n@Timer(1)", response_deadline: 100}
+)yaml");
+  EXPECT_EQ(result.verdict("R3"), analysis::Verdict::inconclusive);
 }
 
 TEST(Ros2Instances, AStartBeforeALossIsNotPairedWithAnEndAfterIt) {
