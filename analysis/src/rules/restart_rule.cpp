@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -53,17 +54,29 @@ std::string properties(const CallbackFacts& callback) {
   std::string text = callback.kind ? std::string(label(*callback.kind)) : "unknown kind";
   if (!callback.source.empty()) text += " of " + callback.source;
   text += ", period " + std::to_string(callback.period_ns) + " ns";
+  if (!callback.is_accounted) return text;  // no event of ROS 2 tells a deadline
   return text += ", deadline " + std::to_string(callback.deadline_ns) + " ns";
+}
+
+// What ROS 2's events say of a callback is no event of its own.
+Evidence registered_as(const CallbackFacts& callback, std::string note) {
+  return evidence(callback.is_accounted ? "callback_init" : "", *callback.registered,
+                  std::move(note));
 }
 
 void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
                         Judgement& judgement) {
-  const auto key = [](const CallbackFacts& c) {
-    return std::tie(c.kind, c.source, c.period_ns, c.deadline_ns);
-  };
-  if (key(before) == key(after)) return;
-  judgement.fail(evidence("callback_init", *before.registered, "was: " + properties(before)));
-  judgement.fail(evidence("callback_init", *after.registered, "is: " + properties(after)));
+  const auto key = [](const CallbackFacts& c) { return std::tie(c.kind, c.source, c.period_ns); };
+  const bool are_deadlines_told = before.is_accounted && after.is_accounted;
+  if (before.is_accounted != after.is_accounted) {
+    judgement.doubt(registered_as(before.is_accounted ? after : before,
+                                  "ROS 2's events do not tell whether it had a deadline"));
+  }
+  const bool is_as_before =
+      key(before) == key(after) && (!are_deadlines_told || before.deadline_ns == after.deadline_ns);
+  if (is_as_before) return;
+  judgement.fail(registered_as(before, "was: " + properties(before)));
+  judgement.fail(registered_as(after, "is: " + properties(after)));
 }
 
 void compare_parameters(const RuleContext& context, const CallbackFacts& before,
@@ -100,15 +113,14 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
            known_instances(model, callback) == 0 && proof.is_complete(callback.process);
   };
   if ((was == nullptr) != (is == nullptr) && !had_none(was == nullptr ? before : after)) {
-    judgement.doubt(evidence("callback_init", *(is == nullptr ? after : before).registered,
-                             "what its thread ran as in this lifetime is unknown"));
+    judgement.doubt(registered_as(is == nullptr ? after : before,
+                                  "what its thread ran as in this lifetime is unknown"));
   }
   const bool is_untold = was == nullptr && is == nullptr && !before.ran_on.empty() &&
                          !after.ran_on.empty() &&
                          is_told_by_ros2_alone(model.processes[at(after.process)]);
   if (is_untold) {
-    judgement.doubt(evidence("callback_init", *after.registered,
-                             "ROS 2's events do not tell what its threads ran as"));
+    judgement.doubt(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
   }
   if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
   judgement.fail(evidence("thread_sched", was->at, "was: " + describe(*was)));
@@ -230,8 +242,8 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   }
   Judgement judgement(context.names.callback(life.index));
   judgement.check();
-  judgement.doubt(evidence("callback_init", *after.registered,
-                           cie::counted(before.size(), "lifetime") +
+  judgement.doubt(
+      registered_as(after, cie::counted(before.size(), "lifetime") +
                                " of this callback lived at the same time before, and differ: which "
                                "of them it follows is unknown"));
   conclude(std::move(judgement), verdicts);
@@ -377,7 +389,7 @@ const Rule kMappingSurvivesRestart{
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"
     "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost or are "
-    "not told (ROS 2), and when they differ and the earlier process was not seen to end: it may have "
+    "not told (ROS 2, which tells no deadline either), and when they differ and the earlier process was not seen to end: it may have "
     "lived on.\n"
     "Remedy: let the application apply the spec itself at every start; make ids and parameters "
     "depend on nothing that changes between starts.",

@@ -144,5 +144,29 @@ TEST(BothProviders, PublicationsThatThisProjectTellsOfCountOnce) {
   EXPECT_THAT(result.chains(), ElementsAre("/n@Timer(7) -> /n@Subscription(/t): 1"));
 }
 
+// Nobody declares a deadline to rclcpp: its callback's is unknown, be it restarted with one or without.
+TEST(BothProviders, ARestartUnderThisProjectIsNotComparedByDeadline) {
+  const std::string plain = R"(
+    0 rcl_init pid=7 tid=7 context_handle=0x1
+    1 rcl_node_init pid=7 tid=7 node_handle=0x10 node_name=n namespace=/
+    2 rcl_timer_init pid=7 tid=7 timer_handle=0x20 period=5
+    3 rclcpp_timer_callback_added pid=7 tid=7 timer_handle=0x20 callback=0x30
+    4 rclcpp_timer_link_node pid=7 tid=7 timer_handle=0x20 node_handle=0x10
+    10 callback_start pid=7 tid=7 callback=0x30
+    12 callback_end pid=7 tid=7 callback=0x30
+    20 sched:sched_process_exit pid=7 tid=7)";
+  for (const auto* deadline : {"0", "3"}) {
+    const auto result = analyze_ros2(plain + R"(
+      1000 cie:run_begin pid=8 tid=8 contract_version=1 executor=isolated host=h boot_id=b moment=start
+      1001 cie:node_init pid=8 tid=8 node_id=0 name=/n
+      1002 cie:group_init pid=8 tid=8 group_id=0 node_id=0 type=mutually_exclusive
+      1003 cie:callback_init pid=8 tid=8 callback_id=0 node_id=0 group_id=0 kind=timer logical_id=/n@Timer(5) period_ns=5 next_seq=0 deadline_ns=)" +
+                                     std::string(deadline));
+    EXPECT_EQ(result.verdict("M5"), Verdict::inconclusive) << deadline;
+    EXPECT_THAT(result.evidence("M5"), HasSubstr("do not tell whether it had a deadline"));
+    EXPECT_THAT(result.evidence("M5"), Not(HasSubstr("deadline 0 ns")));
+  }
+}
+
 }  // namespace
 }  // namespace cie::test
