@@ -127,13 +127,14 @@ void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, T
 }
 
 // LTTng's sched_pi_setprio gives the priority of the first waiter, and when none is left the one that the
-// thread has still: as if the boost went on. What the thread runs with since then tells that it ended.
+// thread has still: as if the boost went on. What the thread runs with since then tells that it ended. Each
+// change of what is inherited is told: another raised priority is the thread's own.
 bool EnforcementTracker::is_inherited(Timestamp time, std::int32_t prio, std::int32_t own,
                                       Inheritance& inheritance) {
   const bool is_of_that_time = inheritance.told == time;  // in which order is not known
-  if (prio < own) return inheritance.is_boosted || is_of_that_time;
-  if (!is_of_that_time) inheritance.is_boosted = false;
-  return inheritance.is_boosted && prio == own;
+  if (is_of_that_time) return prio < own || (inheritance.is_boosted && prio == own);
+  if (prio > inheritance.prio || prio >= own) inheritance.is_boosted = false;
+  return inheritance.is_boosted && prio == inheritance.prio;
 }
 
 bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIndex host,
@@ -332,7 +333,8 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
     if (is_seen && event.new_prio > event.old_prio) tid.taken_back = event.new_prio;
   }
   // Nobody inherits a lower one.
-  tid.inheritance = {.is_boosted = event.new_prio < tid.unboosted, .told = head.time};
+  tid.inheritance = {
+      .is_boosted = event.new_prio < tid.unboosted, .prio = event.new_prio, .told = head.time};
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
@@ -343,7 +345,8 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
   const auto own = kernel_priority(*expected);
   const bool is_raised = event.new_prio < own;
   state.may_be_boosted = is_raised && event.new_prio == event.old_prio;
-  state.inheritance = {.is_boosted = is_raised && !state.may_be_boosted, .told = head.time};
+  state.inheritance = {
+      .is_boosted = is_raised && !state.may_be_boosted, .prio = event.new_prio, .told = head.time};
   if (std::max(event.old_prio, event.new_prio) >= own) thread.perhaps_inherited.reset();
   explain_raised(head, event, *expected, thread, state);
 }

@@ -90,6 +90,7 @@ class EnforcementTracker {
   // A priority that a thread inherits through a mutex, as sched_pi_setprio tells.
   struct Inheritance {
     bool is_boosted = false;        // runs at such a priority
+    std::int32_t prio = 0;          // that of who waits for it, as was told last
     std::optional<Timestamp> told;  // by the last of these events
   };
   struct OfThread {

@@ -270,6 +270,21 @@ TEST(SwitchedParameters, ThatChangeAfterInheritanceAreNotInherited) {
   }
 }
 
+// Each change of what is inherited is told: who runs with another raised priority has that of its own.
+TEST(SwitchedParameters, ThatChangeDuringInheritanceAreNotInherited) {
+  const auto boosted = instance(10, 79) +
+                       "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=49" + instance(21, 49);
+  const std::string ended = "\n30 sched:sched_pi_setprio tid=7 oldprio=49 newprio=49";
+  for (const auto& before : {boosted, boosted + ended}) {
+    EXPECT_EQ(judged_by(before + instance(31, 49)).verdict("S3"), Verdict::pass) << before;
+    for (const int prio : {59, 39}) {
+      const auto result = judged_by(before + instance(31, prio) + instance(40, prio));
+      for (const auto* rule : {"S1", "S3"})
+        EXPECT_EQ(result.verdict(rule), Verdict::fail) << rule << ' ' << prio << before;
+    }
+  }
+}
+
 // As in LTTng's recordings. What ended before the window excuses nothing within.
 TEST(SwitchedParameters, ThatChangeInAWindowWereNotInheritedBeforeIt) {
   const auto events = kTwoTimers + instance(10, 79) +

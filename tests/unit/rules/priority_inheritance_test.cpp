@@ -35,6 +35,20 @@ TEST(PriorityInheritance, EndsWhereTheThreadRunsWithItsOwn) {
       << "nobody inherits a lower priority";
 }
 
+// Who waits for it is told, and what it inherits so is that priority.
+TEST(PriorityInheritance, IsOfThePriorityThatWasTold) {
+  const std::string boosted = "3 boost fusion prio=9 old=19\n";
+  EXPECT_EQ(judged(boosted + "4 switch 0 idle fusion next_prio=9"), Verdict::pass);
+  for (const auto* other : {"14", "5"}) {
+    EXPECT_EQ(judged(boosted + "4 switch 0 idle fusion next_prio=" + other), Verdict::fail)
+        << other;
+  }
+  const auto again = boosted + "4 boost fusion prio=5 old=9\n5 switch 0 idle fusion next_prio=5\n";
+  EXPECT_EQ(judged(again), Verdict::pass);
+  EXPECT_EQ(judged(again + "6 boost fusion prio=14 old=5\n7 switch 0 fusion idle prio=14"),
+            Verdict::pass);
+}
+
 // Where it ended before the window it excuses nothing within: the switch that shows it counts, too.
 TEST(PriorityInheritance, MayEndOutsideTheWindow) {
   const std::string begun = "3 boost fusion prio=9 old=19\n4 switch 0 idle fusion next_prio=9\n";
