@@ -71,6 +71,8 @@ struct Analyzer::Pipeline::HotEventVisitor {
   void operator()(const SchedWakeup& e) const {
     pipeline.model.hosts[at(who.host)].has_wakings = true;
     if (pipeline.timeline.on_wakeup(who.host, e.tid, head.time)) tell_waking(e);
+    // A waking names the CPU of before, which may be gone.
+    if (e.target_cpu) pipeline.recording.coverage().see(who.host, *e.target_cpu);
   }
   void operator()(const SchedProcessFork& e) const {
     pipeline.model.hosts[at(who.host)].has_forks = true;

@@ -1,6 +1,7 @@
 // What events of state tell the trackers: who there is, and how it is scheduled.
 #include "pipeline.hpp"
 
+#include <cstdint>
 #include <optional>
 
 namespace cie::analysis {
@@ -41,6 +42,9 @@ struct Analyzer::Pipeline::StateEventVisitor {
     if (thread) pipeline.enforcement.on_thread_fini(head, *thread);
   }
   void operator()(const ThreadSched& e) const {
+    const auto host = pipeline.registry.host_of(head);
+    for (const auto cpu : e.cpus)  // the kernel tells those alone that are there
+      pipeline.recording.coverage().see(host, static_cast<std::int32_t>(cpu));
     const auto thread = pipeline.registry.apply(head, e);
     if (thread) pipeline.enforcement.on_read_back(head, *thread, e);
   }

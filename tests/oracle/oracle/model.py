@@ -187,6 +187,10 @@ class Model:
             seen = {e.cpu for e in self.events if e.is_user and e.host == host}
             seen |= {e.fields["dest_cpu"] for e in self.events if e.host == host
                      and e.name == "sched_migrate_task" and "dest_cpu" in e.fields}
+            seen |= {e.fields["target_cpu"] for e in self.events if e.host == host
+                     and e.name == "sched_wakeup" and "target_cpu" in e.fields}
+            seen |= {c for e in self.events if e.host == host and e.name == "cie:thread_sched"
+                     for c in e.fields.get("cpus") or []}
             online = max((e.fields.get("online_cpus", 0) for e in self.events
                           if e.name == "cie:run_begin" and e.host == host), default=0)
             self._lacking[host] = bool(covered) and (online > len(covered) or not seen <= covered)

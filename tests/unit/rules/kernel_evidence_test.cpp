@@ -280,6 +280,36 @@ TEST(ACpuWithoutARecord, IsProvenByAnEventThere) {
     EXPECT_EQ(row.execution.has_value(), row.id == "stays" || row.id == "bound") << row.id;
 }
 
+// As many streams as run_begin counts CPUs may be those of others: one of an offline CPU, or of before one
+// was plugged in. Who may run on one, or is woken there, shows that it is there.
+TEST(ACpuWithoutARecord, IsOneThatAThreadMayUseHoweverManyAreRecorded) {
+  const auto judged = [](const std::string& lines, bool is_woken_there) {
+    auto trace = without_cpu(trace_of("callback roams\n" + lines + R"(
+      10 switch 0 idle roams
+      20 start roams
+      24 switch 0 roams idle state=1
+      26 waking roams
+      44 switch 0 idle roams
+      50 end roams
+      51 switch 0 roams idle state=1)"),
+                             1);
+    for (auto& event : trace.events) {
+      if (auto* begin = std::get_if<RunBegin>(&event.body)) begin->online_cpus = 1;
+      const auto* waking = std::get_if<SchedWaking>(&event.body);
+      if (waking == nullptr || !is_woken_there) continue;
+      event.body = SchedWakeup{.tid = waking->tid, .prio = waking->prio, .target_cpu = 1};
+    }
+    return Verified(trace, "callback_groups:\n  - {id: roams, wcet: 10}\n")["R4"];
+  };
+  const std::string confined = "-100 initial roams cpus=0\n";
+  for (const auto& lines : {std::string(), confined}) {
+    EXPECT_EQ(judged(lines, false), Verdict::pass) << "of which nothing tells";
+  }
+  EXPECT_EQ(judged("-100 initial roams cpus=0,1\n", false), Verdict::inconclusive);
+  EXPECT_EQ(judged("", true), Verdict::inconclusive);
+  EXPECT_EQ(judged(confined, true), Verdict::pass) << "it runs on the other one";
+}
+
 // A stream that has no time in common with the others of its channel has none of its CPU in theirs.
 TEST(ACpuWithoutARecord, IsOneWhoseStreamIsLeftOut) {
   for (const bool is_idle : {false, true}) {
