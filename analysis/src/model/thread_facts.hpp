@@ -35,6 +35,7 @@ struct HiddenCallback {
   bool is_client = false;          // else a service
   bool is_action = false;          // its part in an action
   std::optional<GroupId> group{};  // empty: not told
+  bool is_pooled = false;          // its group's executor has several threads, as is told
   std::set<ThreadIndex> ran_on{};  // took a client's responses, where the tracer tells
 };
 

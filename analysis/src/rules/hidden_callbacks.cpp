@@ -32,14 +32,14 @@ Threads threads_of(const Model& model) {
   return threads;
 }
 
-// Who served it, if that is known. The callbacks of a group that ran on several threads are a
-// pool's, any thread of which may have served it; so may be those that ran on one of its threads, as
-// a short recording of a multi-threaded executor shows them.
+// Who served it, if that is known. The callbacks of a group that ran on several threads, or whose executor
+// is told to have several, are a pool's, any thread of which may have served it; so may be those that
+// ran on one of its threads, as a short recording of a multi-threaded executor shows them.
 std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
                                                 const ProcessFacts& process, ProcessIndex index,
                                                 const Threads& threads) {
   if (hidden.is_client && !hidden.is_action && process.tells_responses) return hidden.ran_on;
-  if (!hidden.group) return std::nullopt;
+  if (!hidden.group || hidden.is_pooled) return std::nullopt;
   const auto found = threads.of_groups.find({index, *hidden.group});
   if (found == threads.of_groups.end() || found->second.size() != 1) return std::nullopt;
   if (threads.in_pools.contains(*found->second.begin())) return std::nullopt;

@@ -77,3 +77,4 @@ void Registry::apply(const Emitter& who, const HiddenRun& event) {
 }
 
 }  // namespace cie::analysis
+  if (event.is_pooled) facts.is_pooled = true;

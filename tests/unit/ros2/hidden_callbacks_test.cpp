@@ -133,6 +133,22 @@ TEST(HiddenCallbacks, OfAGroupOnAThreadOfAPoolMayHaveRunAnywhereInTheProcess) {
   EXPECT_THAT(result.evidence("M2"), HasSubstr("thread 2: rcl_client_init: may also have served"));
 }
 
+// An executor of several threads: by chance each group ran on one of them so far.
+TEST(HiddenCallbacks, OfAGroupInAnExecutorOfSeveralThreadsMayHaveRunAnywhereInTheProcess) {
+  const auto with = [](const std::string& type) {
+    return judged(std::string(kClient) + R"(
+      3 ros2_caret:construct_executor executor_addr=0x77 executor_type_name=)" + type + R"(
+      4 ros2_caret:add_callback_group executor_addr=0x77 callback_group_addr=0x80 group_type_name=mutually_exclusive
+      4 ros2_caret:callback_group_add_timer callback_group_addr=0x80 timer_handle=0x20
+      4 ros2_caret:callback_group_add_client callback_group_addr=0x80 client_handle=0x50)");
+  };
+  for (const auto* rule : {"M2", "E3"}) {
+    EXPECT_THAT(with("multi_threaded_executor").evidence(rule),
+                HasSubstr("thread 2: rcl_client_init: may also have served"));
+    EXPECT_THAT(with("single_threaded_executor").evidence(rule), Not(HasSubstr("thread 2:")));
+  }
+}
+
 TEST(HiddenCallbacks, WhoTookResponsesIsKnownWhereTheTracerTells) {
   const auto result = judged(kClient, std::string(kIsolated) + R"(
     30 rmw_take_response tid=2 rmw_client_handle=0x51 taken=1)");

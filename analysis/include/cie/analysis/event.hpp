@@ -357,6 +357,7 @@ struct UnseenWriter {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::string_view topic;
+  bool is_pooled = false;  // the executor of its group is told to have several threads
 };
 // The thread took a response of a hidden client.
 struct HiddenRun {

@@ -67,6 +67,7 @@ void announce_hidden(std::uint32_t number, const EventHead& head, Process& proce
                   .group = group.value_or(kNoGroup),
                   .is_client = hidden.is_client,
                   .is_action = hidden.is_action,
+                  .is_pooled = hidden.group && process.directory.is_pooled(*hidden.group),
                   .what = hidden.what,
                   .node = node != nullptr ? std::string_view(node->name) : std::string_view{}},
        sink);

@@ -131,8 +131,12 @@ void enter_description(Ros2Event event, const Telling& telling, const Payload& p
     case Ros2Event::callback_symbol:
       directory.add_symbol(first, p.text(1), telling);
       break;
+    case Ros2Event::executor:
+      directory.add_executor(first, p.text(1));
+      break;
     case Ros2Event::group:
       directory.add_group(first, p.text(1), telling);
+      directory.serve_group(first, p.number<Address>(2));
       break;
     case Ros2Event::group_member:
       directory.join_group(first, second, telling);

@@ -306,6 +306,25 @@ void Directory::join_group(Address group, Address handle, const Telling& telling
   news_of_hidden_.push_back(*entity.hidden);
 }
 
+void Directory::add_executor(Address executor, std::string_view type) {
+  if (type.find("multi_threaded") != std::string_view::npos) {
+    pools_.insert(executor);
+  } else {
+    pools_.erase(executor);
+  }
+}
+
+void Directory::serve_group(Address group, Address executor) {
+  if (executor == 0) return;
+  const auto found = groups_.find(group);
+  if (found != groups_.end()) found->second.executor = executor;
+}
+
+bool Directory::is_pooled(Address group) const {
+  const auto found = groups_.find(group);
+  return found != groups_.end() && pools_.contains(found->second.executor);
+}
+
 std::optional<GroupId> Directory::group(Address address) const {
   const auto found = groups_.find(address);
   if (found == groups_.end()) return std::nullopt;

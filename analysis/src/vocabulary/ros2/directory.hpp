@@ -16,6 +16,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -142,6 +143,9 @@ class Directory {
   void add_group(Address group, std::string_view type, const Telling& telling);
   void join_group(Address group, Address handle, const Telling& telling);
   // `address` stands for the callback of `handle` from now on.
+  void add_executor(Address executor, std::string_view type);
+  // The executor runs what is in the group; 0: which one is not told.
+  void serve_group(Address group, Address executor);
   void stand_for(CallbackKind kind, Address address, Address handle);
   // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
   // until they are told of again.
@@ -196,6 +200,8 @@ class Directory {
   Node* node(NodeId id);
   std::optional<GroupType> group_type(Address group) const;
   // The id of a group that was announced.
+  // Its executor is told to have several threads.
+  bool is_pooled(Address group) const;
   std::optional<GroupId> group(Address address) const;
 
   // Of a callback that will be told: nodes may have been told of since it was described.
@@ -266,6 +272,7 @@ class Directory {
     std::optional<GroupType> type{};
     Made type_made{};
   };
+    Address executor = 0;  // 0: not told
 
   static constexpr auto kShared = std::numeric_limits<std::uint64_t>::max();
   // Far from what an executor of this project numbers from 0, should a process have both.
@@ -377,6 +384,7 @@ class Directory {
   std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
   std::unordered_map<Address, Group> groups_;
   std::unordered_map<Address, Link> objects_of_buffers_;
+  std::unordered_set<Address> pools_;  // executors of several threads
   std::unordered_map<Address, Link> subscriptions_of_objects_;
   std::uint64_t losses_ = 0;
   bool is_begun_again_ = false;

@@ -45,7 +45,8 @@ enum class Ros2Event : std::uint32_t {
   object_of_subscription,  // ipb, subscription
   enqueue,                 // buffer, index, overwritten
   dequeue,                 // buffer, index
-  group,                   // callback_group_addr, group_type_name
+  executor,                // executor_addr, executor_type_name
+  group,                   // callback_group_addr, group_type_name, executor_addr
   group_member,            // callback_group_addr, handle
   agnocast_subscription,   // subscription_handle, node_handle, callback_group, symbol, topic_name,
                            // queue_depth, pid_callback_info_id

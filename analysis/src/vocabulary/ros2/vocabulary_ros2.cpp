@@ -71,11 +71,13 @@ void add_entities(std::vector<Translation>& table) {
   add(table, Ros2Event::callback_symbol,
       {"ros2:rclcpp_callback_register", "ros2_caret:rclcpp_callback_register"},
       {"callback", "symbol"});
+  add(table, Ros2Event::executor, {"ros2_caret:construct_executor"},
+      {"executor_addr", "executor_type_name"});
   add(table, Ros2Event::group,
       {"ros2_caret:add_callback_group", "ros2_caret:add_callback_group_static_executor",
        "ros2_caret:callback_group_to_executor_entity_collector",
        "agnocast:agnocast_add_callback_group", "ros2_caret:agnocast_add_callback_group"},
-      {"callback_group_addr", "group_type_name"});
+      {"callback_group_addr", "group_type_name", "executor_addr"});
   add(table, Ros2Event::group_member,
       {"ros2_caret:callback_group_add_timer", "ros2_caret:callback_group_add_subscription",
        "ros2_caret:callback_group_add_service", "ros2_caret:callback_group_add_client"},
