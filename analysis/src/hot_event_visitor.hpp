@@ -33,6 +33,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
   void operator()(const RunBesideOwn& e) const {
     if (!pipeline.instances->is_running(who)) pipeline.registry.apply(head, e);
   }
+  void operator()(const CallbackBesideOwn& e) const { pipeline.registry.apply(head, e); }
   void operator()(const ResponseTaken& e) const {
     pipeline.chains->on_response(who.host, e, head.time);
   }
@@ -70,9 +71,9 @@ struct Analyzer::Pipeline::HotEventVisitor {
   }
   void operator()(const SchedWakeup& e) const {
     pipeline.model.hosts[at(who.host)].has_wakings = true;
-    if (pipeline.timeline.on_wakeup(who.host, e.tid, head.time)) tell_waking(e);
     // A waking names the CPU of before, which may be gone.
     if (e.target_cpu) pipeline.recording.coverage().see(who.host, *e.target_cpu);
+    if (pipeline.timeline.on_wakeup(who.host, e.tid, head.time)) tell_waking(e);
   }
   void operator()(const SchedProcessFork& e) const {
     pipeline.model.hosts[at(who.host)].has_forks = true;

@@ -31,6 +31,7 @@ bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
           [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
           [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },
           [](const ResponseTaken&) { return false; },
+          [](const CallbackBesideOwn& told) { return !told.ran; },
           [is_before](const auto&) { return is_before; }},  // the kernel's
       event.body);
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -34,8 +35,8 @@ struct HiddenCallback {
   std::string node{};
   bool is_client = false;          // else a service
   bool is_action = false;          // its part in an action
-  std::optional<GroupId> group{};  // empty: not told
   bool is_pooled = false;          // its group's executor has several threads, as is told
+  std::optional<GroupId> group{};  // empty: not told
   std::set<ThreadIndex> ran_on{};  // took a client's responses, where the tracer tells
 };
 
@@ -96,6 +97,9 @@ struct ProcessFacts {
   std::string tracetools{};              // version; empty: not told
   std::vector<HiddenCallback> hidden{};
   bool tells_responses = false;  // who takes clients'
+  // By id: callbacks of its that ROS 2's events tell of and none of its own, and the first instance that
+  // was seen.
+  std::map<std::string, std::optional<EventRef>> beside_own{};
 };
 
 // It emits none of cie's own events of its run.
@@ -304,6 +308,9 @@ struct ThreadFacts {
   };
   Rare<Nesting> nesting{};           // outer ended: proven
   Rare<Nesting> nesting_unproven{};  // outer never ended: an end may be lost
+
+  // The first of ProcessFacts::beside_own that ran there: its id and that instance.
+  Rare<std::pair<std::string, EventRef>> beside_own{};
 
   // M6: on-CPU time outside instances, from the first wait to the end; needs kernel events.
   std::optional<Timestamp> first_wait{};

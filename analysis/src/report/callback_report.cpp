@@ -54,6 +54,10 @@ std::optional<Isolation> isolation_of(const RuleContext& context, const Callback
       std::ssize(facts.ran_on) - doubtful > 1 || std::ranges::any_of(facts.ran_on, is_with_others);
   if (is_shared) return Isolation::not_isolated;
   if (std::ranges::any_of(facts.ran_on, may_be_with_others)) return std::nullopt;
+  const auto ran_others = [&context](const CallbackOnThread* pair) {
+    return context.hidden.beside_own(pair->thread).has_value();
+  };
+  if (std::ranges::any_of(facts.ran_on, ran_others)) return std::nullopt;
   if (facts.starts_without_tid > 0 || context.hidden.on_thread_of(facts)) return std::nullopt;
   if (!facts.ran_on.empty()) return Isolation::isolated;
   return facts.ended.last ? std::nullopt : std::optional(Isolation::never_ran);

@@ -16,7 +16,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 36> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 37> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -44,6 +44,7 @@ constexpr std::array<std::string_view, 36> kLabels{"damaged-manifest",
                                                    "open-instances",
                                                    "instances-cut-by-window",
                                                    "unregistered-callbacks",
+                                                   "callbacks-beside",
                                                    "identity-failures",
                                                    "incomplete-chains",
                                                    "reads-not-kept",
@@ -290,6 +291,24 @@ void add_unregistered_callbacks(const Model& model, std::vector<TraceDefect>& de
       "application, or what is made in a session of its own (ros2 trace --dual-session)");
 }
 
+// Callbacks that another executor runs in a process of this project.
+void add_callbacks_beside(const Model& model, std::vector<TraceDefect>& defects) {
+  std::uint64_t count = 0;
+  const std::string* first = nullptr;
+  for (const auto& process : model.processes) {
+    for (const auto& [id, ran] : process.beside_own) {
+      if (!ran) continue;
+      ++count;
+      if (first == nullptr) first = &id;
+    }
+  }
+  if (count == 0) return;
+  add_defect(defects, DefectKind::callbacks_beside, Severity::loss, count,
+             "ROS 2's events show that another executor runs " + *first +
+                 (count > 1 ? " and others" : "") +
+                 " in a process of this project: their instances are not measured");
+}
+
 void add_chain_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::incomplete_chains, Severity::loss,
              total_of(model.chains, [](const auto& c) { return c.incomplete + c.unlinked; }),
@@ -354,6 +373,7 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_number_gaps(model, lives, defects);
   add_unpaired_instances(model, defects);
   add_unregistered_callbacks(model, defects);
+  add_callbacks_beside(model, defects);
   add_defect(defects, DefectKind::identity_failures, Severity::error,
              total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
              "execution, preempted, blocked and wake delay do not add up to the duration");

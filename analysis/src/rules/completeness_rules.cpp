@@ -206,6 +206,24 @@ std::optional<Evidence> unapplied(const RuleContext& context, const CallbackFact
                       " asks for parameters that are applied to none, and S1 judges none");
 }
 
+// ROS 2's events tell of a callback of that id in a process of this project, whose own do not.
+std::optional<Evidence> beside_own(const Model& model, const std::string& id) {
+  for (const auto& process : model.processes) {
+    const auto found = process.beside_own.find(id);
+    if (found == process.beside_own.end()) continue;
+    const auto& ran = found->second;
+    if (ran) {
+      return evidence(
+          "callback_start", *ran,
+          "by ROS 2's events it starts here, run by another executor than this project's");
+    }
+    return without_event(process.first_seen.value_or(EventRef{}),
+                         "ROS 2's events tell that it was made in this process; this project's "
+                         "executor does not run it");
+  }
+  return std::nullopt;
+}
+
 void judge_specified(const RuleContext& context, const Asked& asked,
                      const std::vector<CallbackIndex>& registered, Suggestions& suggestions,
                      std::vector<SubjectVerdict>& verdicts) {
@@ -224,6 +242,8 @@ void judge_specified(const RuleContext& context, const Asked& asked,
       if (callback->fini) {
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
+    } else if (const auto beside = beside_own(model, asked.id)) {
+      judgement.doubt(*beside);
     } else {
       fail_missing(
           context,
@@ -390,7 +410,7 @@ const Rule kSpecifiedCallbackSeen{
     "Why it matters: A misspelt id configures nothing, and a chain with one is never judged, "
     "silently: what was meant runs with default parameters and without bounds.\n"
     "Inconclusive when it was not seen, and there is no proof that nothing is missing from the "
-    "trace.\n"
+    "trace, or ROS 2's events show that another executor has it.\n"
     "Remedy: write the id that \"did you mean\" suggests, or take ids from cie spec template; let "
     "the recording last until the callback has run; remove entries of what is gone.",
     judge_specified_seen,

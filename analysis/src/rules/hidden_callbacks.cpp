@@ -83,7 +83,16 @@ std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& proce
   return unseen;
 }
 
-std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
+std::optional<Evidence> HiddenCallbacks::beside_own(ThreadIndex thread) const {
+  const auto& ran = model_.threads[at(thread)].beside_own;
+  if (!ran) return std::nullopt;
+  return evidence("callback_start", ran->second,
+                  "by ROS 2's events " + ran->first +
+                      " starts here, which is none of this project's instances: another executor "
+                      "runs it on this thread");
+}
+
+std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
   const auto& facts = model_.threads[at(thread)];
   const auto& process = model_.processes[at(facts.process)];
   if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
@@ -109,7 +118,7 @@ std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
 
 std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callback) const {
   for (const auto* pair : callback.ran_on) {
-    auto reason = on(pair->thread);
+    auto reason = unseen_on(pair->thread);
     if (!reason) continue;
     if (!may_be_unseen(model_.processes[at(callback.process)])) {
       reason->note =

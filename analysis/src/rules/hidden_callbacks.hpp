@@ -17,11 +17,17 @@ class HiddenCallbacks {
  public:
   explicit HiddenCallbacks(const Model& model);
   // Why a thread that ran callbacks may have run others; empty if it did not.
-  std::optional<Evidence> on(ThreadIndex thread) const;
-  // The same of a thread that ran the callback.
+  std::optional<Evidence> on(ThreadIndex thread) const {
+    auto reason = beside_own(thread);
+    return reason ? reason : unseen_on(thread);
+  }
+  // Of those, why a thread that ran the callback may have run ones that nobody can see.
   std::optional<Evidence> on_thread_of(const CallbackFacts& callback) const;
+  // Another executor than this project's ran one there, as ROS 2's events show.
+  std::optional<Evidence> beside_own(ThreadIndex thread) const;
 
  private:
+  std::optional<Evidence> unseen_on(ThreadIndex thread) const;
   // Why nobody knows which ones the process has; empty if they are known.
   std::optional<Evidence> may_be_unseen(const ProcessFacts& process) const;
   // Those that a thread may have served: the first, and how many.

@@ -183,6 +183,7 @@ class Registry {
   void apply(const Emitter& who, const HiddenRun& event);
   // Of a thread that runs nothing that its process's own events tell of.
   void apply(const EventHead& head, const RunBesideOwn& event);
+  void apply(const EventHead& head, const CallbackBesideOwn& event);
 
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any
   // (machines that are copies of each other may give equal ones). Empty if unknown.

@@ -1,6 +1,9 @@
 // What ROS 2 tells of its processes besides.
 #include "registry.hpp"
 
+#include <string>
+#include <utility>
+
 namespace cie::analysis {
 
 void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
@@ -26,6 +29,22 @@ void Registry::apply(const EventHead& head, const CrossedRuns& /*event*/) {
 
 void Registry::apply(const EventHead& head, const RunBesideOwn& /*event*/) {
   note_sharing(head, PidSharing::beside_own);
+}
+
+void Registry::apply(const EventHead& head, const CallbackBesideOwn& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  std::string id(event.logical_id);
+  auto& first = model_.processes[at(*process)].beside_own[id];
+  if (!event.ran) return;
+  auto where = ref(head);
+  where.time = *event.ran;
+  where.stream = event.stream;
+  if (!first) first = where;
+  const auto thread = head.tid ? find_thread(*process, *head.tid) : std::nullopt;
+  if (!thread) return;
+  auto& of_thread = model_.threads[at(*thread)].beside_own;
+  if (!of_thread) of_thread = {std::move(id), where};
 }
 
 void Registry::note_sharing(const EventHead& head, PidSharing sharing) {
@@ -61,6 +80,7 @@ void Registry::apply(const EventHead& head, const HiddenInit& event) {
     facts.is_action = event.is_action;
   }
   if (event.group != kNoGroup) facts.group = event.group;
+  if (event.is_pooled) facts.is_pooled = true;
 }
 
 void Registry::apply(const EventHead& head, const UnseenWriter& event) {
@@ -77,4 +97,3 @@ void Registry::apply(const Emitter& who, const HiddenRun& event) {
 }
 
 }  // namespace cie::analysis
-  if (event.is_pooled) facts.is_pooled = true;

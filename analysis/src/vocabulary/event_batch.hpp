@@ -28,7 +28,8 @@ constexpr std::uint64_t kinds() noexcept {
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
-          ThreadSched, Ros2Tracer, HiddenInit, UnseenWriter, ProcessName, OtherEvent>();
+          ThreadSched, CallbackBesideOwn, Ros2Tracer, HiddenInit, UnseenWriter, ProcessName,
+          OtherEvent>();
 
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than
 // one event above kMostShown bytes. Used again after clear(), so that

@@ -168,5 +168,75 @@ TEST(BothProviders, ARestartUnderThisProjectIsNotComparedByDeadline) {
   }
 }
 
+// A second executor of the process: what it runs was made, and runs, but no own event tells of it.
+TEST(BothProviders, WhatAnotherExecutorRunsWasRegistered) {
+  const std::string other = R"(
+    3 rcl_node_init node_handle=0x18 node_name=b namespace=/
+    3 rcl_timer_init timer_handle=0x28 period=9
+    3 rclcpp_timer_callback_added timer_handle=0x28 callback=0x38
+    3 rclcpp_timer_link_node timer_handle=0x28 node_handle=0x18)";
+  const std::string ran = R"(
+    4 callback_start tid=9 callback=0x38
+    5 callback_end tid=9 callback=0x38
+    6 callback_start tid=9 callback=0x38
+    7 callback_end tid=9 callback=0x38)";
+  const auto judged = [&](const std::string& lines, const std::string& id) {
+    return analyze_ros2(std::string(kDescribed) + lines + kRan + kEnded, -1,
+                        "callback_groups:\n  - {id: \"" + id + "\"}\n");
+  };
+  const auto beside = [](const Ros2Result& result) {
+    return std::ranges::count(result.analysis.report.defects,
+                              analysis::DefectKind::callbacks_beside, &analysis::TraceDefect::kind);
+  };
+  const auto made = judged(other, "/b@Timer(9)");
+  EXPECT_EQ(made.verdict("M1"), Verdict::inconclusive);
+  EXPECT_THAT(made.evidence("M1"), HasSubstr("it was made in this process"));
+  EXPECT_EQ(beside(made), 0);
+  const auto seen = judged(other + ran, "/b@Timer(9)");
+  EXPECT_EQ(seen.verdict("M1"), Verdict::inconclusive);
+  EXPECT_THAT(seen.evidence("M1"), HasSubstr("run by another executor"));
+  EXPECT_EQ(beside(seen), 1);
+  EXPECT_EQ(seen.verdict("M2"), Verdict::pass) << "on a thread of its own";
+  EXPECT_EQ(judged(other + ran, "/c@Timer(9)").verdict("M1"), Verdict::fail);
+  EXPECT_EQ(judged("", "/b@Timer(9)").verdict("M1"), Verdict::fail);
+}
+
+// The user's code spins another executor inside a callback, or between two instances.
+TEST(BothProviders, WhatAnotherExecutorRunsOnAThreadIsDoubtedThere) {
+  const std::string described = std::string(kDescribed) + R"(
+    3 rcl_node_init node_handle=0x18 node_name=b namespace=/
+    3 rcl_timer_init timer_handle=0x28 period=9
+    3 rclcpp_timer_callback_added timer_handle=0x28 callback=0x38
+    3 rclcpp_timer_link_node timer_handle=0x28 node_handle=0x18)";
+  const auto instance = [](int time, int seq, const std::string& inside) {
+    const auto at = [time](int after) { return '\n' + std::to_string(time + after); };
+    return at(0) + " cie:callback_start tid=2 callback_id=0 release_kind=timer release_ns=" +
+           std::to_string(time) + " seq=" + std::to_string(seq) + at(1) +
+           " callback_start tid=2 callback=0x30" + inside + at(6) +
+           " callback_end tid=2 callback=0x30" + at(7) +
+           " cie:callback_end tid=2 callback_id=0 status=ok seq=" + std::to_string(seq);
+  };
+  const auto other = [](int time) {
+    return '\n' + std::to_string(time) + " callback_start tid=2 callback=0x38\n" +
+           std::to_string(time + 1) + " callback_end tid=2 callback=0x38";
+  };
+  const auto sound = analyze_ros2(described + instance(10, 0, "") + instance(20, 1, ""));
+  const auto inside = analyze_ros2(described + instance(10, 0, other(12)) + instance(20, 1, ""));
+  const auto between =
+      analyze_ros2(described + instance(10, 0, "") + other(18) + instance(20, 1, ""));
+  // An instance may be missing there, to which the run belongs.
+  const auto perhaps_lost =
+      analyze_ros2(described + instance(10, 0, "") + other(18) + instance(30, 2, ""));
+  for (const auto* rule : {"M2", "E3"}) {
+    EXPECT_THAT(sound.evidence(rule), Not(HasSubstr("another executor"))) << rule;
+    EXPECT_THAT(perhaps_lost.evidence(rule), Not(HasSubstr("another executor"))) << rule;
+    for (const auto* result : {&inside, &between}) {
+      EXPECT_EQ(result->verdict(rule), Verdict::inconclusive) << rule;
+      EXPECT_THAT(result->evidence(rule), HasSubstr("/b@Timer(9) starts here")) << rule;
+    }
+  }
+  EXPECT_EQ(inside.callback("/n@Timer(7)").isolation, std::nullopt);
+}
+
 }  // namespace
 }  // namespace cie::test

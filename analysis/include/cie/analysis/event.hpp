@@ -334,6 +334,15 @@ struct RunBesideOwn {
   static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
 };
+// In a process that tells in this project's events, ROS 2's tell of a callback that none of these tells of,
+// or of an instance that is none of theirs: another executor runs there.
+struct CallbackBesideOwn {
+  static constexpr EventCategory kCategory = EventCategory::system;
+  static constexpr std::string_view kName{};
+  std::string_view logical_id;
+  std::optional<Timestamp> ran{};  // empty: it was made
+  StreamIndex stream{};            // of that
+};
 // What the process's tracepoints are of.
 struct Ros2Tracer {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -348,6 +357,7 @@ struct HiddenInit {
   GroupId group{};
   bool is_client = false;  // else a service
   bool is_action = false;  // its part in an action
+  bool is_pooled = false;  // the executor of its group is told to have several threads
   std::string_view what;   // "the client of /car/enable"
   std::string_view node;
 };
@@ -357,7 +367,6 @@ struct UnseenWriter {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::string_view topic;
-  bool is_pooled = false;  // the executor of its group is told to have several threads
 };
 // The thread took a response of a hidden client.
 struct HiddenRun {
@@ -497,10 +506,10 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, RunBesideOwn, Ros2Tracer, HiddenInit,
-                 UnseenWriter, HiddenRun, ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup,
-                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
-                 OtherEvent>;
+                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, RunBesideOwn, CallbackBesideOwn,
+                 Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun, ResponseTaken, SchedSwitch,
+                 SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask,
+                 SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

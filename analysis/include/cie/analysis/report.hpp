@@ -49,6 +49,7 @@ enum class DefectKind : std::uint8_t {
   open_instances,
   instances_cut_by_window,
   unregistered_callbacks,
+  callbacks_beside,
   identity_failures,
   incomplete_chains,
   reads_not_kept,

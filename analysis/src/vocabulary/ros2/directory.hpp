@@ -93,6 +93,7 @@ struct Callback {
   Callback* former = nullptr;      // which had an address of it before, if that is taken since then
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
+  std::string id_beside_own{};  // once asked for, where this project's events do not tell of it
 };
 
 // Callbacks with one logical id but for their numbers.
@@ -142,10 +143,10 @@ class Directory {
   void add_symbol(Address callback, std::string_view symbol, const Telling& telling);
   void add_group(Address group, std::string_view type, const Telling& telling);
   void join_group(Address group, Address handle, const Telling& telling);
-  // `address` stands for the callback of `handle` from now on.
   void add_executor(Address executor, std::string_view type);
   // The executor runs what is in the group; 0: which one is not told.
   void serve_group(Address group, Address executor);
+  // `address` stands for the callback of `handle` from now on.
   void stand_for(CallbackKind kind, Address address, Address handle);
   // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
   // until they are told of again.
@@ -199,9 +200,9 @@ class Directory {
   Publisher* caller(Address rmw_handle);  // null: unknown
   Node* node(NodeId id);
   std::optional<GroupType> group_type(Address group) const;
-  // The id of a group that was announced.
   // Its executor is told to have several threads.
   bool is_pooled(Address group) const;
+  // The id of a group that was announced.
   std::optional<GroupId> group(Address address) const;
 
   // Of a callback that will be told: nodes may have been told of since it was described.
@@ -271,8 +272,8 @@ class Directory {
     GroupId id{};
     std::optional<GroupType> type{};
     Made type_made{};
-  };
     Address executor = 0;  // 0: not told
+  };
 
   static constexpr auto kShared = std::numeric_limits<std::uint64_t>::max();
   // Far from what an executor of this project numbers from 0, should a process have both.
@@ -383,8 +384,8 @@ class Directory {
   std::unordered_map<Address, Binding> bindings_;
   std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
   std::unordered_map<Address, Group> groups_;
-  std::unordered_map<Address, Link> objects_of_buffers_;
   std::unordered_set<Address> pools_;  // executors of several threads
+  std::unordered_map<Address, Link> objects_of_buffers_;
   std::unordered_map<Address, Link> subscriptions_of_objects_;
   std::uint64_t losses_ = 0;
   bool is_begun_again_ = false;

@@ -264,11 +264,13 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   auto& process = context.process;
   const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
+  is_ros2_told_ = true;
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) {
-    const bool is_beside = process.has_begun_beside_own && event == Ros2Event::callback_start;
-    if (is_beside) emit(head, RunBesideOwn{}, sink);
+    if (event != Ros2Event::callback_start) return;
+    if (process.has_begun_beside_own) emit(head, RunBesideOwn{}, sink);
+    note_beside_own(p, context);
     return;
   }
   const auto telling = telling_of(kind, p, head.time);

@@ -110,6 +110,13 @@ class EventTranslator final : public Translator {
   void note_own(const EventHead& head);
   void apply(const EventHead& head, const CallbackInit& event);
   void apply(const EventHead& head, const PublisherInit& event);
+  // Callbacks that ROS 2's events tell of, and none of this project's.
+  void tell_beside_own(const Event& run_end, EventBatch& batch);
+  // An instance of this project's starts or ends.
+  template <typename Edge>
+  void pass_own(const Event& whole, const Edge& edge, EventBatch& batch);
+  // ROS 2's events tell of a run in a process that tells in this project's, too.
+  static void note_beside_own(const Payload& start, const ros2::Context& context);
   // Who wrote the message that it took, if it does not say and ROS 2's events do.
   void complete(const Event& whole, CallbackStart& event, EventBatch& batch);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
@@ -200,6 +207,7 @@ class EventTranslator final : public Translator {
   std::vector<Channel> channels_;
   std::size_t speaking_hosts_ = 0;                    // of which user space tells
   bool may_have_copies_ = false;                      // of an event: some host has several traces
+  bool is_ros2_told_ = false;                         // anything, but by the profile `ros2`
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock

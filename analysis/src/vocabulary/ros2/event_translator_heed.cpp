@@ -1,8 +1,11 @@
 // What other events tell it: of streams and losses, and this project's own of their processes.
 #include "event_translator.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -11,7 +14,7 @@ namespace cie::analysis {
 void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
   constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
                                CallbackInit, PublisherInit, Discarded, DamagedPacket>();
-  const bool may_tell = may_have_copies_ || links_.has_any();
+  const bool may_tell = may_have_copies_ || is_ros2_told_ || links_.has_any();
   if (!may_tell && (batch.kinds_kept() & kTold) == 0) {
     if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
     for (const auto& event : events) {
@@ -38,6 +41,7 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
             },
             [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
             [&](const RunBegin&) { note_own(head); }, [&](const ThreadInit&) { note_own(head); },
+            [&](const RunEnd&) { tell_beside_own(event, batch); },
             [&](const CallbackInit& e) {
               note_own(head);
               apply(head, e);
@@ -46,7 +50,9 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
             [&](CallbackStart& e) {
               note_own(head);
               complete(event, e, batch);
+              pass_own(event, e, batch);
             },
+            [&](const CallbackEnd& e) { pass_own(event, e, batch); },
             [&](const Discarded& e) {
               const auto from = e.last_with_room ? *e.last_with_room + Duration{1} : head.time;
               lose(head, from, e.end);
@@ -104,14 +110,73 @@ void EventTranslator::note_own(const EventHead& head) {
 }
 
 void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
-  if (!head.pid || event.kind != CallbackKind::subscription) return;
+  if (!head.pid || head.is_derived) return;
   auto& process = stream_of(head).host->processes[*head.pid];
+  process.own_ids.emplace(event.logical_id);
+  if (event.kind != CallbackKind::subscription) return;
   process.own_subscriptions[event.callback] = event.source;
 }
 
 void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
   if (!head.pid) return;
   stream_of(head).host->processes[*head.pid].own_topics.emplace(event.topic);
+}
+
+namespace {
+
+// What it is called where this project's events do not tell of it.
+std::string_view id_of(ros2::Callback& callback, ros2::Directory& directory) {
+  if (callback.id_beside_own.empty()) {
+    directory.find_node(callback);
+    callback.id_beside_own = directory.logical_id(callback);
+  }
+  return callback.id_beside_own;
+}
+
+}  // namespace
+
+void EventTranslator::tell_beside_own(const Event& run_end, EventBatch& batch) {
+  const auto& head = run_end.head;
+  if (!head.pid || !is_ros2_told_) return;
+  auto& process = stream_of(head).host->processes[*head.pid];
+  for (auto& callback : process.directory.callbacks()) {
+    if (!callback.kind) continue;
+    const auto id = id_of(callback, process.directory);
+    if (process.own_ids.contains(id)) continue;
+    batch.derive(&run_end, head, CallbackBesideOwn{.logical_id = id});
+  }
+}
+
+template <typename Edge>
+void EventTranslator::pass_own(const Event& whole, const Edge& edge, EventBatch& batch) {
+  const auto& head = whole.head;
+  if (!is_ros2_told_ || head.is_derived || !head.pid || !head.tid) return;
+  const auto& emitting = emitting_thread(*stream_of(head).host, head);
+  auto& runs = emitting.thread->beside_own;
+  std::optional<ros2::ToldRun> other;
+  if constexpr (std::is_same_v<Edge, CallbackStart>) {
+    other = runs.start(edge.callback, edge.seq);
+  } else {
+    other = runs.end(edge.callback, edge.seq);
+  }
+  if (!other) return;
+  const auto id = id_of(*other->callback, emitting.process->directory);
+  if (emitting.process->own_ids.contains(id)) return;
+  batch.derive(&whole, head,
+               CallbackBesideOwn{.logical_id = id, .ran = other->time, .stream = other->stream});
+}
+
+void EventTranslator::note_beside_own(const Payload& start, const ros2::Context& context) {
+  const auto& head = context.head;
+  auto& directory = context.process.directory;
+  auto& callback = directory.callback(start.number<ros2::Address>(0), head.time);
+  auto& runs = context.thread.beside_own;
+  runs.run(callback, head);
+  if (!runs.is_of_others()) return;
+  const auto id = id_of(callback, directory);
+  if (context.process.own_ids.contains(id)) return;
+  emit(head, CallbackBesideOwn{.logical_id = id, .ran = head.time, .stream = head.stream},
+       context.sink);
 }
 
 void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBatch& batch) {

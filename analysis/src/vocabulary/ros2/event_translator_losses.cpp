@@ -16,7 +16,8 @@ void forget(ros2::Thread& thread) {
   if (thread.writing) thread.writing->is_doubtful = true;
   thread = {.publishing = thread.publishing,
             .writing = std::move(thread.writing),
-            .is_named = thread.is_named};
+            .is_named = thread.is_named,
+            .beside_own = thread.beside_own};
 }
 
 // What one thread leaves for another one, and what is known of a process only as long as all of its

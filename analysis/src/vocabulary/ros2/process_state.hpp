@@ -77,6 +77,56 @@ struct QueuedMessage {
   std::optional<Timestamp> release{};
 };
 
+// A run that ROS 2's events tell of in a process that tells in this project's events, too.
+struct ToldRun {
+  Callback* callback = nullptr;
+  Timestamp time{};
+  StreamIndex stream{};
+};
+
+// Runs of a thread of a process that tells in this project's events, too. Directly inside each instance of
+// these lies one of ROS 2's at most; any other is of another executor. What is missing is told by numbers:
+// an instance's start and end have the same, its callback's next one has the next.
+class RunsBesideOwn {
+ public:
+  void run(Callback& callback, const EventHead& head) {
+    ++runs_;
+    if (is_other_ || (is_inside_ && runs_ == 1)) return;
+    is_other_ = true;
+    other_ = {.callback = &callback, .time = head.time, .stream = head.stream};
+  }
+  // No own instance was seen on the thread, and it ran more than what one whose start is missing may be.
+  bool is_of_others() const { return !has_own_ && runs_ > 1; }
+  // An own instance starts or ends: the first run since the own event before that is none of its own.
+  std::optional<ToldRun> start(CallbackId callback, std::uint64_t seq) {
+    const bool is_next = has_own_ && !is_inside_ && callback == callback_ && seq == seq_ + 1;
+    return pass(callback, seq, true, is_next);
+  }
+  std::optional<ToldRun> end(CallbackId callback, std::uint64_t seq) {
+    return pass(callback, seq, false, is_inside_ && callback == callback_ && seq == seq_);
+  }
+
+ private:
+  std::optional<ToldRun> pass(CallbackId callback, std::uint64_t seq, bool is_inside,
+                              bool is_proven) {
+    const auto other = is_proven && is_other_ ? std::optional(other_) : std::nullopt;
+    *this = {};
+    callback_ = callback;
+    seq_ = seq;
+    is_inside_ = is_inside;
+    has_own_ = true;
+    return other;
+  }
+
+  CallbackId callback_{};  // of the last own event
+  std::uint64_t seq_ = 0;
+  std::uint64_t runs_ = 0;  // since then
+  ToldRun other_{};         // the first of them that is none of its own
+  bool is_other_ = false;   // there is one
+  bool is_inside_ = false;  // that event was a start
+  bool has_own_ = false;    // there was one
+};
+
 struct Thread {
   static constexpr auto kLongAgo = std::numeric_limits<std::int64_t>::min();
 
@@ -100,6 +150,7 @@ struct Thread {
   bool is_waiting = false;
   bool is_named = false;                 // it was told what the tracer calls it
   std::optional<StreamIndex> seen_in{};  // since something is being lost
+  RunsBesideOwn beside_own{};
 };
 
 // Of a process. Written member by member: a copy of a whole head waits for the reader that wrote
@@ -135,6 +186,7 @@ struct Process {
   bool has_begun_beside_own = false;          // an rcl_init after these
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
   std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
+  std::set<std::string, std::less<>> own_ids{};                     // of its callbacks
   bool has_ros2_profile = false;  // says the same in ROS 2's words too
 };
 
