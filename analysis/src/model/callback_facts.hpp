@@ -69,6 +69,15 @@ struct RegisteredMove {
   EventRef registered{};
 };
 
+// Recorded where not all streams were: in the window that was asked for, if any was, and not in that of
+// their channel. No number counts them; a violation among them stands in the trace all the same.
+struct InstancesOutside {
+  std::uint64_t count = 0;  // of which the window has no part
+  // Of those that began and ended, also of those that an edge cuts: what is certain of them.
+  std::optional<Extreme<Duration>> max_response{};
+  std::optional<Extreme<Duration>> max_execution{};
+};
+
 // Of the instances that were the callback's own for certain, where others may be another one's (see
 // CallbackStart::may_be_another): violations rest on these.
 struct OwnInstances {
@@ -188,7 +197,8 @@ struct alignas(64) CallbackFacts {
   // What was lost and overwritten in the window; else at least that many.
   bool are_totals_told = true;
 
-  std::uint64_t starts_outside = 0;      // of the window that was asked for
+  std::uint64_t starts_outside = 0;      // of the window that was asked for, or of a snapshot's
+  std::uint64_t starts_left_out = 0;     // of these, those within the window that was asked for
   std::uint64_t started_in_all = 0;      // that `fini` told before the window cut it
   std::uint64_t ends_without_start = 0;  // seq not below the first start seen
   std::uint64_t ends_before_first = 0;   // of instances cut by the window's begin
@@ -206,6 +216,7 @@ struct alignas(64) CallbackFacts {
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
   std::uint64_t cut_instances = 0;
+  Rare<InstancesOutside> outside{};
   // The longest that one may have executed or been blocked for, of those (cut ones included) of which
   // that is not known.
   std::optional<Duration> longest_unmeasured{};

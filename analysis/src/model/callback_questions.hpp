@@ -13,6 +13,11 @@ namespace cie::analysis {
 // Instances of the callback that are known to have run, seen or counted.
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback);
 
+// Those of them that are recorded and not in the window, where nobody asked for another one.
+inline std::uint64_t left_out_instances(const CallbackFacts& callback) {
+  return callback.starts_left_out + (callback.outside ? callback.outside->count : 0);
+}
+
 // The first event seen that names the callback, or the first one of its process.
 EventRef first_sign(const Model& model, const CallbackFacts& callback) noexcept;
 

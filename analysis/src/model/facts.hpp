@@ -59,6 +59,8 @@ struct Model {
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
   std::optional<Timestamp> recording_begin{};  // the same without the window that was asked for
+  // What any of the streams that tell of runs covers, in the window that was asked for.
+  std::optional<TimeWindow> covered_by_any{};
 };
 
 }  // namespace cie::analysis

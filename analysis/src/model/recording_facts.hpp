@@ -43,7 +43,10 @@ struct StreamFacts {
   std::int64_t clock_offset_ns = 0;
   std::optional<Timestamp> begin{};  // first packet's begin
   std::optional<Timestamp> end{};    // last packet's end
-  bool has_ended = false;            // none follows it
+  // What the window of its channel is made of: empty of a stream that does not narrow it there.
+  std::optional<Timestamp> covers_from{};
+  std::optional<Timestamp> covers_to{};
+  bool has_ended = false;  // none follows it
   std::uint64_t packets = 0;
   std::vector<Timestamp> packet_begins{};  // of the first million
   std::uint64_t events = 0;

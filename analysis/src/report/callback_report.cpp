@@ -180,7 +180,10 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.incomplete = facts.open_count;
   report.cut = facts.cut_instances;
   const auto known = known_instances(model, facts);
-  report.runs_not_seen = known - std::min(known, facts.starts.count);
+  const auto outside = facts.outside ? facts.outside->count : 0;
+  report.runs_not_seen = known - std::min(known, facts.starts.count - outside);
+  if (const auto left_out = left_out_instances(facts); left_out > 0)
+    report.outside_window = left_out;
   report.may_lack_runs = context.proof.lost_runs(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
   report.longest_open = longest_open(context, index);

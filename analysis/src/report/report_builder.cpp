@@ -3,6 +3,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "callback_report.hpp"
+#include "model/callback_questions.hpp"
 #include "model/clock_differences.hpp"
 #include "model/recorded_parts.hpp"
 #include "model/sort_rows.hpp"
@@ -66,12 +67,25 @@ bool is_of_tracer(LossKind kind) {
          kind != LossKind::host_gap;
 }
 
+// Of what any stream covers all of them cover the window.
+std::optional<OutsideWindow> outside_window(const Model& model) {
+  OutsideWindow outside;
+  for (const auto& callback : model.callbacks)
+    outside.instances += left_out_instances(callback);
+  if (outside.instances == 0) return std::nullopt;
+  const auto& any = model.covered_by_any;
+  if (any && model.begin && model.end)
+    outside.length = std::max((any->to - any->from) - (*model.end - *model.begin), Duration{});
+  return outside;
+}
+
 TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   TraceSummary trace;
   trace.paths = model.paths;
   trace.begin = model.begin;
   trace.end = model.end;
   trace.recording_begin = model.recording_begin;
+  trace.outside = outside_window(model);
   trace.clock_offset_ns = clock_offset_ns(model);
   trace.begin_realtime_ns = begin_realtime_ns(model);
   trace.events = model.events.total;

@@ -2,13 +2,17 @@
 
 #include <cie/tracepoints/schema.hpp>
 
+#include "model/callback_questions.hpp"
 #include "model/clock_differences.hpp"
 #include "model/host_gaps.hpp"
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <ctime>
+#include <functional>
+#include <map>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -16,7 +20,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 37> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 38> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -43,6 +47,7 @@ constexpr std::array<std::string_view, 37> kLabels{"damaged-manifest",
                                                    "repeated-ends",
                                                    "open-instances",
                                                    "instances-cut-by-window",
+                                                   "instances-outside-window",
                                                    "unregistered-callbacks",
                                                    "callbacks-beside",
                                                    "identity-failures",
@@ -260,6 +265,38 @@ void add_number_gaps(const Model& model, const ThreadLives& lives,
              "scheduling read-backs are missing from the record");
 }
 
+// Of the streams of a channel that are furthest apart in what `edge` tells, the one that narrows the
+// window; empty: none does.
+template <typename Narrower>
+std::string narrowest(const Model& model, std::optional<Timestamp> StreamFacts::*edge,
+                      const Narrower& is_narrower) {
+  std::map<std::uint32_t, std::pair<const StreamFacts*, const StreamFacts*>> extremes;
+  for (const auto& stream : model.streams) {
+    if (stream.domain != Domain::user || !stream.tells_runs || !(stream.*edge)) continue;
+    auto& [widest, narrow] = extremes.try_emplace(stream.channel, &stream, &stream).first->second;
+    if (is_narrower(*(widest->*edge), *(stream.*edge))) widest = &stream;
+    if (is_narrower(*(stream.*edge), *(narrow->*edge))) narrow = &stream;
+  }
+  std::string path;
+  Duration most;
+  for (const auto& [channel, streams] : extremes) {
+    const Duration apart{std::abs((*(streams.first->*edge) - *(streams.second->*edge)).ns)};
+    if (apart <= most) continue;
+    most = apart;
+    path = streams.second->path;
+  }
+  return path;
+}
+
+// Why the window is shorter than what its streams hold: "; events_1 begins last, events_0 ends first".
+std::string edges_of_window(const Model& model) {
+  const auto begin = narrowest(model, &StreamFacts::covers_from, std::greater{});
+  const auto end = narrowest(model, &StreamFacts::covers_to, std::less{});
+  auto text = begin.empty() ? std::string() : "; " + begin + " begins last";
+  if (!end.empty()) text += (begin.empty() ? "; " : ", ") + end + " ends first";
+  return text;
+}
+
 // Starts and ends that do not pair, or not within the window.
 void add_unpaired_instances(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::ends_without_start, Severity::loss,
@@ -274,6 +311,10 @@ void add_unpaired_instances(const Model& model, std::vector<TraceDefect>& defect
   add_defect(defects, DefectKind::instances_cut_by_window, Severity::info,
              total_of(model.callbacks, [](const auto& c) { return c.cut_instances; }),
              "they overlap an edge of what all streams cover; listed, not counted");
+  add_defect(
+      defects, DefectKind::instances_outside_window, Severity::info,
+      total_of(model.callbacks, left_out_instances),
+      "recorded before or behind what all streams cover, so not counted" + edges_of_window(model));
 }
 
 void add_unregistered_callbacks(const Model& model, std::vector<TraceDefect>& defects) {

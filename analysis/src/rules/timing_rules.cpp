@@ -280,6 +280,13 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
   }
 }
 
+// An instance that stands in the trace where other streams do not.
+void judge_outside(const std::optional<Extreme<Duration>>& longest, std::int64_t allowed,
+                   const std::string& what, Judgement& judgement) {
+  if (!longest || longest->value.ns <= allowed || judgement.has_witness()) return;
+  fail_with(*longest, what + "; outside of what all streams cover, so not counted", judgement);
+}
+
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
   if (callback.with_doubtful_bound == 0) return std::nullopt;
   return without_event(
@@ -307,6 +314,13 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
         judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
                    judgement);
+        if (callback.outside && callback.outside->max_response) {
+          const auto& longest = callback.outside->max_response;
+          judge_outside(longest, deadline,
+                        "response time at least " + nanoseconds(longest->value) +
+                            ", the deadline of " + origin + " is " + nanoseconds(deadline),
+                        judgement);
+        }
         judgement.doubt(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
         if (unbounded != 0) {
@@ -348,6 +362,10 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
       fail_with(*own, took(*own), judgement);
     } else if (longest && longest->value.ns > wcet) {
       doubt_others(callback, took(*longest), judgement);
+    }
+    if (callback.outside && callback.outside->max_execution) {
+      const auto& executed = callback.outside->max_execution;
+      judge_outside(executed, wcet, took(*executed), judgement);
     }
     const auto& unmeasured = callback.max_duration_without_execution;
     if (unmeasured && unmeasured->value.ns > wcet) {
@@ -445,7 +463,8 @@ const Rule kDeadline{
     "Response times stay within the deadline: response_deadline of the spec, else the one the "
     "callback declared. Where a release is not known, FAIL needs the lower bound of the "
     "response time above the deadline and PASS the upper bound within it. An instance that "
-    "never ended fails when the window ends after its deadline.\n"
+    "never ended fails when the window ends after its deadline; one outside of what all streams "
+    "cover is not counted, and fails if it was late.\n"
     "Why it matters: A result after its deadline is a wrong result.\n"
     "Inconclusive when the bounds of a response time lie on both sides of the deadline, "
     "CLOCK_REALTIME was set between the writing of a message and its taking (a clock_sync shows it), "
@@ -460,7 +479,8 @@ const Rule kBudget{
     "budget",
     "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the kernel's "
     "record of an instance has a hole, lacks a CPU that it may have run on, or is absent, the "
-    "instance passes if its whole duration does.\n"
+    "instance passes if its whole duration does. One outside of what all streams cover is not counted, "
+    "and fails if it took too long.\n"
     "Why it matters: Budgets and response-time analyses rest on the wcet: one callback that "
     "takes more invalidates the bounds of all below it.\n"
     "Inconclusive when an instance took longer than the wcet and its CPU time is not known, or "

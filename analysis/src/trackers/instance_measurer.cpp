@@ -11,23 +11,11 @@ namespace {
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
-Extreme<Duration> extreme_of(const auto& instance, Timestamp release, Duration value) {
-  return {.value = value,
-          .seq = instance.seq,
-          .start = instance.start,
-          .end = instance.end,
-          .release = release};
-}
-
 // From here on not every instance has its duration as what is certain of its response time.
 void keep_lower_apart(CallbackFacts& facts) {
   if (!facts.is_lower_duration) return;
   facts.is_lower_duration = false;
   facts.response_time_lower = facts.duration;
-}
-
-void note_unmeasured(CallbackFacts& facts, Duration most) {
-  facts.longest_unmeasured = std::max(facts.longest_unmeasured.value_or(most), most);
 }
 
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
@@ -209,9 +197,12 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
   bool is_inside = pending.end && window.contains(pending.start.time, pending.end->time);
   if (!is_inside && pending.end) [[unlikely]]
     is_inside = counts_outside(window, pending);
-  if (!is_inside && is_outside(window, pending)) [[unlikely]]
-    return;
+  const bool has_part = is_inside || !is_outside(window, pending);
   const auto measured = this->measured(pending, is_inside);
+  if (!is_inside) [[unlikely]]
+    note_outside(pending, measured, has_part);
+  if (!has_part) [[unlikely]]
+    return;
   auto& facts = *pending.callback_facts;
   switch (measured.state) {
     case InstanceState::complete:

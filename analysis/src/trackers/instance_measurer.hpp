@@ -146,6 +146,18 @@ class InstanceMeasurer {
     bool has_left_bounds = false;
   };
 
+  static Extreme<Duration> extreme_of(const auto& instance, Timestamp release, Duration value) {
+    return {.value = value,
+            .seq = instance.seq,
+            .start = instance.start,
+            .end = instance.end,
+            .release = release};
+  }
+
+  static void note_unmeasured(CallbackFacts& facts, Duration most) {
+    facts.longest_unmeasured = std::max(facts.longest_unmeasured.value_or(most), most);
+  }
+
   // By its message; nothing tells yet whether CLOCK_REALTIME was set before it started.
   struct Bounded {
     CallbackIndex callback{};
@@ -173,6 +185,8 @@ class InstanceMeasurer {
   bool is_outside(const Window& window, const PendingInstance& pending) const;
   // It ended, and sessions recorded its process before and after it.
   bool is_between_sessions(const PendingInstance& pending) const;
+  // It is recorded, and no part of one window. `has_part`: it lies in it partly.
+  void note_outside(const PendingInstance& pending, const Measured& measured, bool has_part);
   // `is_inside`: it began and ended in the window.
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.

@@ -35,4 +35,23 @@ bool InstanceMeasurer::is_outside(const Window& window, const PendingInstance& p
          !recording_.is_recorded_before(pending.stream, pending.end->time, *pending.process_facts);
 }
 
+// Starts and ends without numbers may not belong together where a CPU is without a record, and a wake-up
+// may not be the last one.
+void InstanceMeasurer::note_outside(const PendingInstance& pending, const Measured& measured,
+                                    bool has_part) {
+  auto& facts = *pending.callback_facts;
+  const auto end = pending.end ? pending.end->time : pending.start.time;
+  const bool is_witness = pending.end && facts.is_accounted && !pending.may_be_another;
+  if ((has_part && !is_witness) || !recording_.is_asked_for(pending.start.time, end)) return;
+  auto& outside = facts.outside ? *facts.outside : facts.outside.emplace();
+  if (!has_part) ++outside.count;
+  if (!is_witness) return;
+  const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
+    if (!most || most->value < value) most = extreme_of(pending, measured.release, value);
+  };
+  const bool is_exact = measured.release_source == ReleaseSource::exact;
+  note(outside.max_response, end - (is_exact ? measured.release : pending.start.time));
+  if (measured.parts != nullptr) note(outside.max_execution, measured.parts->execution);
+}
+
 }  // namespace cie::analysis

@@ -427,6 +427,7 @@ class RecordedWindow {
 void RecordingTracker::finish() {
   coverage_.finish();
   add_host_gaps();
+  model_.covered_by_any.reset();
   for (std::size_t i = 0; i < model_.streams.size(); ++i) {
     const StreamIndex index{static_cast<std::uint32_t>(i)};
     model_.streams[i].events = states_[index].events;
@@ -456,12 +457,17 @@ void RecordingTracker::finish() {
     }
     const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
     const auto trace = model_.streams[channel.streams.front()].trace;
+    if (tells_runs) add_streams_of(channel, shift);
     asked_for.add(channel.host, trace, window, shift);
     if (asked_) recorded.add(channel.host, trace, covered(channel), shift);
   }
   const auto all = asked_for.result();
   model_.begin = all.begin;
   model_.end = all.end;
+  if (auto& any = model_.covered_by_any; any && asked_) {
+    any->from = std::max(any->from, asked_->from);
+    any->to = std::min(any->to, asked_->to);
+  }
   if (asked_) model_.recording_begin = recorded.result().begin;
   const bool is_known = model_.begin || asked_;
   if (!is_known && reference != nullptr) set_window_of_idle_streams(*reference);

@@ -68,6 +68,10 @@ class RecordingTracker {
     const auto* state = states_.find(stream);
     return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
   }
+  // All of that time is in the window that was asked for, if any was.
+  bool is_asked_for(Timestamp from, Timestamp to) const noexcept {
+    return !asked_ || (asked_->from <= from && to <= asked_->to);
+  }
   // Whether sessions recorded the process before this time in this stream: the stream's own, or
   // another one that told of it before.
   bool is_recorded_before(StreamIndex stream, Timestamp time, const ProcessFacts& process) const;
@@ -133,6 +137,8 @@ class RecordingTracker {
   // Each of its streams has no event, or is left out.
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
+  // To what any stream covers.
+  void add_streams_of(const Channel& channel, Duration shift);
   void add_host_gaps();
   void set_window_of_idle_streams(const HostFacts& reference);
   void note_user_loss(const EventHead& head, Timestamp begin, Timestamp end);

@@ -129,13 +129,18 @@ bool WindowCut::is_second_end(CallbackIndex index, std::uint64_t seq) const {
          is_among(seq, model_.callbacks[at(index)].starts, registry_.starts(index));
 }
 
+void WindowCut::note_start_outside(CallbackFacts& facts, Timestamp time) const noexcept {
+  ++facts.starts_outside;
+  if (asked_.from <= time && time <= asked_.to) ++facts.starts_left_out;
+}
+
 void WindowCut::before(const EventHead& head, const Emitter& who, const EventBody& body) {
   std::visit(
       Overloaded{[&](const CallbackStart& e) {
                    const auto index = index_of(who, e.callback);
                    auto& facts = model_.callbacks[at(index)];
                    facts.first_next_seq = std::max(facts.first_next_seq, e.seq + 1);
-                   ++facts.starts_outside;
+                   note_start_outside(facts, head.time);
                    auto& state = callbacks_[index];
                    state.starts.observe(e.seq, ref(head), state.seqs);
                    state.open.insert(e.seq);
@@ -182,7 +187,7 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                    keep_first(callbacks_[index].next_start, e.seq);
                    auto& facts = model_.callbacks[at(index)];
                    see_beyond(facts, facts.starts, registry_.starts(index), e.seq, ref(head));
-                   ++facts.starts_outside;
+                   note_start_outside(facts, head.time);
                    instances_.pass_start(head, who, index, e.seq);
                  },
                  [&](const CallbackEnd& e) {
@@ -420,7 +425,9 @@ void WindowCut::finish() {
     auto& state = callbacks_[index];
     if (is_snapshot_) conclude_callback(facts, state);
     conclude_queue(facts, state);
-    facts.cut_instances += cut_by_begin(facts, state);
+    const auto cut = cut_by_begin(facts, state);
+    facts.cut_instances += cut;
+    facts.starts_left_out -= std::min(facts.starts_left_out, cut);
     if (!facts.fini) continue;
     // An instance that began before the window and never ended is no violation in it.
     auto& totals = *facts.fini;

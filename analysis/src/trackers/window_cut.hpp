@@ -26,7 +26,7 @@ namespace cie::analysis {
 class WindowCut {
  public:
   WindowCut(const TimeWindow& window, Model& model, Registry& registry, InstanceBuilder& instances)
-      : window_(window), model_(model), registry_(registry), instances_(instances) {
+      : asked_(window), window_(window), model_(model), registry_(registry), instances_(instances) {
     instances_.begin_window(window_.from);
   }
 
@@ -118,6 +118,9 @@ class WindowCut {
     return registry_.callback(*who.process, id);
   }
 
+  void note_start_outside(CallbackFacts& facts, Timestamp time) const noexcept;
+
+  TimeWindow asked_;
   TimeWindow window_;
   bool is_snapshot_ = false;
   bool is_awaiting_begin_ = false;

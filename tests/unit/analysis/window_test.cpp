@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -64,13 +65,83 @@ TEST_F(TwoStreams, CountsWhatBothCoverListsWhatAnEdgeCutsAndForgetsTheRest) {
   end(80);
   push(100, 0, PacketEnd{});
   push(100, 0, StreamEnd{});
-  const auto report = finish();
+  const auto whole = analyzer_.finish().report;
+  const auto& report = whole.callbacks.at(0);
   EXPECT_EQ(report.instances, 1U);
+  EXPECT_EQ(report.runs_not_seen, 2U);
+  EXPECT_EQ(report.outside_window, 2U);
+  ASSERT_TRUE(whole.trace.outside);
+  EXPECT_EQ(whole.trace.outside->instances, 2U);
+  EXPECT_EQ(whole.trace.outside->length, Duration{100 - 40});
   ASSERT_EQ(listed_.size(), 3U);
   EXPECT_EQ(listed_[0].state, InstanceState::cut_by_window);
   EXPECT_EQ(listed_[1].state, InstanceState::complete);
   EXPECT_EQ(listed_[1].start.ns, 30);
   EXPECT_EQ(listed_[2].state, InstanceState::cut_by_window);
+}
+
+// As the stream of a CPU on which nothing happened any more, copied while it was recorded.
+class OneEndsEarly : public TwoStreams {
+ protected:
+  OneEndsEarly() : TwoStreams(named("events_1"), named("events_0")) {
+    CallbackInit init;
+    init.callback = kCallback;
+    init.kind = CallbackKind::timer;
+    init.logical_id = "n";
+    init.deadline_ns = 10;
+    push(0, 0, PacketBegin{});
+    push(0, 1, PacketBegin{});
+    push(1, 0, init);
+    start(10);
+    end(15);
+    push(20, 1, OtherEvent{});
+    push(40, 1, PacketEnd{});
+    push(40, 1, StreamEnd{});
+  }
+  AnalysisResult finish_at(std::int64_t time) {
+    push(time, 0, PacketEnd{});
+    push(time, 0, StreamEnd{});
+    return analyzer_.finish();
+  }
+  static const RuleVerdict& deadline_rule(const AnalysisResult& result) {
+    return *std::ranges::find(result.verdicts.rules, "R3", &RuleVerdict::id);
+  }
+
+ private:
+  static StreamBegin named(std::string_view path) {
+    StreamBegin begin;
+    begin.path = path;
+    return begin;
+  }
+};
+
+TEST_F(OneEndsEarly, WhatItLeavesOutIsTold) {
+  start(50);
+  end(55);
+  start(70);
+  end(75);
+  const auto report = finish_at(100).report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.callbacks.at(0).outside_window, 2U);
+  const auto defect =
+      std::ranges::find(report.defects, DefectKind::instances_outside_window, &TraceDefect::kind);
+  ASSERT_NE(defect, report.defects.end());
+  EXPECT_EQ(defect->count, 2U);
+  EXPECT_NE(defect->advice.find("; events_1 ends first"), std::string::npos) << defect->advice;
+}
+
+TEST_F(OneEndsEarly, AMissedDeadlineBehindItIsNoPass) {
+  start(50);
+  end(61);
+  const auto result = finish_at(100);
+  EXPECT_EQ(result.report.callbacks.at(0).late, 0U);
+  EXPECT_EQ(deadline_rule(result).verdict, Verdict::fail);
+}
+
+TEST_F(OneEndsEarly, SoIsOneThatItsEndCuts) {
+  start(35);
+  end(46);
+  EXPECT_EQ(deadline_rule(finish_at(100)).verdict, Verdict::fail);
 }
 
 TEST_F(TwoStreams, AnInstanceOnTheVeryEdgesCounts) {

@@ -22,6 +22,7 @@ void write_report(JsonText& json, const analysis::Report& report) {
     });
     document("trace", report.trace);
     document.present("window", analysis::asked_window(report.trace));
+    document.present("outside_window", report.trace.outside);
     document("defects", report.defects);
     document("processes", report.processes);
     document("callbacks", report.callbacks);

@@ -1,3 +1,4 @@
+#include <cie/analysis/report_fields.hpp>
 #include <cie/analysis/verdict_fields.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
@@ -25,6 +26,7 @@ void write_verdicts(JsonText& json, const analysis::VerdictReport& verdicts,
     document("verdict", overall(verdicts.verdict));
     document("rules", verdicts.rules);
     document.present("window", verdicts.window);
+    document.present("outside_window", report.trace.outside);
     document.present("suppressions", verdicts.suppressions);
     write_recordings(document, report.recordings);
   });

@@ -165,6 +165,18 @@ Lines missing_of(const analysis::Report& report) {
   return lines;
 }
 
+// ", 7 more outside of what all streams cover (45.00 ms of 125.0 ms)".
+std::string outside_of_window(const analysis::TraceSummary& trace) {
+  if (!trace.outside) return {};
+  auto text = fmt::format(", {} more outside of what all streams cover", trace.outside->instances);
+  if (trace.begin && trace.end && trace.outside->length.ns > 0) {
+    const auto window = *trace.end - *trace.begin;
+    text += fmt::format(" ({} of {})", format_duration(window.ns),
+                        format_duration((window + trace.outside->length).ns));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string counts_of_runs(const analysis::Report& report) {
@@ -184,6 +196,7 @@ std::string counts_of_runs(const analysis::Report& report) {
   auto text = counted(instances, "instance");
   for (const auto& part : missing)
     text += ", " + part;
+  text += outside_of_window(report.trace);
   if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
   if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "instance"));
   return text;

@@ -48,6 +48,7 @@ enum class DefectKind : std::uint8_t {
   repeated_ends,
   open_instances,
   instances_cut_by_window,
+  instances_outside_window,
   unregistered_callbacks,
   callbacks_beside,
   identity_failures,
@@ -94,6 +95,12 @@ std::string_view label(ReleaseSource source) noexcept;
 enum class Isolation : std::uint8_t { isolated, not_isolated, never_ran };
 std::string_view label(Isolation isolation) noexcept;
 
+// What is recorded and not in the window that all streams cover, where nobody asked for another one.
+struct OutsideWindow {
+  std::uint64_t instances = 0;  // no part of which is in it
+  Duration length;              // of what some streams cover and others do not
+};
+
 struct TraceSummary {
   std::vector<std::string> paths;
   std::optional<Timestamp> begin;  // window, see definitions; empty without packets
@@ -106,6 +113,8 @@ struct TraceSummary {
   // When the earliest stream began, by CLOCK_REALTIME of its host as the tracer measured it; empty
   // if it did not. Not part of the JSON.
   std::optional<std::int64_t> begin_realtime_ns{};
+  // Empty where no instance is. In a document of its own, behind the trace.
+  std::optional<OutsideWindow> outside{};
   std::uint64_t events = 0;
   std::uint64_t streams = 0;
   std::vector<std::string> hosts;
@@ -199,6 +208,8 @@ struct CallbackReport {
   std::uint64_t cut = 0;         // by an edge of the window
   // That the recording proves and does not show: before it began, outside the window, or lost.
   std::uint64_t runs_not_seen = 0;
+  // Of these, those that are recorded where not all streams are. Empty: none.
+  std::optional<std::uint64_t> outside_window{};
   // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
   bool may_lack_runs = false;
   // the longest that a run may have executed or been blocked for of which that is not known, cut

@@ -47,6 +47,11 @@ void fields(auto& visit, Is<TraceSummary> auto& t) {
   visit.added("clock_offset_ns", t.clock_offset_ns);
 }
 
+void fields(auto& visit, Is<OutsideWindow> auto& o) {
+  visit("instances", o.instances);
+  visit("ns", o.length);
+}
+
 void fields(auto& visit, Is<TraceDefect> auto& d) {
   visit("kind", d.kind);
   visit("severity", d.severity);
@@ -121,6 +126,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("preempted_by", c.preempted_by);
   visit.added("cut", c.cut);
   visit.added("runs_not_seen", c.runs_not_seen);
+  visit.present("outside_window", c.outside_window);
   visit.added("lost_samples", c.lost_samples);
   visit.added("overwritten_samples", c.overwritten_samples);
   visit.present("response_time_at_least_ns", c.response_time_at_least);
