@@ -53,6 +53,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     const auto hole = pipeline.timeline.on_switch(who.host, *head.cpu, head.time, e,
                                                   is_told() ? pipeline.observer : nullptr);
     if (hole) {
+      pipeline.instances->hole_was_told(who.host, *hole, head.time);
       pipeline.recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
                                        .domain = Domain::kernel,
                                        .host = who.host,

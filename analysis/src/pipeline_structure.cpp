@@ -7,8 +7,9 @@ void Analyzer::Pipeline::note_hole(const EventHead& head, Timestamp begin, Times
   const auto& coverage = recording.coverage();
   if (recording.is_kernel(head.stream) && coverage.is_evidence(head.stream) &&
       coverage.costs(head, end)) {
-    timeline.add_hole(registry.host_of(head),
-                      {.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)});
+    const ThreadTimeline::Hole hole{.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)};
+    timeline.add_hole(registry.host_of(head), hole);
+    instances->hole_was_told(registry.host_of(head), hole, head.time);
   }
 }
 

@@ -23,6 +23,9 @@ namespace cie::analysis {
 
 class EndedInstances {
  public:
+  // None waits for longer.
+  static constexpr Duration kSettleTime = Registry::kAnnouncedWithin;
+
   // All are borrowed.
   EndedInstances(const Model& model, const Registry& registry, const RecordingTracker& recording,
                  ThreadTimeline& timeline, ChainTracker& chains, InstanceMeasurer& measurer)
@@ -64,7 +67,6 @@ class EndedInstances {
 
  private:
   static constexpr std::size_t kMaxSpare = 1024;
-  static constexpr Duration kSettleTime = Registry::kAnnouncedWithin;
 
   void measure_first();
   void measure_settled(const EventHead& head);

@@ -82,6 +82,10 @@ class InstanceBuilder {
   void publisher_announced() { held_publications_.tell_announced(); }
   // A process of the host has read its clocks.
   void clocks_were_read(HostIndex host) { measurer_.clocks_were_read(host); }
+  // A hole in the kernel's record is told of now. Those that wait see it.
+  void hole_was_told(HostIndex host, const ThreadTimeline::Hole& hole, Timestamp now) {
+    if (now - hole.begin > EndedInstances::kSettleTime) measurer_.hole_was_told(host, hole);
+  }
   // Finalises instances that nothing later in the trace can change any more.
   void advance(const EventHead& head) { ended_.advance(head); }
   void finish();

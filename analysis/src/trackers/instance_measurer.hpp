@@ -16,6 +16,7 @@
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -56,6 +57,8 @@ class InstanceMeasurer {
   void clocks_were_read(HostIndex host);
   // No process will any more: nothing speaks against the others.
   void finish();
+  // Instances that were measured may be wrong by it: they are no witness of a long execution any more.
+  void hole_was_told(HostIndex host, const ThreadTimeline::Hole& hole);
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
   void prefetch(CallbackIndex callback) const noexcept {
     prefetch_to_write(bounds_.find(callback));

@@ -142,6 +142,33 @@ TEST(HolesInTheKernelsRecord, TakeThePartsOfTheInstancesThatTheyTouch) {
   EXPECT_FALSE(thread_of(verified.result, 101).busy_ns);
 }
 
+// The switch out, the one back and the last one are missing untold; then the CPU is idle for 4 s, as an
+// isolated one may be. By then the instance was measured.
+TEST(HolesInTheKernelsRecord, TakeBackWhatWasMeasuredBeforeTheyWereTold) {
+  constexpr const char* kIdle = R"(
+    callback fusion
+    thread other worker
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    50 end fusion
+    30 switch 1 idle other
+    60 switch 1 other idle state=1
+    3500000000 switch 1 idle other
+    3500000010 switch 1 other idle state=1
+    4000000000 switch 0 idle fusion
+    4000000010 start fusion release=4000000009
+    4000000015 end fusion
+    4000000020 switch 0 fusion idle state=1
+    4000000020 switch 1 idle other)";
+  constexpr const char* kSpec = "callback_groups:\n  - {id: fusion, wcet: 30}\n";
+  const Verified verified(kIdle, kSpec);
+  EXPECT_EQ(verified["R4"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("R4", "callback fusion"),
+              HasSubstr("took 40 ns, its CPU time is not known"));
+  const Verified whole(std::string(kIdle) + "\n51 switch 0 fusion idle state=1", kSpec);
+  EXPECT_EQ(whole["R4"], Verdict::fail);
+}
+
 // While a thread does not leave its CPU, what happens on others does not concern it.
 TEST(HolesInTheKernelsRecord, OnOtherCpusDoNotTouchAThreadThatStays) {
   const auto rows = rows_of(trace_of(std::string(kSoundRun) + R"(

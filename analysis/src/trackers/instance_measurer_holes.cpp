@@ -1,0 +1,42 @@
+// Of instances that were measured before a hole in the kernel's record was told of: a CPU that stays idle
+// for longer than they wait tells of it by its next switch.
+#include "instance_measurer.hpp"
+
+#include <tuple>
+
+namespace cie::analysis {
+namespace {
+
+// What it executed may be less. It ran on no other CPU than where it began if it was there all the time.
+bool may_be_wrong(const Extreme<Duration>& executed, const ThreadTimeline::Hole& hole) {
+  const auto& [start, end] = std::tie(executed.start, executed.end);
+  if (!end || hole.end < start.time || end->time < hole.begin) return false;
+  const bool has_left = executed.value < end->time - start.time;
+  return has_left || hole.cpu < 0 || !start.cpu || *start.cpu == hole.cpu;
+}
+
+}  // namespace
+
+void InstanceMeasurer::hole_was_told(HostIndex host, const ThreadTimeline::Hole& hole) {
+  const auto take_back = [&hole](std::optional<Extreme<Duration>>& most) {
+    if (most && may_be_wrong(*most, hole)) most.reset();
+  };
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
+    auto& facts = model_.callbacks[i];
+    if (model_.processes[at(facts.process)].host != host) continue;
+    if (facts.own) take_back(facts.own->max_execution);
+    if (facts.outside) take_back(facts.outside->max_execution);
+    if (!facts.max_execution || !may_be_wrong(*facts.max_execution, hole)) continue;
+    auto unmeasured = *facts.max_execution;
+    unmeasured.value = unmeasured.end->time - unmeasured.start.time;
+    auto& bounds = bounds_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    if (bounds.duration_without_execution.rise(unmeasured.value)) {
+      facts.max_duration_without_execution = unmeasured;
+      note_unmeasured(facts, unmeasured.value);
+    }
+    facts.max_execution.reset();
+    bounds.execution = {};
+  }
+}
+
+}  // namespace cie::analysis
