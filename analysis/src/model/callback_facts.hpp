@@ -110,6 +110,10 @@ struct alignas(64) CallbackFacts {
   std::optional<std::uint64_t> first_release{};  // the least release_seq seen
   std::uint64_t last_release = 0;                // and the largest
   std::uint64_t overwritten = 0;                 // last running total of callback_release
+  // Running totals when the first event that tells them was seen, that of lost samples just before it: at
+  // most so many were counted before the recording, or the window. Empty: no event did.
+  std::optional<std::uint64_t> overwritten_at_first{};
+  std::optional<std::uint64_t> lost_at_first{};
   // That were released and not overwritten, and whose instance had not started: the most.
   std::uint64_t longest_queue = 0;
   // That were released and not overwritten before the first callback_init and start: the most.

@@ -92,6 +92,14 @@ void set_queue_losses(CallbackReport& report, const RuleContext& context, Callba
   const bool is_each_told =
       context.model.processes[at(facts.process)].is_told_by_ros2 && losses.overwritten > 0;
   if (losses.are_totals_seen || is_each_told) report.overwritten_samples = losses.overwritten;
+  if (!facts.may_repeat) return;
+  const auto before = [](const std::optional<std::uint64_t>& total,
+                         const std::optional<std::uint64_t>& at_first) {
+    const auto most = std::min(at_first.value_or(total.value_or(0)), total.value_or(0));
+    return most > 0 ? std::optional(most) : std::nullopt;
+  };
+  report.lost_before = before(report.lost_samples, facts.lost_at_first);
+  report.overwritten_before = before(report.overwritten_samples, facts.overwritten_at_first);
 }
 
 // An instance whose end was lost: totals count it, or its callback was seen later on the same thread.

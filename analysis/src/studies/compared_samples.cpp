@@ -116,6 +116,16 @@ OrderStatistics statistics_of(const auto& bounded) {
 
 }  // namespace
 
+void CallbackSample::set_queue_losses(const CallbackReport& callback) {
+  const auto since = [](std::optional<std::uint64_t> total,
+                        const std::optional<std::uint64_t>& before) {
+    if (total) *total -= std::min(*total, before.value_or(0));
+    return total;
+  };
+  lost_samples = since(callback.lost_samples, callback.lost_before);
+  overwritten_samples = since(callback.overwritten_samples, callback.overwritten_before);
+}
+
 void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample) {
   const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
   if (same != samples.end()) {
@@ -238,9 +248,8 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},
-                          .lateness = Lateness::of(callback),
-                          .lost_samples = callback.lost_samples,
-                          .overwritten_samples = callback.overwritten_samples};
+                          .lateness = Lateness::of(callback)};
+    sample.set_queue_losses(callback);
     if (callback.missed_releases) sample.missing_instances = 0;
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {

@@ -21,7 +21,7 @@ class QueueTracker {
              bool is_snapshot) {
     if (!who.process) return;
     auto& callback = model_.callbacks[at(registry_.released(who, event.callback))];
-    ++callback.releases;
+    if (callback.releases++ == 0) callback.overwritten_at_first = event.overwritten;
     note_length(callback, event, is_snapshot);
     if (event.may_be_another && !callback.own) callback.keep_own_apart(ref(head));
     if (event.overwritten > callback.overwritten) {
@@ -36,6 +36,8 @@ class QueueTracker {
     if (!who.process) return;
     auto& callback = model_.callbacks[at(registry_.released(who, event.callback))];
     if (event.total <= callback.lost) return;
+    if (!callback.lost_at_first)
+      callback.lost_at_first = event.total - std::min<std::uint64_t>(event.total, event.count);
     callback.lost = event.total;
     callback.lost_at = ref(head);
   }

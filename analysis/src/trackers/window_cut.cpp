@@ -405,6 +405,8 @@ void WindowCut::conclude_queue(CallbackFacts& facts, OfCallback& state) const {
   };
   const bool is_told =
       conclude(state.overwritten, &CallbackFacts::overwritten, &CallbackTotals::overwritten);
+  facts.overwritten_at_first = 0;  // of the window, as the totals from here on
+  facts.lost_at_first = 0;
   facts.are_totals_told =
       conclude(state.lost, &CallbackFacts::lost, &CallbackTotals::lost) && is_told;
 }

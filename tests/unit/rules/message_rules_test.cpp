@@ -1,3 +1,5 @@
+#include <cie/analysis/comparison.hpp>
+
 #include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
 
@@ -46,6 +48,30 @@ TEST(NoQueueOverflow, IsInconclusiveWithoutTotals) {
       << "column R: the witness is there";
   EXPECT_EQ(Verified("process app attached crash" + std::string(kQueue))["Q1"], Verdict::pass)
       << "attached: the running totals count";
+}
+
+// Q1 judges what the process counted; two recordings of it are compared by what happened in each.
+TEST(NoQueueOverflow, CountsWhatWasBeforeTheAttachAndTellsItApart) {
+  const Verified verified(R"(
+    process app attached crash
+    callback fusion subscription next=20
+    10 release fusion overwritten=500
+    12 start fusion
+    14 end fusion
+    15 release fusion overwritten=502
+    16 start fusion
+    17 lost fusion count=3
+    18 end fusion)");
+  EXPECT_EQ(verified["Q1"], Verdict::fail);
+  const auto& report = verified.result.report.callbacks.at(0);
+  EXPECT_EQ(report.overwritten_samples, 502U);
+  EXPECT_EQ(report.overwritten_before, 500U);
+  EXPECT_EQ(report.lost_samples, 3U);
+  EXPECT_EQ(report.lost_before, std::nullopt);
+  CallbackSample sample;
+  sample.set_queue_losses(report);
+  EXPECT_EQ(sample.overwritten_samples, 2U);
+  EXPECT_EQ(sample.lost_samples, 3U);
 }
 
 TEST(NoQueueOverflow, JudgesTimersNot) {

@@ -122,9 +122,11 @@ struct CallbackSample {
   OrderStatistics start_latency;
   OrderStatistics duration;
   std::optional<Lateness> lateness{};
+  // While it was recorded.
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
 
+  void set_queue_losses(const CallbackReport& callback);
   bool has_run() const noexcept { return instances + incomplete > 0; }
 };
 

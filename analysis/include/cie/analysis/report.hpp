@@ -226,9 +226,12 @@ struct CallbackReport {
   // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
-  // Of samples, in the recording: before the queue, and in it by later ones. Empty: not told.
+  // Of samples, as long as the process counts: before the queue, and in it by later ones. Empty: not told.
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
+  // Of these, how many at most were counted before the recording was attached. Empty: none.
+  std::optional<std::uint64_t> lost_before{};
+  std::optional<std::uint64_t> overwritten_before{};
   std::optional<ReleaseSource> release_source;
   // By how much calculated releases may be early, had a reset of the timer moved them unnoticed:
   // what all of some consecutive starts lie behind them. Empty: there are none.
