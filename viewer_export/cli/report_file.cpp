@@ -100,20 +100,22 @@ class IsolationClaims {
 };
 
 analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_complete) {
-  return {.logical_id = callback.logical_id,
-          .instances = callback.instances,
-          .incomplete = callback.incomplete,
-          .runs_not_seen = callback.runs_not_seen,
-          .never_ends = never_ends(callback, is_complete),
-          .exceptions = callback.exceptions,
-          .missed_releases = callback.missed_releases,
-          .isolation = callback.isolation,
-          .response_time = analysis::OrderStatistics::of_response_time(callback),
-          .start_latency = analysis::OrderStatistics::of_start_latency(callback),
-          .duration = analysis::OrderStatistics::of(callback.duration),
-          .lateness = analysis::Lateness::of(callback),
-          .lost_samples = callback.lost_samples,
-          .overwritten_samples = callback.overwritten_samples};
+  analysis::CallbackSample sample{
+      .logical_id = callback.logical_id,
+      .are_lives_told = false,
+      .instances = callback.instances,
+      .incomplete = callback.incomplete,
+      .runs_not_seen = callback.runs_not_seen,
+      .never_ends = never_ends(callback, is_complete),
+      .exceptions = callback.exceptions,
+      .missed_releases = callback.missed_releases,
+      .isolation = callback.isolation,
+      .response_time = analysis::OrderStatistics::of_response_time(callback),
+      .start_latency = analysis::OrderStatistics::of_start_latency(callback),
+      .duration = analysis::OrderStatistics::of(callback.duration),
+      .lateness = analysis::Lateness::of(callback)};
+  sample.set_queue_losses(callback);
+  return sample;
 }
 
 // Messages of the JSON library begin with a number of their own: "[json.exception.parse_error.101] ".

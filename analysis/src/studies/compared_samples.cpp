@@ -60,6 +60,7 @@ void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>&
 void merge(CallbackSample& into, const CallbackSample& other) {
   into.processes += other.processes;
   if (!other.processes_at_once) into.processes_at_once.reset();
+  into.are_lives_told = into.are_lives_told && other.are_lives_told;
   into.instances += other.instances;
   into.incomplete += other.incomplete;
   into.runs_not_seen += other.runs_not_seen;

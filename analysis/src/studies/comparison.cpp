@@ -70,13 +70,29 @@ bool runs_less(const CallbackSample& before, const CallbackSample& after, const 
                       static_cast<std::int64_t>(runs_after)) < kComparisonError;
 }
 
+bool is_same(const CallbackSample& before, const CallbackSample& after, const LengthRatio& ratio,
+             const std::vector<QuantityChange>& quantities) {
+  return ratio.after_per_before == 1 && before.instances == after.instances &&
+         before.incomplete == after.incomplete && !quantities.empty() &&
+         std::ranges::all_of(quantities,
+                             [](const QuantityChange& each) { return each.before == each.after; });
+}
+
+// Processes that a report tells of may have lived at one time, or one after the other.
+bool may_be_fewer(const CallbackSample& before, const CallbackSample& after) {
+  if (before.are_lives_told && after.are_lives_told) return false;
+  return after.processes_at_once.value_or(1) < before.processes_at_once.value_or(before.processes);
+}
+
 Absence absence_of(const CallbackSample& before, const CallbackSample& after,
-                   const LengthRatio& ratio) {
+                   const LengthRatio& ratio, const std::vector<QuantityChange>& quantities) {
   if (!after.has_run() && runs_less(before, after, ratio, 1)) return Absence::never_runs;
   // Those of a program that was started again are one at a time.
   const bool is_known = before.processes_at_once && after.processes_at_once;
-  const bool is_fewer = is_known ? *after.processes_at_once < *before.processes_at_once
-                                 : after.processes < before.processes;
+  const bool is_fewer =
+      is_known ? *after.processes_at_once < *before.processes_at_once
+               : after.processes < before.processes ||
+                     (may_be_fewer(before, after) && !is_same(before, after, ratio, quantities));
   return is_fewer ? Absence::gone_from_process : Absence::none;
 }
 
@@ -122,7 +138,8 @@ bool can_be_proved(Absence absence, const CallbackSample& before, const Callback
 CallbackChange change_of(const CallbackSample& before, const CallbackSample& after,
                          const Records& records, double tolerance) {
   constexpr double kHalf = 0.5;
-  const auto absence = absence_of(before, after, records.ratio);
+  auto compared = quantities(before, after, tolerance);
+  const auto absence = absence_of(before, after, records.ratio, compared);
   return {.logical_id = before.logical_id,
           .is_before = true,
           .is_after = true,
@@ -136,7 +153,7 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .is_absence_proved = records.is_after_complete && can_be_proved(absence, before, after),
           .never_ends = before.never_ends == false && after.never_ends == true,
           .runs_less = after.has_run() && runs_less(before, after, records.ratio, kHalf),
-          .quantities = quantities(before, after, tolerance),
+          .quantities = std::move(compared),
           .exceptions_before = before.exceptions,
           .exceptions_after = after.exceptions,
           .exceptions = change_of(before.exceptions, before.instances, after.exceptions,

@@ -237,6 +237,24 @@ TEST(Compare, MissesAProcessAndNotARestart) {
       << "they may have been one, started twice";
 }
 
+// Two processes of a report may have run at once, or one after the other.
+TEST(Compare, LeavesOpenWhetherAReportsProcessesAreFewer) {
+  const auto of_report = [](std::uint64_t processes, std::int64_t first) {
+    auto result = sample(first, 100);
+    result.processes = processes;
+    result.processes_at_once.reset();
+    result.are_lives_told = false;
+    return result;
+  };
+  const auto outcome = [](const CallbackSample& before, const CallbackSample& after) {
+    return compared(before, after).outcome();
+  };
+  EXPECT_EQ(change(of_report(2, 0), of_report(2, 1)).absence, Absence::gone_from_process);
+  EXPECT_EQ(outcome(of_report(2, 0), of_report(2, 1)), Outcome::undecided);
+  EXPECT_EQ(change(of_report(2, 0), of_report(2, 0)).absence, Absence::none) << "the same report";
+  EXPECT_EQ(change(of_report(1, 0), of_report(2, 1)).absence, Absence::none);
+}
+
 // One delay of 20 periods misses 20 releases and is one event.
 TEST(Compare, CountsADelayOnceHoweverManyReleasesItMissed) {
   auto before = sample(0, 1'000);

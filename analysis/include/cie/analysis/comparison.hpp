@@ -105,6 +105,7 @@ struct CallbackSample {
   std::uint64_t processes = 1;  // that had it
   // Most of those that had it at one time; empty: not known, a report does not say.
   std::optional<std::uint64_t> processes_at_once{};
+  bool are_lives_told = true;  // when its processes lived; a report does not say
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;     // open or cut by an edge
   std::uint64_t runs_not_seen = 0;  // as in CallbackReport
