@@ -86,7 +86,7 @@ void Analyzer::consume(const Event& event) {
 
 [[gnu::always_inline]] inline void Analyzer::Pipeline::apply(const Event& event,
                                                              const Emitter& who) {
-  if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
+  if (cut && !cut->is_before(event.head.time)) cut->see_inside(event.head, who, event.body);
   const HotEventVisitor visitor{.pipeline = *this, .head = event.head, .who = who};
   // Most often one of these.
   if (const auto* start = std::get_if<CallbackStart>(&event.body)) {

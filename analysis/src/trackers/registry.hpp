@@ -220,6 +220,12 @@ class Registry {
     if (SequenceTracker::observe_next(seq, where, starts)) return;
     note_other_start(seq, where, callback, starts);
   }
+  // A start in the window, of a number that those before the window show to be another process's.
+  void note_start_again(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
+                        const SequenceTracker& before, const SequenceFacts& seen) {
+    if (is_of_another(seq, callback, before, seen))
+      note_told_again(model_.callbacks[at(callback)].process, where);
+  }
   void note_end(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                 SequenceFacts& ends) {
     if (SequenceTracker::observe_next(seq, where, ends)) return;
@@ -246,6 +252,9 @@ class Registry {
                         SequenceFacts& starts);
   // What it told was another one's, which began then.
   bool has_run_since(ProcessIndex process, Timestamp start) const;
+  // No one process tells of a start with that number after those.
+  bool is_of_another(std::uint64_t seq, CallbackIndex callback, const SequenceTracker& numbers,
+                     const SequenceFacts& seen) const;
   // No one process tells that twice, or in that order.
   void note_told_again(ProcessIndex process, const EventRef& where);
   // A callback of the same id in the same process would be told alike.

@@ -70,14 +70,18 @@ void Registry::meet_after_end(const EventHead& head, const EventBody& body,
 }
 
 // Threads of one reentrant callback may tell of its starts in another order than that of their numbers.
+bool Registry::is_of_another(std::uint64_t seq, CallbackIndex callback,
+                             const SequenceTracker& numbers, const SequenceFacts& seen) const {
+  if (!seen.last || seen.is_restarted || seq > *seen.last) return false;
+  return numbers.is_seen(seq, seen) ||
+         group_type_of(model_.callbacks[at(callback)]) == GroupType::mutually_exclusive;
+}
+
 void Registry::note_other_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                                 SequenceFacts& starts) {
   auto& numbers = start_numbers_[callback];
-  if (starts.last && !starts.is_restarted && seq <= *starts.last) {
-    const auto& facts = model_.callbacks[at(callback)];
-    const bool is_one_at_a_time = group_type_of(facts) == GroupType::mutually_exclusive;
-    if (numbers.is_seen(seq, starts) || is_one_at_a_time) note_told_again(facts.process, where);
-  }
+  if (is_of_another(seq, callback, numbers, starts))
+    note_told_again(model_.callbacks[at(callback)].process, where);
   numbers.observe(seq, where, starts);
 }
 

@@ -79,8 +79,14 @@ void WindowCut::begin_at(Timestamp time) noexcept {
   instances_.begin_window(window_.from);
 }
 
-void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
+void WindowCut::see_inside(const EventHead& head, const Emitter& who, const EventBody& body) {
   if (!who.process) return;
+  if (const auto* start = std::get_if<CallbackStart>(&body)) {
+    const auto index = index_of(who, start->callback);
+    const auto& state = callbacks_[index];
+    registry_.note_start_again(start->seq, ref(head), index, state.starts, state.seqs);
+    return;
+  }
   if (const auto* end = std::get_if<CallbackEnd>(&body)) {
     auto& state = callbacks_[index_of(who, end->callback)];
     if (state.open.erase(end->seq) != 0) {

@@ -43,7 +43,7 @@ class WindowCut {
   void begin_at(Timestamp time) noexcept;
 
   // A hot event in the window.
-  void see_inside(const Emitter& who, const EventBody& body);
+  void see_inside(const EventHead& head, const Emitter& who, const EventBody& body);
   // A hot event of a process outside the window.
   void pass_by(const EventHead& head, const Emitter& who, const EventBody& body);
   // A state event, after it was applied: before the window an announcement tells which numbers are next.

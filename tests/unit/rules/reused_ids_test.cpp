@@ -157,6 +157,9 @@ TEST(ReusedPid, IsInDoubtWhereNumbersBeginAgainBehindALoss) {
       EXPECT_NE(subject.verdict, Verdict::fail) << rule << ' ' << subject.subject;
   }
   EXPECT_TRUE(is_any_pid_shared(verified));
+  AnalysisOptions behind_loss;
+  behind_loss.window = TimeWindow{.from = {2'990}, .to = {4'000}};
+  EXPECT_TRUE(is_any_pid_shared(Verified(crashed, {}, behind_loss))) << "what came before it tells";
 }
 
 // The same of what is told of a callback once.
