@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <string>
 #include <utility>
 
 namespace cie::analysis {
@@ -43,7 +44,8 @@ class Analysis {
     const auto& callback = *task.callback;
     const auto* sched = task.sched();
     if (callback.threads.empty() && known_runs(callback) > 0)
-      return "none of its instances is in the recording";
+      return std::string("none of its instances is in the ") +
+             (asked_window(report_.trace) ? "window" : "recording");
     if (callback.threads.empty()) return "it never ran";
     if (callback.threads.size() > 1) return "it ran on several threads";
     if (sched == nullptr) return "the parameters of its thread are not in the recording";

@@ -358,8 +358,9 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
       task.entry != nullptr && task.entry->wcet_ns && task.entry->min_inter_arrival_ns;
   const bool has_run = callback.may_lack_runs || known_runs(callback) > 0;
   if (callback.threads.empty() && has_run && !(is_described && task.entry->parameters.policy)) {
-    found.unknown = "all instances of " + callback.logical_id +
-                    ", which may preempt it, are missing from the recording";
+    const bool is_outside = asked_window(report_.trace) && !callback.may_lack_runs;
+    found.unknown = "all instances of " + callback.logical_id + ", which may preempt it, " +
+                    (is_outside ? "lie outside the window" : "are missing from the recording");
     return;
   }
   if (callback.never_ran()) {

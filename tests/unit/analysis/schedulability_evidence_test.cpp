@@ -331,6 +331,15 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatRanBefore) {
   const auto result = system.analyzed();
   expect_undecided(result.callbacks[1], "all instances of high, which may preempt it, are missing");
   EXPECT_EQ(result.callbacks[0].reason, "none of its instances is in the recording");
+  system.report.trace.begin = Timestamp{100};
+  system.report.trace.end = Timestamp{200};
+  system.report.trace.recording_begin = Timestamp{0};
+  const auto in_window = system.analyzed();
+  expect_undecided(in_window.callbacks[1],
+                   "all instances of high, which may preempt it, lie outside the window");
+  EXPECT_EQ(in_window.callbacks[0].reason, "none of its instances is in the window");
+  high.may_lack_runs = true;
+  expect_undecided(system.analyzed().callbacks[1], "are missing from the recording");
 }
 
 TEST(SchedulabilityEvidence, GuaranteesNothingByABoundThatWasExceededWithoutExplanation) {
