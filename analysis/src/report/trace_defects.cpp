@@ -20,7 +20,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 38> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 39> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -50,6 +50,7 @@ constexpr std::array<std::string_view, 38> kLabels{"damaged-manifest",
                                                    "instances-outside-window",
                                                    "unregistered-callbacks",
                                                    "callbacks-beside",
+                                                   "unregistered-publishers",
                                                    "identity-failures",
                                                    "incomplete-chains",
                                                    "reads-not-kept",
@@ -350,6 +351,20 @@ void add_callbacks_beside(const Model& model, std::vector<TraceDefect>& defects)
                  " in a process of this project: their instances are not measured");
 }
 
+// Those of ROS 2 whose announcement is missing are as numerous as its nodes' own topics.
+void add_unregistered_publishers(const Model& model, std::vector<TraceDefect>& defects) {
+  add_defect(defects, DefectKind::unregistered_publishers, Severity::loss,
+             total_of(model.publishers,
+                      [](const auto& publisher) {
+                        const bool is_silent = publisher.published.count == 0;
+                        return std::uint64_t{publisher.is_accounted && !publisher.registered &&
+                                             !is_silent};
+                      }),
+             "no publisher_init was seen: their messages have no topic and lead to no callback, so "
+             "chains through them are missing; record from the start, or attach for more than a "
+             "second");
+}
+
 void add_chain_defects(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::incomplete_chains, Severity::loss,
              total_of(model.chains, [](const auto& c) { return c.incomplete + c.unlinked; }),
@@ -415,6 +430,7 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_unpaired_instances(model, defects);
   add_unregistered_callbacks(model, defects);
   add_callbacks_beside(model, defects);
+  add_unregistered_publishers(model, defects);
   add_defect(defects, DefectKind::identity_failures, Severity::error,
              total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
              "execution, preempted, blocked and wake delay do not add up to the duration");

@@ -198,6 +198,7 @@ bool may_cost_runs(const TraceDefect& defect) {
     case DefectKind::sched_switch_gaps:
     case DefectKind::cpus_not_recorded:
     case DefectKind::publish_gaps:
+    case DefectKind::unregistered_publishers:
     case DefectKind::read_back_gaps:
     case DefectKind::incomplete_chains:
     case DefectKind::clocks_drifted:

@@ -214,5 +214,19 @@ TEST(Publications, WaitForAnAnnouncementAsLongAsOneMayCome) {
   EXPECT_EQ(publications_of(trace), told);
 }
 
+// Neither topic nor chain is known: that is told.
+TEST(LateAnnouncements, OfPublishersThatNeverComeAreADefect) {
+  const auto unregistered = [](const TextTrace& trace) {
+    std::uint64_t count = 0;
+    for (const auto& defect : analyze(trace).report.defects)
+      count += defect.kind == DefectKind::unregistered_publishers ? defect.count : 0;
+    return count;
+  };
+  auto trace = in_one_process();
+  EXPECT_EQ(unregistered(trace), 0U);
+  EXPECT_EQ(trace.erase<PublisherInit>(), 2U);
+  EXPECT_EQ(unregistered(trace), 2U);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -51,6 +51,7 @@ enum class DefectKind : std::uint8_t {
   instances_outside_window,
   unregistered_callbacks,
   callbacks_beside,
+  unregistered_publishers,
   identity_failures,
   incomplete_chains,
   reads_not_kept,
