@@ -116,6 +116,7 @@ RecordingReport report_of(const Recording& recording) {
                          .has_kernel_events = manifest.has_kernel_events,
                          .first_chunk = std::nullopt,
                          .begin = manifest.begin,
+                         .end = manifest.end,
                          .problems = manifest.problems};
   return report;
 }
@@ -125,6 +126,7 @@ void add_chunks(const Chunks& chunks, RecordingReport& report) {
   const auto& [number, first] = *chunks.begin();
   report.first_chunk = number;
   report.begin = first->manifest->begin;
+  report.end = chunks.rbegin()->second->manifest->end;
   for (const auto& [unused, chunk] : chunks) {
     for (const auto& problem : chunk->manifest->problems) {
       const bool is_told = std::ranges::any_of(report.problems, [&problem](const auto& told) {

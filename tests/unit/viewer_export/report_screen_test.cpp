@@ -446,6 +446,35 @@ TEST(ReportScreen, TellsWhyThereIsNothing) {
     EXPECT_LE(line.size(), 80U) << line;
 }
 
+TEST(ReportScreen, TellsWhatIsRecordedOutsideOfWhatAllStreamsCover) {
+  auto report = unclaimed_report();
+  report.trace.begin = analysis::Timestamp{0};
+  report.trace.end = analysis::Timestamp{45'000'000};
+  report.trace.outside = {.instances = 7, .length = analysis::Duration{80'000'000}};
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}),
+              HasSubstr("14 instances, nothing lost, 7 more outside of what all streams cover "
+                        "(45.00 ms of 125.0 ms), 1 cut"));
+}
+
+TEST(ReportScreen, NamesRecordingsThatFollowEachOtherAndAreReadAsOne) {
+  auto report = unclaimed_report();
+  const auto add = [&report](const char* path, const char* host, std::int64_t from,
+                             std::int64_t to) {
+    auto& recording = report.recordings.emplace_back();
+    recording.path = path;
+    recording.host = host;
+    recording.begin.realtime_ns = from;
+    recording.end.realtime_ns = to;
+  };
+  add("runs/one", "robot", 0, 10);
+  add("runs/beside", "robot", 5, 30);
+  add("runs/elsewhere", "cloud", 50, 60);
+  EXPECT_THAT(screen_of(report, {}), Not(HasSubstr("are read as one")));
+  add("runs/two", "robot", 20, 30);
+  EXPECT_THAT(screen_of(report, {}),
+              HasSubstr("  2 recordings, one after the other, are read as one: one, two\n"));
+}
+
 TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {
   auto report = shared_report();
   report.recordings.emplace_back().problems = {"LTTng did not end the session"};

@@ -247,9 +247,39 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
   return paragraph(begin, listed, count == 1 ? kLines + 1 : kLines, style);
 }
 
+namespace {
+
+// "2 recordings, one after the other, are read as one: run1, run2": of one host. Nobody needs to know of
+// those that were made at the same time, as several sessions are.
+Lines recordings_apart(const analysis::Report& report, const TextStyle& style) {
+  constexpr std::size_t kNamed = 4;
+  std::vector<const analysis::RecordingReport*> all;
+  for (const auto& recording : report.recordings)
+    all.push_back(&recording);
+  std::ranges::stable_sort(all, {},
+                           [](const auto* recording) { return recording->begin.realtime_ns; });
+  std::string names;
+  std::size_t count = 0;
+  const auto is_apart_from = [](const auto& recording, const auto& other) {
+    return other.host == recording.host && (other.end.realtime_ns < recording.begin.realtime_ns ||
+                                            recording.end.realtime_ns < other.begin.realtime_ns);
+  };
+  for (const auto* recording : all) {
+    const auto is_apart = [&](const auto* other) { return is_apart_from(*recording, *other); };
+    if (!std::ranges::any_of(all, is_apart) || ++count > kNamed) continue;
+    names += (count == 1 ? "" : ", ") + printable(file_name(recording->path));
+  }
+  if (count == 0) return {};
+  if (count > kNamed) names += fmt::format(", {} {} more", gap(style), count - kNamed);
+  return {fmt::format("{} recordings, one after the other, are read as one: {}", count, names)};
+}
+
+}  // namespace
+
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style) {
   constexpr std::size_t kMost = 4;
-  auto said = std::move(before);
+  auto said = recordings_apart(judged.report, style);
+  append(said, std::move(before));
   if (const auto& window = judged.verdicts.window) {
     said.push_back(fmt::format("only the window {}..{} ns ({}) is judged", window->from.ns,
                                window->to.ns, format_duration((window->to - window->from).ns)));

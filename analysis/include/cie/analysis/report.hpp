@@ -392,6 +392,7 @@ struct RecordingReport {
   bool has_kernel_events = false;            // that it was to hold
   std::optional<std::uint64_t> first_chunk;  // of those that are here; empty: not in chunks
   RecordedInstant begin;                     // of what is here
+  RecordedInstant end{};                     // likewise; not part of the JSON
   std::vector<std::string> problems;         // why it is not what was asked for
 };
 
