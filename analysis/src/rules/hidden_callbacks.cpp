@@ -84,8 +84,9 @@ std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& proce
 }
 
 std::optional<Evidence> HiddenCallbacks::beside_own(ThreadIndex thread) const {
-  const auto& ran = model_.threads[at(thread)].beside_own;
-  if (!ran) return std::nullopt;
+  const auto& facts = model_.threads[at(thread)];
+  const auto& ran = facts.beside_own;
+  if (!ran || facts.ran.empty()) return std::nullopt;
   return evidence("callback_start", ran->second,
                   "by ROS 2's events " + ran->first +
                       " starts here, which is none of this project's instances: another executor "

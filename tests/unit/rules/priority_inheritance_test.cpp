@@ -37,15 +37,19 @@ TEST(PriorityInheritance, EndsWhereTheThreadRunsWithItsOwn) {
 
 // Who waits for it is told, and what it inherits so is that priority.
 TEST(PriorityInheritance, IsOfThePriorityThatWasTold) {
-  const std::string boosted = "3 boost fusion prio=9 old=19\n";
-  EXPECT_EQ(judged(boosted + "4 switch 0 idle fusion next_prio=9"), Verdict::pass);
-  for (const auto* other : {"14", "5"}) {
-    EXPECT_EQ(judged(boosted + "4 switch 0 idle fusion next_prio=" + other), Verdict::fail)
+  const auto judged_with_audit = [](const std::string& lines) {
+    return judged("3 boost fusion prio=9 old=19\n" + lines +
+                  "\n50 audit fusion policy=fifo priority=80\n");
+  };
+  EXPECT_EQ(judged_with_audit("4 switch 0 idle fusion next_prio=9"), Verdict::pass);
+  for (const std::string other : {"14", "5"}) {
+    EXPECT_EQ(judged_with_audit("4 switch 0 idle fusion next_prio=" + other), Verdict::fail)
         << other;
   }
-  const auto again = boosted + "4 boost fusion prio=5 old=9\n5 switch 0 idle fusion next_prio=5\n";
-  EXPECT_EQ(judged(again), Verdict::pass);
-  EXPECT_EQ(judged(again + "6 boost fusion prio=14 old=5\n7 switch 0 fusion idle prio=14"),
+  const std::string again = "4 boost fusion prio=5 old=9\n5 switch 0 idle fusion next_prio=5\n";
+  EXPECT_EQ(judged_with_audit(again), Verdict::pass);
+  EXPECT_EQ(judged_with_audit(again + "6 boost fusion prio=14 old=5\n"
+                                      "7 switch 0 fusion idle prio=14"),
             Verdict::pass);
 }
 
