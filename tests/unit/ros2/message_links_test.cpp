@@ -133,6 +133,26 @@ TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
   EXPECT_EQ(links.find(kTopic, 150'000).gid, 7U) << "that publication may have been lost";
 }
 
+// A message may wait for as long as the queue of its subscription is.
+TEST(MessageLinks, WhatManyPublicationsFollowedIsOfNoOtherWriter) {
+  MessageLinks links;
+  links.add_publisher(kTopic, 7);
+  links.add_publisher(kTopic, 8);
+  constexpr auto kPublications = static_cast<std::int64_t>(kKept) + 2;
+  for (std::int64_t i = 1; i <= kPublications; ++i) {
+    auto publication = stamped(7, i * 100);
+    publication.entry = WrittenMessage::Entry{.host = 0, .number = i};
+    links.add(kTopic, publication);
+  }
+  EXPECT_EQ(links.find(kTopic, 300).gid, 7U) << "the first that is remembered";
+  EXPECT_TRUE(links.find(kTopic, 200).is_undecided);
+  EXPECT_TRUE(links.find(kTopic, 100).is_undecided);
+  EXPECT_FALSE(links.find(kTopic, 99).is_undecided) << "written before the recording";
+  EXPECT_FALSE(links.find(kTopic, 350).is_undecided) << "all of that time are remembered";
+  EXPECT_TRUE(links.find_entry(kTopic, {.host = 0, .number = 2}).is_undecided);
+  EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 3}).gid, 7U);
+}
+
 TEST(MessageLinks, WhatSomebodyUnannouncedPublishedIsUndecided) {
   MessageLinks links;
   links.add_unannounced(stamped(0, 100'000));

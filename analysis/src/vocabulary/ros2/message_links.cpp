@@ -17,6 +17,7 @@ std::shared_ptr<WrittenMessage> MessageLinks::add(const std::string& topic,
 
 std::shared_ptr<WrittenMessage> MessageLinks::Topic::add(const WrittenMessage& publication) {
   if (publications.size() >= kMaxPublications) {
+    forgotten_from = std::min(forgotten_from, known_from());
     publications.pop_front();
     if (settled > 0) --settled;
   }
@@ -122,11 +123,12 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
   const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
+  const bool may_be_forgotten = may_be_unknown && source_timestamp >= entry.forgotten_from;
   const bool is_first =
       !may_be_unknown && !entry.tells_timestamps() && !std::exchange(entry.has_unseen_writer, true);
   return {.gid = may_be_unknown ? entry.sole_publisher : 0,
           .stamp = source_timestamp,
-          .is_undecided = has_lost_ && entry.publishers > 1,
+          .is_undecided = (has_lost_ || may_be_forgotten) && entry.publishers > 1,
           .shows_unseen_writer = is_first};
 }
 
@@ -137,7 +139,7 @@ MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,
   const auto& publications = found->second.publications;
   const auto is_it = [&entry](const Written& p) { return p.message->entry == entry; };
   const auto each = std::find_if(publications.rbegin(), publications.rend(), is_it);
-  if (each == publications.rend()) return {};
+  if (each == publications.rend()) return {.is_undecided = found->second.has_forgotten()};
   const auto& latest = *each->message;
   const auto is_anothers = [&](const Written& p) {
     return is_it(p) && p.message->pid != latest.pid;

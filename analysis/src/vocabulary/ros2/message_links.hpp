@@ -119,6 +119,9 @@ class MessageLinks {
     }
     // No publication is remembered that was written before.
     std::int64_t known_from() const;
+    bool has_forgotten() const noexcept {
+      return forgotten_from != std::numeric_limits<std::int64_t>::max();
+    }
     // Messages used to fit publications. This one fits none, as those before it, and the latest
     // publications are those of no message: a clock was set.
     bool has_come_apart(std::int64_t source_timestamp);
@@ -128,6 +131,8 @@ class MessageLinks {
     }
 
     std::deque<Written> publications{};
+    // The first of those that there is no room for any more was written then, or later.
+    std::int64_t forgotten_from = std::numeric_limits<std::int64_t>::max();
     std::set<std::pair<std::uint32_t, std::int64_t>> entry_writers{};  // host and pid
     std::size_t settled = 0;
     std::uint64_t sole_publisher = 0;
