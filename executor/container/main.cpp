@@ -236,7 +236,7 @@ int command_line(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    return wrong_usage(usage_error(app, error));
+    return wrong_usage(in_words_of_help(app, error));
   }
   if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
     return wrong_usage(unexpected);

@@ -180,7 +180,7 @@ std::string unexpected_argument(const CLI::App& app) {
   return fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(app)));
 }
 
-std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error) {
   static const std::regex missing(R"((-\S+): 1 required .* missing)");
   static const std::regex repeated(R"((-\S+): At Most 1 required but received \d+)");
   static const std::regex out_of_range(

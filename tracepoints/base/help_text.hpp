@@ -26,6 +26,6 @@ std::function<std::string(const std::string&)> one_of(std::vector<std::string> v
 std::string unexpected_argument(const CLI::App& app);
 
 // What CLI11 says of a wrong command line, in the words of the help: which option, what it takes.
-std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
+std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace cie

@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
     std::printf("cie-collect %s\n", cie::kToolVersion);
     return 0;
   } catch (const CLI::ParseError& error) {
-    return wrong_usage(cie::usage_error(app, error));
+    return wrong_usage(cie::in_words_of_help(app, error));
   } catch (const cie::record::UsageError& error) {
     return wrong_usage(error.what());
   } catch (const std::exception& error) {

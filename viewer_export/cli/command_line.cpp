@@ -60,7 +60,7 @@ bool CommandLine::parse(const Arguments& arguments) {
     out.commit();
     return false;
   } catch (const CLI::ParseError& error) {
-    throw UsageError(usage_error(*app_, error));
+    throw UsageError(in_words_of_help(*app_, error));
   }
   if (const auto unexpected = unexpected_argument(*app_); !unexpected.empty())
     throw UsageError(unexpected);

@@ -130,7 +130,7 @@ int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);  // --help
-      return wrong_usage(settings, cie::usage_error(app, error));
+      return wrong_usage(settings, cie::in_words_of_help(app, error));
     }
     if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
       return wrong_usage(settings, unexpected);

@@ -341,7 +341,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
             .save = std::nullopt,
             .text = std::string("cie-record ") + kToolVersion + '\n'};
   } catch (const CLI::ParseError& error) {
-    throw UsageError(usage_error(app, error));
+    throw UsageError(in_words_of_help(app, error));
   }
   if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
     throw UsageError(unexpected + "; the command to record follows after --");
