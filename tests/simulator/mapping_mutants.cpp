@@ -237,7 +237,7 @@ std::vector<Mutant> after_restart() {
        {"M5"},
        {}},
       {"M5",
-       "restarted on other CPUs",
+       "restarted on other CPUs",  // of which one has no record of the kernel's
        {},
        [](Case& c) {
          restart(c);
@@ -250,7 +250,7 @@ std::vector<Mutant> after_restart() {
          }
        },
        {"M5"},
-       {}},
+       {"M6", "R4"}},
   };
 }
 

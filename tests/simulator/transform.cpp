@@ -53,6 +53,8 @@ class Changer {
     body.orig_cpu += change_.cpu;
     body.dest_cpu += change_.cpu;
   }
+  void also(SchedWaking& body) const { cpu(body.target_cpu); }
+  void also(SchedWakeup& body) const { cpu(body.target_cpu); }
   template <typename Body>
   void also(Body&) const {}
 
@@ -60,6 +62,9 @@ class Changer {
   template <typename Tid>
   void tid(Tid& number) const {
     if (number != 0) number += static_cast<Tid>(change_.pid);
+  }
+  void cpu(std::optional<std::int32_t>& number) const {
+    if (number) *number += change_.cpu;
   }
 
   const Change& change_;
@@ -93,6 +98,12 @@ test::TextTrace changed(const test::TextTrace& trace, const Change& change) {
           changer.also(body);
         },
         event.body);
+    if (auto* read = std::get_if<ThreadSched>(&event.body); read != nullptr && change.cpu != 0) {
+      auto& cpus = copy.cpus->emplace_back(read->cpus.begin(), read->cpus.end());
+      for (auto& cpu : cpus)
+        cpu += static_cast<std::uint32_t>(change.cpu);
+      read->cpus = cpus;
+    }
   }
   return copy;
 }

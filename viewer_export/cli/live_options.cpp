@@ -47,7 +47,7 @@ double number_of(const std::string& option, const std::string& text, double leas
   const bool is_whole = rest == text.data() + text.size() && !text.empty();
   if (error != std::errc{} || !is_whole || !(value >= least && value <= most)) {
     throw UsageError(
-        fmt::format("{} takes {:g} to {:g}, and not \"{}\"", option, least, most, text));
+        fmt::format("{} takes {:.10g} to {:.10g}, and not \"{}\"", option, least, most, text));
   }
   return value;
 }

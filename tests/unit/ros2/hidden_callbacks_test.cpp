@@ -137,7 +137,8 @@ TEST(HiddenCallbacks, OfAGroupOnAThreadOfAPoolMayHaveRunAnywhereInTheProcess) {
 TEST(HiddenCallbacks, OfAGroupInAnExecutorOfSeveralThreadsMayHaveRunAnywhereInTheProcess) {
   const auto with = [](const std::string& type) {
     return judged(std::string(kClient) + R"(
-      3 ros2_caret:construct_executor executor_addr=0x77 executor_type_name=)" + type + R"(
+      3 ros2_caret:construct_executor executor_addr=0x77 executor_type_name=)" +
+                  type + R"(
       4 ros2_caret:add_callback_group executor_addr=0x77 callback_group_addr=0x80 group_type_name=mutually_exclusive
       4 ros2_caret:callback_group_add_timer callback_group_addr=0x80 timer_handle=0x20
       4 ros2_caret:callback_group_add_client callback_group_addr=0x80 client_handle=0x50)");

@@ -318,7 +318,7 @@ TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
 
 TEST(ReportScreen, SaysHowLongWhatRanOnceTookWhereThereIsNoRoomForIt) {
   auto report = unclaimed_report();
-  auto once = report.callbacks[1];
+  auto once = report.callbacks[0];
   for (int i = 0; i < 40; ++i)
     report.callbacks.push_back(report.callbacks[0]);
   once.instances = 1;
