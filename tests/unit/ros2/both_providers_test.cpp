@@ -201,6 +201,27 @@ TEST(BothProviders, WhatAnotherExecutorRunsWasRegistered) {
   EXPECT_EQ(judged("", "/b@Timer(9)").verdict("M1"), Verdict::fail);
 }
 
+// cie_rclcpp serves what rclcpp has for itself on a thread that runs no callback.
+TEST(BothProviders, WhatRclcppServesForItselfIsOfNoOtherExecutor) {
+  const std::string subscription = R"(
+    3 rcl_subscription_init subscription_handle=0x58 node_handle=0x10 topic_name=)";
+  const auto beside = [&](const std::string& topic) {
+    const auto result = analyze_ros2(std::string(kDescribed) + subscription + topic + R"(
+    3 rclcpp_subscription_init subscription_handle=0x58 subscription=0x48
+    3 rclcpp_subscription_callback_added subscription=0x48 callback=0x38
+    4 callback_start tid=9 callback=0x38
+    5 callback_end tid=9 callback=0x38
+    6 callback_start tid=9 callback=0x38
+    7 callback_end tid=9 callback=0x38)" +
+                                     kRan + kEnded);
+    return std::ranges::count(result.analysis.report.defects,
+                              analysis::DefectKind::callbacks_beside, &analysis::TraceDefect::kind);
+  };
+  EXPECT_EQ(beside("/scan"), 1);
+  EXPECT_EQ(beside("/parameter_events"), 0);
+  EXPECT_EQ(beside("/clock"), 0);
+}
+
 // The user's code spins another executor inside a callback, or between two instances.
 TEST(BothProviders, WhatAnotherExecutorRunsOnAThreadIsDoubtedThere) {
   const std::string described = std::string(kDescribed) + R"(

@@ -1,6 +1,8 @@
 // What other events tell it: of streams and losses, and this project's own of their processes.
 #include "event_translator.hpp"
 
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -133,6 +135,22 @@ std::string_view id_of(ros2::Callback& callback, ros2::Directory& directory) {
   return callback.id_beside_own;
 }
 
+// Parameter services, /parameter_events and /clock: what rclcpp serves for itself is none of the user's
+// callbacks, and on a thread beside those of them where cie_rclcpp has its node.
+bool is_rclcpps_own(const ros2::Callback& callback) {
+  constexpr std::array<std::string_view, 7> kServices{
+      "/describe_parameters",      "/get_parameter_types", "/get_parameters",
+      "/get_type_description",     "/list_parameters",     "/set_parameters",
+      "/set_parameters_atomically"};
+  if (callback.kind == CallbackKind::service) {
+    return std::ranges::any_of(kServices, [&callback](std::string_view service) {
+      return callback.source.ends_with(service);
+    });
+  }
+  return callback.kind == CallbackKind::subscription &&
+         (callback.source == "/parameter_events" || callback.source == "/clock");
+}
+
 }  // namespace
 
 void EventTranslator::tell_beside_own(const Event& run_end, EventBatch& batch) {
@@ -172,7 +190,7 @@ void EventTranslator::note_beside_own(const Payload& start, const ros2::Context&
   auto& callback = directory.callback(start.number<ros2::Address>(0), head.time);
   auto& runs = context.thread.beside_own;
   runs.run(callback, head);
-  if (!runs.is_of_others()) return;
+  if (!runs.is_of_others() || is_rclcpps_own(callback)) return;
   const auto id = id_of(callback, directory);
   if (context.process.own_ids.contains(id)) return;
   emit(head, CallbackBesideOwn{.logical_id = id, .ran = head.time, .stream = head.stream},
