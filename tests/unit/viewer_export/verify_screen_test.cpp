@@ -369,6 +369,15 @@ TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
                 "application runs\n"));
 }
 
+TEST(VerifyScreen, SaysDurationsOfReasonsInUnitsThatFit) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.verdict = Verdict::inconclusive;
+  std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
+  verdicts.rules[1].subjects[0].evidence[0].note = "3 kernel events lost within 16257687 ns";
+  EXPECT_THAT(screen_of(verdicts, test::sample_report(), {.columns = 200}),
+              HasSubstr("3 kernel events lost within 16.26 ms"));
+}
+
 TEST(VerifyScreen, BreaksACommandAsAShellReadsOn) {
   auto context = kContext;
   context.verify_arguments = "'a run' --spec " + std::string(30, 's') + " --only M2,M3";

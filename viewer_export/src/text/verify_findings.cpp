@@ -140,7 +140,7 @@ std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
     const auto& note = subject.evidence[i].note;
     if (!note.empty()) text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
   }
-  return text.empty() ? headline_of(subject) : text;
+  return text.empty() ? headline_of(subject) : with_fitting_units(text);
 }
 
 // Of the spec; null without.
@@ -375,7 +375,7 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
   for (const auto& [alike, gathered] : by_reason) {
     const auto kind =
         gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
-    const auto example = judged.names.in_words(*gathered.notes.begin());
+    const auto example = with_fitting_units(judged.names.in_words(*gathered.notes.begin()));
     doubts.push_back({.reason = gathered.notes.size() == 1 ? example : "e.g. " + example,
                       .rules = gathered.rules,
                       .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),
