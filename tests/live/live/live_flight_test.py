@@ -104,7 +104,7 @@ class Flight(unittest.TestCase):
                                   ("traced by nobody else", ["--save-snapshot", support.scratch, "--", "true"]),
                                   ("--min-interval goes with --save-snapshot", ["--min-interval", "1"]),
                                   ("--max-snapshots goes with --save-snapshot", ["--max-snapshots", "1"]),
-                                  ("no number in its range", ["--save-snapshot", support.scratch, "--max-snapshots", "0"])):
+                                  ("takes 1 to 1000000000", ["--save-snapshot", support.scratch, "--max-snapshots", "0"])):
             done = live("--json", *arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(wanted, done.stderr)

@@ -148,7 +148,7 @@ class Verdicts(unittest.TestCase):
         failing, _, text = verify(self.reniced, "--spec", spec)
         self.assertEqual(failing - TIMING, {"M1", "S3"}, text)
         self.assert_says(text, r"FAIL M1 specified-callback-seen: callback /sensing/mop@Timer\(200000000\)",
-                         r"was never registered \(missing\.yaml:\d+\)",
+                         r"was never registered \(.*missing\.yaml:\d+\)",
                          "A misspelt id configures")
 
     def test_a_multi_threaded_executor(self):
