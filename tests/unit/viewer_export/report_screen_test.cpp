@@ -293,6 +293,8 @@ TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {
   // Totals prove more: what is missing is not only between others.
   report.callbacks[0].runs_not_seen = 9;
   EXPECT_THAT(counts(), HasSubstr("14 instances, at least 5 missing, 1 packet damaged"));
+  report.callbacks[0].outside_window = 4;  // which are told of by themselves
+  EXPECT_THAT(counts(), HasSubstr("14 instances, 5 missing, 1 packet damaged"));
   report.defects = {{.kind = DefectKind::sched_switch_gaps,
                      .severity = Severity::loss,
                      .count = 15,

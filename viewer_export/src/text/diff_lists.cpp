@@ -30,25 +30,6 @@ std::string before_to_after(std::uint64_t before, std::uint64_t after, const Tex
   return fmt::format("{} {} {}", before, style.unicode ? "→" : "->", after);
 }
 
-// ", ... 3 more".
-std::string more_names(std::size_t count, const TextStyle& style) {
-  return fmt::format(", {} {} more", gap(style), count);
-}
-
-// As many of the names as have room, and how many more there are; at least one.
-std::string first_of(const std::vector<std::string>& names, std::size_t columns,
-                     const TextStyle& style) {
-  for (auto shown = names.size(); shown > 1; --shown) {
-    auto text = fmt::format(
-        "{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
-    if (shown < names.size()) text += more_names(names.size() - shown, style);
-    if (display_width(text) <= columns) return text;
-  }
-  if (names.size() == 1) return cut(names.front(), columns, gap(style));
-  const auto more = more_names(names.size() - 1, style);
-  return cut(names.front(), columns - std::min(columns, more.size()), gap(style)) + more;
-}
-
 // Lines of names: those of changes that something is so of.
 class NameLists {
  public:

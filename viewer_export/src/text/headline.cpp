@@ -119,13 +119,22 @@ Lines Headline::lines_of(const std::string& fact) const {
 
 namespace {
 
+std::uint64_t count_of(const analysis::Report& report, analysis::DefectKind kind) {
+  std::uint64_t count = 0;
+  for (const auto& defect : report.defects)
+    count += defect.kind == kind ? defect.count : 0;
+  return count;
+}
+
 // Instances that numbers show to be missing between others. Totals may prove more: of callbacks that
 // were not seen, after the last one, or from before the recording began.
-std::string missing_instances(const analysis::Report& report, std::uint64_t between) {
+Lines missing_instances(const analysis::Report& report) {
+  const auto between = count_of(report, analysis::DefectKind::seq_gaps);
+  if (between == 0) return {};
   std::uint64_t proven = 0;
   for (const auto& callback : report.callbacks)
-    proven += callback.runs_not_seen;
-  return fmt::format("{}{} missing", proven > between ? "at least " : "", between);
+    proven += callback.runs_not_seen - callback.outside_window.value_or(0);
+  return {fmt::format("{}{} missing", proven > between ? "at least " : "", between)};
 }
 
 // What the trace itself shows to be missing, whatever the tracer counted: "5 missing, 1 packet
@@ -137,9 +146,8 @@ Lines missing_of(const analysis::Report& report) {
     std::string_view noun;
     std::string_view what;
   };
-  constexpr std::array<Words, 13> kMissing{
-      {{DefectKind::seq_gaps, "", ""},
-       {DefectKind::damaged_packets, "packet", "damaged"},
+  constexpr std::array<Words, 12> kMissing{
+      {{DefectKind::damaged_packets, "packet", "damaged"},
        {DefectKind::missing_files, "file", "missing or changed"},
        {DefectKind::host_gap, "gap", "not recorded"},
        {DefectKind::streams_left_out, "stream", "left out"},
@@ -152,15 +160,11 @@ Lines missing_of(const analysis::Report& report) {
        {DefectKind::ends_without_start, "start", "missing"},
        {DefectKind::read_back_gaps, "read-back", "missing"}}};
   constexpr std::size_t kMost = 2;
-  Lines lines;
+  auto lines = missing_instances(report);
   for (const auto& [kind, noun, what] : kMissing) {
-    std::uint64_t count = 0;
-    for (const auto& defect : report.defects)
-      count += defect.kind == kind ? defect.count : 0;
+    const auto count = count_of(report, kind);
     if (count == 0 || lines.size() == kMost) continue;
-    lines.push_back(kind == DefectKind::seq_gaps
-                        ? missing_instances(report, count)
-                        : fmt::format("{} {}", counted(count, noun), what));
+    lines.push_back(fmt::format("{} {}", counted(count, noun), what));
   }
   return lines;
 }
@@ -228,23 +232,11 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
   if (unseen.empty()) return {};
   const auto begin = fmt::format("  spec: {} of {} not in the recording: ", unseen.size(),
                                  counted(asked.size(), "callback"));
-  // Whole ones, as many as there is room for, and how many others there are.
   constexpr std::size_t kLines = 2;
-  constexpr std::size_t kForTheRest = 24;
   const auto width = style.columns - std::min(style.columns, begin.size());
-  const auto room = kLines * width - std::min(kLines * width, kForTheRest);
-  std::string listed;
-  std::size_t count = 0;
-  for (const auto& entry : unseen) {
-    const bool is_last = count + 1 == unseen.size();
-    const auto most = is_last ? room + kForTheRest / 2 : room;
-    if (count > 0 && display_width(listed) + 2 + display_width(entry) > most) break;
-    listed += (count == 0 ? "" : ", ") + entry;
-    ++count;
-  }
-  if (count < unseen.size())
-    listed += fmt::format(", {} {} more", gap(style), unseen.size() - count);
-  return paragraph(begin, listed, count == 1 ? kLines + 1 : kLines, style);
+  const auto lost_by_wrapping = width / 6;
+  return paragraph(begin, first_of(unseen, kLines * width - lost_by_wrapping, style), kLines + 1,
+                   style);
 }
 
 namespace {

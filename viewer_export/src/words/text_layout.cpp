@@ -347,6 +347,23 @@ std::string TextTable::titles(const std::vector<std::size_t>& width, const TextS
 
 std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
 
+std::string first_of(const std::vector<std::string>& names, std::size_t columns,
+                     const TextStyle& style) {
+  const auto more = [&](std::size_t shown) {
+    const auto left = names.size() - shown;
+    return left > 0 ? fmt::format(", {} {} more", gap(style), left) : std::string();
+  };
+  const auto rest = more(1);
+  auto best = cut(names.front(), columns - std::min(columns, rest.size()), gap(style)) + rest;
+  auto text = names.front();
+  for (std::size_t shown = 2; shown <= names.size() && display_width(text) <= columns; ++shown) {
+    text += ", " + names[shown - 1];
+    auto whole = text + more(shown);
+    if (display_width(whole) <= columns) best = std::move(whole);
+  }
+  return best;
+}
+
 std::string TextTable::render(const TextStyle& style) const {
   auto shown = *this;
   shown.drop_columns_beyond(style.columns);

@@ -31,6 +31,10 @@ std::string cut(std::string_view text, std::size_t columns, std::string_view gap
 // What stands for what is left out.
 std::string_view gap(const TextStyle& style);
 
+// As many of the names as have room, at least one of them, and how many more there are: "a, b, ... 3 more".
+std::string first_of(const std::vector<std::string>& names, std::size_t columns,
+                     const TextStyle& style);
+
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
 std::string format_duration(std::int64_t ns);
 
