@@ -281,10 +281,10 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
 }
 
 // An instance that stands in the trace where other streams do not.
-void judge_outside(const std::optional<Extreme<Duration>>& longest, std::int64_t allowed,
-                   const std::string& what, Judgement& judgement) {
-  if (!longest || longest->value.ns <= allowed || judgement.has_witness()) return;
-  fail_with(*longest, what + "; outside of what all streams cover, so not counted", judgement);
+void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, const std::string& what,
+                   Judgement& judgement) {
+  if (longest.value.ns <= allowed || judgement.has_witness()) return;
+  fail_with(longest, what + "; outside of what all streams cover, so not counted", judgement);
 }
 
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
@@ -315,9 +315,9 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
                    judgement);
         if (callback.outside && callback.outside->max_response) {
-          const auto& longest = callback.outside->max_response;
+          const auto& longest = *callback.outside->max_response;
           judge_outside(longest, deadline,
-                        "response time at least " + nanoseconds(longest->value) +
+                        "response time at least " + nanoseconds(longest.value) +
                             ", the deadline of " + origin + " is " + nanoseconds(deadline),
                         judgement);
         }
@@ -364,8 +364,8 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
       doubt_others(callback, took(*longest), judgement);
     }
     if (callback.outside && callback.outside->max_execution) {
-      const auto& executed = callback.outside->max_execution;
-      judge_outside(executed, wcet, took(*executed), judgement);
+      const auto& executed = *callback.outside->max_execution;
+      judge_outside(executed, wcet, took(executed), judgement);
     }
     const auto& unmeasured = callback.max_duration_without_execution;
     if (unmeasured && unmeasured->value.ns > wcet) {

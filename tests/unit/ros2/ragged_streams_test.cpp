@@ -16,12 +16,7 @@ using analysis::Verdict;
 Ros2Result result_of(const std::string& events) { return analyze_ros2(kTwoTimers + events); }
 
 // The first one's end at 71 and its next start are on the CPU whose record ends at 65.
-TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
-  const auto result = result_of(R"(
-    10 callback_start callback=0x30 stream=2
-    11 callback_end callback=0x30 stream=2
-    20 callback_start callback=0x31
-    21 callback_end callback=0x31
+const std::string kEndsEarly = R"(
     60 callback_start callback=0x30 stream=2
     65 second_ends
     75 callback_start callback=0x31
@@ -29,7 +24,29 @@ TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
     86 callback_end callback=0x30
     90 callback_start callback=0x30
     91 callback_end callback=0x30
-)");
+)";
+// Its end at 42 and its next start at 44 are on the CPU whose record begins at 50.
+const std::string kBeginsLate = R"(
+    40 callback_start callback=0x30
+    43 callback_start callback=0x31 tid=2
+    45 callback_end callback=0x31 tid=2
+    50 second_begins
+    52 callback_end callback=0x30 stream=2
+    60 callback_start callback=0x30 stream=2
+    61 callback_end callback=0x30 stream=2
+)";
+// Another session beside it, which records the first CPU.
+const std::string kOtherSession = R"(
+    2 rcl_node_init node_handle=0x10 node_name=n namespace=/ session=2
+)";
+
+TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
+  const auto result = result_of(R"(
+    10 callback_start callback=0x30 stream=2
+    11 callback_end callback=0x30 stream=2
+    20 callback_start callback=0x31
+    21 callback_end callback=0x31
+)" + kEndsEarly);
   EXPECT_NE(result.verdict("E3"), Verdict::fail) << result.evidence("E3");
   EXPECT_EQ(result.callback("/n@Timer(1)").instances, 1U);
   for (const auto& row : result.instances)
@@ -38,47 +55,20 @@ TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
 
 // Another session beside it tells what one CPU's stream of this one does not, if it records that CPU.
 TEST(Ros2RaggedStreams, AnotherSessionTellsNothingOfACpuThatItDoesNotRecord) {
-  const auto result = result_of(R"(
-    2 rcl_node_init node_handle=0x10 node_name=n namespace=/ session=2
-    40 callback_start callback=0x30
-    43 callback_start callback=0x31 tid=2
-    45 callback_end callback=0x31 tid=2
-    50 second_begins
-    52 callback_end callback=0x30 stream=2
-    60 callback_start callback=0x30 stream=2
-    61 callback_end callback=0x30 stream=2
+  const auto result = result_of(kOtherSession + kBeginsLate + R"(
     70 callback_start callback=0x31 tid=2
     71 callback_end callback=0x31 tid=2
 )");
   EXPECT_EQ(result.callback("/n@Timer(1)").instances, 1U) << result.durations();
 }
 
-// The first one's end at 71 and its next start are on the CPU whose record ends at 65.
 TEST(Ros2RaggedStreams, NorDoesItBehindTheEndOfOne) {
-  const auto result = result_of(R"(
-    2 rcl_node_init node_handle=0x10 node_name=n namespace=/ session=2
-    60 callback_start callback=0x30 stream=2
-    65 second_ends
-    75 callback_start callback=0x31
-    76 callback_end callback=0x31
-    86 callback_end callback=0x30
-    90 callback_start callback=0x30
-    91 callback_end callback=0x30
-)");
+  const auto result = result_of(kOtherSession + kEndsEarly);
   EXPECT_EQ(result.callback("/n@Timer(1)").instances, 0U) << result.durations();
 }
 
-// Its end at 42 and its next start at 44 are on the CPU whose record begins at 50.
 TEST(Ros2RaggedStreams, NothingGoesOnFromBeforeTheBeginOfOne) {
-  const auto result = result_of(R"(
-    40 callback_start callback=0x30
-    43 callback_start callback=0x31 tid=2
-    45 callback_end callback=0x31 tid=2
-    50 second_begins
-    52 callback_end callback=0x30 stream=2
-    60 callback_start callback=0x30 stream=2
-    61 callback_end callback=0x30 stream=2
-)");
+  const auto result = result_of(kBeginsLate);
   EXPECT_EQ(result.callback("/n@Timer(1)").instances, 1U) << result.durations();
   EXPECT_NE(result.verdict("E2"), Verdict::fail) << result.evidence("E2");
 }
