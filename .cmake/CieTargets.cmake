@@ -40,8 +40,9 @@ function(cie_compile_options target)
       -Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast -Wcast-align -Wformat=2>)
   # GCC 12 at -O3 sees overlapping copies in "text" + std::string (its bug 105651).
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>)
-  if(CMAKE_UNITY_BUILD)  # whose sources GCC takes for headers
-    target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
+  if(CMAKE_UNITY_BUILD)  # whose sources GCC takes for headers, and for which it collects garbage too often: a tenth of its time
+    target_compile_options(${target} PRIVATE
+      $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage;--param=ggc-min-heapsize=600000>)
   endif()
   # A recording has the same numbers on every machine: AArch64 would multiply and add with one rounding, x86-64 does not.
   if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
