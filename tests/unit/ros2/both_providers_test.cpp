@@ -144,6 +144,36 @@ TEST(BothProviders, PublicationsThatThisProjectTellsOfCountOnce) {
   EXPECT_THAT(result.chains(), ElementsAre("/n@Timer(7) -> /n@Subscription(/t): 1"));
 }
 
+// Nodes of this project are in one graph with those of rclcpp.
+TEST(BothProviders, AProcessOfRos2AloneTakesWhatThisProjectPublishes) {
+  const std::string publisher = R"(
+  2 cie:run_begin pid=1 contract_version=1 executor=isolated host=h boot_id=b moment=start
+  2 cie:node_init pid=1 node_id=0 name=/n
+  2 cie:group_init pid=1 group_id=0 node_id=0 type=mutually_exclusive
+  2 cie:callback_init pid=1 callback_id=0 node_id=0 group_id=0 kind=timer logical_id=/n@Timer(7) period_ns=7 next_seq=0
+  2 cie:publisher_init pid=1 publisher_id=0 node_id=0 topic=/t writer_gid=77 next_seq=0)";
+  const std::string subscription = R"(
+  2 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  2 rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+  2 rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40
+  2 rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50)";
+  const std::string ran = R"(
+  10 cie:callback_start pid=1 tid=1 callback_id=0 seq=0 release_kind=timer release_ns=9
+  15 cie:publish pid=1 tid=1 publisher_id=0 seq=0 source_timestamp_realtime_ns=1000015
+  17 cie:callback_end pid=1 tid=1 callback_id=0 seq=0 status=ok
+  20 rmw_take pid=2 tid=2 source_timestamp=1000015 taken=1
+  22 callback_start pid=2 tid=2 callback=0x50
+  27 callback_end pid=2 tid=2 callback=0x50)";
+  for (const auto& result : {analyze_ros2(publisher + subscription + ran),
+                             analyze_ros2(subscription + publisher + ran)}) {
+    EXPECT_THAT(result.chains(), ElementsAre("/n@Timer(7) -> /b@Subscription(/t): 1"));
+    ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+    const auto& latency = result.analysis.report.chains.front().path_latency;
+    ASSERT_TRUE(latency.has_value());
+    EXPECT_EQ(latency->max, 27 - 9);
+  }
+}
+
 // Nobody declares a deadline to rclcpp: its callback's is unknown, be it restarted with one or without.
 TEST(BothProviders, ARestartUnderThisProjectIsNotComparedByDeadline) {
   const std::string plain = R"(

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -131,6 +132,31 @@ TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
   EXPECT_EQ(links.find(kTopic, 150'000).stamp, 150'000);
   links.lose();
   EXPECT_EQ(links.find(kTopic, 150'000).gid, 7U) << "that publication may have been lost";
+}
+
+// Of processes on several machines, and of those that two sessions record.
+TEST(MessageLinks, WhatIsWrittenAfterTheEndOfItsPublishersRecordIsUnknown) {
+  constexpr StreamIndex kFirst{1};
+  constexpr StreamIndex kSecond{2};
+  MessageLinks links;
+  links.begin_stream(kFirst, 10);
+  links.begin_stream(kSecond, 20);
+  links.add_publisher(kTopic, 7);
+  std::optional<std::uint32_t> told_in;
+  links.tell_in(kTopic, kFirst, told_in);
+  links.add(kTopic, stamped(7, 100'000));
+  links.end_channel(30, 110'000);
+  EXPECT_EQ(links.find(kTopic, 210'000).gid, 0U) << "another one's record has ended";
+  links.tell_in(kTopic, kSecond, told_in);
+  links.add(kTopic, stamped(7, 150'000));
+  links.end_channel(10, 160'000);
+  EXPECT_EQ(links.find(kTopic, 210'000).gid, 0U) << "the second channel tells it";
+  links.end_channel(20, 200'000);
+  EXPECT_EQ(links.find(kTopic, 199'999).gid, 0U);
+  EXPECT_EQ(links.find(kTopic, 200'000).gid, 7U);
+  links.add_publisher(kTopic, 8);
+  EXPECT_FALSE(links.find(kTopic, 199'999).is_undecided);
+  EXPECT_TRUE(links.find(kTopic, 200'000).is_undecided) << "either's";
 }
 
 // A message may wait for as long as the queue of its subscription is.

@@ -11,7 +11,9 @@ namespace cie::test {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 // Process 3, which publishes /t.
 const std::string kOther = R"(
@@ -225,29 +227,65 @@ TEST(Ros2UndecidedWriters, LogMessagesAreOfNoOtherTopic) {
       << "made before the recording, for all we know";
 }
 
-// The two processes of pair_of_period() on two hosts: the second one's clock is 2 ms behind, so that it
-// takes messages before they were written.
-TEST(Ros2UndecidedWriters, AMessageMayBeTakenBeforeItIsPublishedByAClockThatIsAhead) {
+// The two processes of pair_of_period() on two hosts.
+std::string pair_on_two_hosts() {
   std::string text;
   std::istringstream pair(pair_of_period(10'000'000));
   for (std::string line; std::getline(pair, line);)
     text += line + (line.find("pid=2") != std::string::npos ? " boot=other\n" : "\n");
+  return text;
+}
+
+// In the K-th period of 10 ms, the first one publishes 2 ms after its begin, and the second one takes
+// that message `taken` after it.
+std::string published(std::int64_t k) {
+  const auto time = [k](std::int64_t later) { return std::to_string(k * 10'000'000 + later); };
+  return time(2'000'000) + " callback_start pid=1 callback=0x30\n" + time(2'011'000) +
+         " rclcpp_publish pid=1 message=0x99\n" + time(2'012'000) +
+         " rcl_publish pid=1 publisher_handle=0x60 message=0x99\n" + time(2'013'000) +
+         " rmw_publish pid=1 message=0x99 timestamp=" +
+         std::to_string(kRealtimeOffset + k * 10'000'000 + 2'013'000) + '\n' + time(2'015'000) +
+         " callback_end pid=1 callback=0x30\n";
+}
+std::string taken(std::int64_t k, std::int64_t taken) {
+  const auto time = [k](std::int64_t later) { return std::to_string(k * 10'000'000 + later); };
+  return time(taken) + " rmw_take pid=2 tid=2 boot=other message=0x88 taken=1 source_timestamp=" +
+         std::to_string(kRealtimeOffset + k * 10'000'000 + 2'013'000) + '\n' + time(taken + 2'000) +
+         " callback_start pid=2 tid=2 boot=other callback=0x50\n" + time(taken + 12'000) +
+         " callback_end pid=2 tid=2 boot=other callback=0x50\n";
+}
+
+// The second one's clock is 2 ms behind, so that it takes messages before they were written.
+TEST(Ros2UndecidedWriters, AMessageMayBeTakenBeforeItIsPublishedByAClockThatIsAhead) {
   constexpr int kRounds = 5;
-  for (std::int64_t k = 1; k <= kRounds; ++k) {
-    const auto time = [k](std::int64_t later) { return std::to_string(k * 10'000'000 + later); };
-    const auto stamp = std::to_string(kRealtimeOffset + k * 10'000'000 + 2'013'000);
-    text += time(18'000) +
-            " rmw_take pid=2 tid=2 boot=other message=0x88 taken=1 source_timestamp=" + stamp +
-            '\n' + time(20'000) + " callback_start pid=2 tid=2 boot=other callback=0x50\n" +
-            time(30'000) + " callback_end pid=2 tid=2 boot=other callback=0x50\n" +
-            time(2'000'000) + " callback_start pid=1 callback=0x30\n" + time(2'011'000) +
-            " rclcpp_publish pid=1 message=0x99\n" + time(2'012'000) +
-            " rcl_publish pid=1 publisher_handle=0x60 message=0x99\n" + time(2'013'000) +
-            " rmw_publish pid=1 message=0x99 timestamp=" + stamp + '\n' + time(2'015'000) +
-            " callback_end pid=1 callback=0x30\n";
-  }
+  auto text = pair_on_two_hosts();
+  for (std::int64_t k = 1; k <= kRounds; ++k)
+    text += taken(k, 18'000) + published(k);
   EXPECT_THAT(analyze_ros2(text).chains(),
               ElementsAre("/a@Timer(10000000) -> /b@Subscription(/t): " + std::to_string(kRounds)));
+}
+
+// What the publisher wrote after the end of its machine's record is unknown, not another one's.
+TEST(Ros2UndecidedWriters, AMessageFromAfterItsPublishersRecordLeavesAChainUndecided) {
+  constexpr const char* kSpec = R"yaml(
+callback_groups: []
+chains:
+  - name: scan
+    callbacks: ["/a@Timer(10000000)", "/b@Subscription(/t)"]
+    path_latency: 1000000
+)yaml";
+  const auto rounds = [](std::int64_t from, std::int64_t until, bool is_told) {
+    std::string text;
+    for (auto k = from; k < until; ++k)
+      text += (is_told ? published(k) : "") + taken(k, 2'100'000);
+    return text;
+  };
+  const auto begin = pair_on_two_hosts() + rounds(1, 5, true);
+  const auto whole = analyze_ros2(begin + rounds(5, 10, true), -1, kSpec);
+  EXPECT_THAT(whole.evidence("Q2"), Not(HasSubstr("incomplete")));
+  const auto cut =
+      analyze_ros2(begin + "45000000 session until=120000000\n" + rounds(5, 10, false), -1, kSpec);
+  EXPECT_THAT(cut.evidence("Q2"), HasSubstr("5 incomplete instances of the chain"));
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ struct Publisher {
   std::uint64_t gid = 0;
   std::uint64_t next_seq = 0;
   std::int64_t last_stamp = 0;
+  std::optional<std::uint32_t> told_in{};  // the channel of its latest publication
   Made made{};
   bool is_told = false;
 };

@@ -110,6 +110,8 @@ class EventTranslator final : public Translator {
   void note_own(const EventHead& head);
   void apply(const EventHead& head, const CallbackInit& event);
   void apply(const EventHead& head, const PublisherInit& event);
+  // Processes that only ROS 2's events tell of may take it.
+  void apply(const EventHead& head, const Publish& event);
   // Callbacks that ROS 2's events tell of, and none of this project's.
   void tell_beside_own(const Event& run_end, EventBatch& batch);
   // An instance of this project's starts or ends.

@@ -49,6 +49,7 @@ void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
               apply(head, e);
             },
             [&](const PublisherInit& e) { apply(head, e); },
+            [&](const Publish& e) { apply(head, e); },
             [&](CallbackStart& e) {
               note_own(head);
               complete(event, e, batch);
@@ -92,6 +93,7 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                                       event.has_events.value_or(false),
                      .tells_runs = event.tells_runs.value_or(true)};
   if (event.domain != Domain::user) return;
+  links_.begin_stream(head.stream, event.channel);
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {
     of_host.has_several_traces = true;
@@ -121,7 +123,23 @@ void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
 
 void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
   if (!head.pid) return;
-  stream_of(head).host->processes[*head.pid].own_topics.emplace(event.topic);
+  auto& process = stream_of(head).host->processes[*head.pid];
+  process.own_topics.emplace(event.topic);
+  auto& publisher = process.own_publishers[event.publisher];
+  if (publisher.gid == event.writer_gid && publisher.topic == event.topic) return;  // told again
+  publisher = {.topic = std::string(event.topic), .gid = event.writer_gid};
+}
+
+void EventTranslator::apply(const EventHead& head, const Publish& event) {
+  if (!head.pid || head.is_derived) return;
+  auto& publishers = stream_of(head).host->processes[*head.pid].own_publishers;
+  const auto found = publishers.find(event.publisher);
+  if (found == publishers.end()) return;
+  auto& publisher = found->second;
+  if (!publisher.told_in) links_.add_publisher(publisher.topic, publisher.gid);
+  links_.tell_in(publisher.topic, head.stream, publisher.told_in);
+  links_.add(publisher.topic,
+             {.gid = publisher.gid, .stamp = event.source_timestamp_realtime_ns, .is_exact = true});
 }
 
 namespace {

@@ -143,6 +143,7 @@ void EventTranslator::end_stream(const EventHead& head) {
   stream.progress = Stream::Progress::over;
   const bool is_early = --channel_of(head).running > 0;
   if (!is_early) {
+    links_.end_channel(stream.channel, detail::wrapping_add(head.time.ns, stream.offset_ns));
     end_losses(*stream.host, stream.channel, head.time);
   } else if (!is_told_beside(stream)) {
     lose(head, head.time, kNever);

@@ -62,6 +62,27 @@ void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   entry.sole_publisher = entry.publishers == 1 ? gid : 0;
 }
 
+void MessageLinks::begin_stream(StreamIndex stream, std::uint32_t channel) {
+  const auto index = static_cast<std::size_t>(stream);
+  if (index >= channels_.size()) channels_.resize(index + 1);
+  channels_[index] = channel;
+}
+
+void MessageLinks::move_teller(Topic& topic, std::optional<std::uint32_t> former,
+                               std::uint32_t channel) {
+  ++topic.told_in[channel];
+  if (!former) return;
+  if (const auto left = topic.told_in.find(*former); --left->second == 0) topic.told_in.erase(left);
+}
+
+bool MessageLinks::is_told_no_more(const Topic& topic, std::int64_t source_timestamp) const {
+  if (ended_.empty()) return false;
+  return std::ranges::any_of(topic.told_in, [&](const auto& told_in) {
+    const auto end = ended_.find(told_in.first);
+    return end != ended_.end() && end->second <= source_timestamp;
+  });
+}
+
 MessageLinks::Fitting MessageLinks::Topic::fitting(std::int64_t source_timestamp) {
   settle();
   Fitting fitting;
@@ -122,13 +143,14 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   if (entry.has_come_apart(source_timestamp)) return undecided;
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
-  const bool may_be_unknown = has_lost_ || source_timestamp < entry.known_from();
+  const bool may_be_lost = has_lost_ || is_told_no_more(entry, source_timestamp);
+  const bool may_be_unknown = may_be_lost || source_timestamp < entry.known_from();
   const bool may_be_forgotten = may_be_unknown && source_timestamp >= entry.forgotten_from;
   const bool is_first =
       !may_be_unknown && !entry.tells_timestamps() && !std::exchange(entry.has_unseen_writer, true);
   return {.gid = may_be_unknown ? entry.sole_publisher : 0,
           .stamp = source_timestamp,
-          .is_undecided = (has_lost_ || may_be_forgotten) && entry.publishers > 1,
+          .is_undecided = (may_be_lost || may_be_forgotten) && entry.publishers > 1,
           .shows_unseen_writer = is_first};
 }
 

@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis::ros2 {
 
@@ -51,6 +53,20 @@ class MessageLinks {
   std::uint64_t new_gid() noexcept { return kFirstGid + ++publishers_; }
   // A publisher of the topic was announced.
   void add_publisher(const std::string& topic, std::uint64_t gid);
+  void begin_stream(StreamIndex stream, std::uint32_t channel);
+  // A publication of one of the topic's publishers was told in that stream; `channel` is that of its
+  // publication before, if there was one, and becomes this one's.
+  void tell_in(const std::string& topic, StreamIndex stream,
+               std::optional<std::uint32_t>& channel) {
+    const auto index = static_cast<std::size_t>(stream);
+    if (index >= channels_.size() || channel == channels_[index]) return;
+    move_teller(topics_[topic], channel, channels_[index]);
+    channel = channels_[index];
+  }
+  // What its publishers write from then on (CLOCK_REALTIME) is not told, unless another channel does.
+  void end_channel(std::uint32_t channel, std::int64_t realtime) {
+    ended_.insert_or_assign(channel, realtime);
+  }
 
   // What the message of that source timestamp is called in the model: publisher and stamp. No
   // publisher: it cannot be told which one wrote it.
@@ -134,6 +150,7 @@ class MessageLinks {
     // The first of those that there is no room for any more was written then, or later.
     std::int64_t forgotten_from = std::numeric_limits<std::int64_t>::max();
     std::set<std::pair<std::uint32_t, std::int64_t>> entry_writers{};  // host and pid
+    std::map<std::uint32_t, std::size_t> told_in{};  // channels of how many publishers' latest
     std::size_t settled = 0;
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;
@@ -143,9 +160,14 @@ class MessageLinks {
     std::int64_t last_misfit = 0;
   };
   bool may_be_unannounced(std::int64_t source_timestamp);
+  static void move_teller(Topic& topic, std::optional<std::uint32_t> former, std::uint32_t channel);
+  // A publisher of the topic may have written then what no channel tells any more.
+  bool is_told_no_more(const Topic& topic, std::int64_t source_timestamp) const;
 
   std::unordered_map<std::string, Topic> topics_;
   Topic unannounced_;
+  std::vector<std::uint32_t> channels_;          // of streams
+  std::map<std::uint32_t, std::int64_t> ended_;  // channels: CLOCK_REALTIME
   std::uint64_t publishers_ = 0;
   bool has_lost_ = false;
 };

@@ -163,6 +163,13 @@ struct LastEvent {
   std::int64_t tid = kNoThread;
 };
 
+// That this project's events tell of.
+struct OwnPublisher {
+  std::string topic{};
+  std::uint64_t gid = 0;
+  std::optional<std::uint32_t> told_in{};  // the channel of its latest publication that was linked
+};
+
 struct Process {
   LastEvent last{};
   std::uint32_t host = 0;  // its number
@@ -185,9 +192,10 @@ struct Process {
   std::optional<Address> repeated_context{};  // the last one of which CARET told
   bool has_begun_beside_own = false;          // an rcl_init after these
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
-  std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
-  std::set<std::string, std::less<>> own_ids{};                     // of its callbacks
-  bool has_ros2_profile = false;  // says the same in ROS 2's words too
+  std::unordered_map<PublisherId, OwnPublisher> own_publishers{};
+  std::set<std::string, std::less<>> own_topics{};  // that it publishes on
+  std::set<std::string, std::less<>> own_ids{};     // of its callbacks
+  bool has_ros2_profile = false;                    // says the same in ROS 2's words too
 };
 
 // One event on its way: where it happened and where its consequences go. Who is seldom called from a

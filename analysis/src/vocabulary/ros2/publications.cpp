@@ -171,6 +171,7 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
       context.thread.writing = links_.add_unannounced(publication);
     return {};
   }
+  links_.tell_in(publisher.topic, publishing.head.stream, publisher.told_in);
   publication.gid = publisher.gid;
   context.thread.writing = links_.add(publisher.topic, publication);
   return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};
