@@ -1,3 +1,4 @@
+#include <cie/tracepoints/duration_text.hpp>
 #include <cie/tracepoints/nearest_name.hpp>
 
 #include <algorithm>
@@ -51,12 +52,26 @@ std::size_t most_edits(std::string_view name, std::string_view candidate) {
   return std::max<std::size_t>(2, letters / 3);
 }
 
+// "/a@Timer(20ms)" as ids of callbacks have it: "/a@Timer(20000000)".
+std::string with_period_in_nanoseconds(std::string_view name) {
+  constexpr std::string_view kTimer = "@Timer(";
+  std::string id(name);
+  const auto timer = name.find(kTimer);
+  if (timer == std::string_view::npos) return id;
+  const auto begin = timer + kTimer.size();
+  const auto end = std::min(name.find(')', begin), name.size());
+  const auto period = parse_duration(name.substr(begin, end - begin));
+  return period ? id.replace(begin, end - begin, std::to_string(*period)) : id;
+}
+
 }  // namespace
 
-std::string_view nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+std::string_view nearest_name(std::string_view as_written,
+                              const std::vector<std::string>& candidates) {
   std::string_view best;
   std::size_t best_distance = 0;
-  if (name.size() > kLongest) return best;
+  if (as_written.size() > kLongest) return best;
+  const auto name = with_period_in_nanoseconds(as_written);
   for (const auto& candidate : candidates) {
     const auto most = most_edits(name, candidate);
     const auto edits = distance(name, candidate, most);

@@ -166,8 +166,10 @@ std::string observed(const CallbackEntry& entry) {
   } else {
     add("duration at most", entry.duration);
   }
-  add("inter-arrival time at least", entry.least_inter_arrival);
-  add("and at most", entry.most_inter_arrival);
+  if (entry.least_inter_arrival && entry.most_inter_arrival) {
+    text += fmt::format("; inter-arrival time at least {} and at most {}",
+                        *entry.least_inter_arrival, *entry.most_inter_arrival);
+  }
   return text + "\n";
 }
 

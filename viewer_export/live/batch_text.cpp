@@ -86,9 +86,13 @@ std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyl
 }
 
 // "FAIL M2 one-callback-per-thread (4)": the gravest rule, and how many subjects violate it.
+// "INCONCLUSIVE T4 run-ended": the first rule that is undecided.
 std::string verdict_words(const Snapshot& s) {
   std::string text(analysis::label(s.verdict));
-  if (s.violations.empty()) return text;
+  if (s.violations.empty()) {
+    if (s.verdicts.empty()) return text;
+    return text + fmt::format(" {} {}", s.verdicts.front().rule, s.verdicts.front().name);
+  }
   const auto& gravest = s.violations.front();
   return text + fmt::format(" {} {} ({})", gravest.rule, gravest.name, gravest.subjects);
 }

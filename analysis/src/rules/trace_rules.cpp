@@ -224,7 +224,7 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
         evidence("time_regression", moment(regressions.first_previous),
                  "the stream had come to " + nanoseconds(regressions.first_previous.ns)));
     judgement.fail(evidence("time_regression", *regressions.first,
-                            "and went back by " +
+                            "it went back by " +
                                 nanoseconds(regressions.first_previous - regressions.first->time) +
                                 ", to " + nanoseconds(regressions.first->time.ns) + "; " +
                                 counted(regressions.count, "time") + " in all"));

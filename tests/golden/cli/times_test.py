@@ -28,7 +28,7 @@ class Times(unittest.TestCase):
         rows = list(csv.DictReader(io.StringIO(cie("instances", TRACE).stdout.decode())))
         for options, said in (((), ""), ((WINDOW,), " of the recording")):
             text = " ".join(cie("report", TRACE, "--ids", *options).stdout.decode().split())
-            name, seq, shown, unit = re.search(rf"worst: (\S+), instance (\d+) at \+(\S+) (\w+){said}: ", text).groups()
+            name, seq, shown, unit = re.search(rf"worst: (\S+), instance (\d+) at \+(\S+) (\w+){said} took ", text).groups()
             run, = [row for row in rows if (row["logical_id"], row["seq"]) == (name, seq)]
             self.assert_is(shown, unit, int(run["start_ns"]) - begin)
 

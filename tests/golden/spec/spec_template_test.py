@@ -71,7 +71,7 @@ class Template(unittest.TestCase):
                               ("execution time at most", "execution_time_ns"),
                               ("and at most", "inter_arrival_ns")):
                 self.assertIn(f"{what} {callback[key]['max']}", seen)
-            self.assertIn(f"inter-arrival time at least {callback['inter_arrival_ns']['min']};", seen)
+            self.assertIn(f"; inter-arrival time at least {callback['inter_arrival_ns']['min']} and at most ", seen)
             self.assertIn(f"{callback['instances']} instances;", seen)
 
     def test_is_accepted_and_kept_by_the_same_trace(self):

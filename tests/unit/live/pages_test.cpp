@@ -276,6 +276,19 @@ TEST_F(PagesTest, TheTopLineNamesTheGravestRuleAndTheCommand) {
   EXPECT_EQ(text.find("net://"), std::string::npos);
 }
 
+TEST_F(PagesTest, TheTopLineNamesARuleThatIsUndecided) {
+  auto undecided = first_snapshot();
+  undecided.verdict = analysis::Verdict::inconclusive;
+  undecided.violations.clear();
+  undecided.verdicts = {{.rule = "T4",
+                         .name = "run-ended",
+                         .subject = "process 7",
+                         .verdict = analysis::Verdict::inconclusive,
+                         .note = "no run_end"}};
+  const auto top = headline(undecided).front();
+  EXPECT_NE(top.find("  INCONCLUSIVE T4 run-ended"), std::string::npos) << top;
+}
+
 TEST_F(PagesTest, QuitsOnQAlone) {
   EXPECT_TRUE(type("abcdefghijklmnop"));
   EXPECT_FALSE(type("q"));

@@ -157,7 +157,7 @@ TEST(TimeSane, FailsWhenTimeRunsBackwards) {
   EXPECT_THAT(verified.evidence("T6", "trace"), HasSubstr("25 time_regression"));
   EXPECT_THAT(verified.evidence("T6", "trace"), HasSubstr("the stream had come to 33 ns"));
   EXPECT_THAT(verified.evidence("T6", "trace"),
-              HasSubstr("and went back by 8 ns, to 25 ns; 1 time in all"));
+              HasSubstr("it went back by 8 ns, to 25 ns; 1 time in all"));
 }
 
 TEST(TimeSane, IsInconclusiveWhenClocksAreOfDifferentBoots) {

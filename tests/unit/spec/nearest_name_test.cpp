@@ -32,6 +32,14 @@ TEST(NearestName, KnowsIdsOfCallbacks) {
   EXPECT_EQ(nearest_name("/control/brake@Service(/control/release)", ids), "");
 }
 
+TEST(NearestName, TakesAPeriodWithItsUnit) {
+  const std::vector<std::string> ids{"/a/slow@Timer(100000000)", "/a/slow@Timer(20000000)"};
+  EXPECT_EQ(nearest_name("/a/slow@Timer(20ms)", ids), ids[1]);
+  EXPECT_EQ(nearest_name("/a/slo@Timer(0.1s)", ids), ids[0]);
+  EXPECT_EQ(nearest_name("/a/slow@Timer(20ms", ids), ids[1]);
+  EXPECT_EQ(nearest_name("/b/fast@Timer(20 apples)", ids), "");
+}
+
 // What ids have in common with all others excuses no wrong letters.
 TEST(NearestName, JudgesIdsByWhereTheyDiffer) {
   EXPECT_EQ(nearest_name("/a/plam@Timer(20000000)", {"/a/slow@Timer(20000000)"}), "");

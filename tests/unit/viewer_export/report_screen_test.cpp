@@ -31,8 +31,8 @@ TEST(ReportScreen, OfATerminalOf80Columns) {
             "  plan timer 20 ms                           7   187.3us   289.4us   289.4us\n"
             "  chain braking                              6   892.3us   1.008ms   1.008ms\n"
             "  response time: \">\" at least, where a release is not known\n"
-            "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms: 200.0\n"
-            "         us preempted by cc1plus (of 2.500 ms)\n"
+            "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms took\n"
+            "         2.500 ms: 200.0 us preempted by cc1plus\n"
             "  releases missed: 3 of plan timer 20 ms\n"
             "  never ran: 1 callback: plan ⇐ /never called\n"
             "  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
@@ -61,8 +61,8 @@ TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
               "  plan timer 20 ms                           7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
               "  chain braking                              6   892.3us   1.008ms   1.008ms       -       -         -         -\n"
               "  response time: \">\" at least, where a release is not known\n"
-              "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms: 200.0 us preempted "
-              "by cc1plus (of 2.500 ms)\n"),
+              "  worst: lidar ← /sensing/lidar/top/points_raw, instance 3 at +1.500 ms took 2.500 ms: "
+              "200.0 us preempted by cc1plus\n"),
           HasSubstr("  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
                     "  threads: cie report 'recordings/run 1' --window=+1s.. --threads\n"
                     "  chains: cie report 'recordings/run 1' --window=+1s.. --chains    "
@@ -188,9 +188,9 @@ TEST(ReportScreen, SaysNoMoreOfIsolationThanItsRulesDecide) {
                 {.id = "M3", .name = "m", .verdict = Verdict::pass, .subjects = {}}}};
   EXPECT_THAT(
       screen_of(report, verdicts),
-      StartsWith("INCONCLUSIVE  run 1: whether callbacks share threads is undecided, with "
-                 "1 rule\n"
-                 "  as far as recorded, 1 of 1 callback that ran had a thread of its own\n"));
+      StartsWith(
+          "INCONCLUSIVE  run 1: whether callbacks share threads is not known; 1 rule undecided\n"
+          "  as far as recorded, 1 of 1 callback that ran had a thread of its own\n"));
 }
 
 // As of ROS 2: no release is known.
@@ -359,10 +359,10 @@ TEST(ReportScreen, OfSeveralHostsTellsTimesByOneClock) {
   auto later = usual_context();
   later.verify.worst_runs[0].start = {983'001'500'000 - 8'000'000'000};
   EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later),
-              HasSubstr("instance 3 at +1.500 ms: "));
+              HasSubstr("instance 3 at +1.500 ms took 2.500 ms: "));
   later.verify.worst_runs[0].start.ns -= 2'000'000;
   EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later),
-              HasSubstr("instance 3 at -500.0 us: "))
+              HasSubstr("instance 3 at -500.0 us took 2.500 ms: "))
       << "before the other one's record began";
 }
 

@@ -78,7 +78,7 @@ std::string Headline::fact() const {
   auto undecided = counted(open.size(), "rule") + " undecided";
   if (is_mapped) return isolation_fact(judged_.report) + "; " + undecided;
   if (names(open, "M2") || names(open, "M3"))
-    return "whether callbacks share threads is undecided, with " + counted(open.size(), "rule");
+    return "whether callbacks share threads is not known; " + undecided;
   return undecided;
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -108,18 +107,15 @@ std::string above_the_bound(const SchedulabilityReport& report, const Titles& ti
   return titled("Above the bound", text, style);
 }
 
-// With some of the callbacks that each reason concerns.
+// With the callbacks that each reason concerns.
 std::string reasons(const SchedulabilityReport& report, const Titles& titles,
                     const TextStyle& style) {
-  constexpr std::size_t kMostNamed = 3;
   std::string text;
   for (const auto& [reason, callbacks] : without_bound(report)) {
     text += filled("  " + counted(callbacks.size(), "callback") + ": " + printable(reason),
                    style.columns, 4);
-    for (const auto* callback : std::span(callbacks).first(std::min(kMostNamed, callbacks.size())))
+    for (const auto* callback : callbacks)
       text += "      " + elide(titles.of(*callback), style.columns - 6) + '\n';
-    if (callbacks.size() > kMostNamed)
-      text += fmt::format("      {} {} more\n", gap(style), callbacks.size() - kMostNamed);
   }
   return titled("Without a bound", text, style);
 }

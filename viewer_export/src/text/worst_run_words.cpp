@@ -6,6 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,6 +18,8 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Duration;
+
+constexpr std::int64_t kSmallPart = 20;  // of the whole: what is less is not told
 
 // "instance 140 at +1.466 s" after the recording's begin, which is a time of one host's clock; with a
 // window, which begins later, "at +1.466 s of the recording".
@@ -59,11 +66,10 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
                        worst.behind->is_at_least ? "at least " : "",
                        format_duration(worst.behind->time.ns), response, judged.names.of(*behind));
   }
-  std::string parts;
+  std::vector<std::pair<Duration, std::string>> parts;
   Duration waited{};
   const auto add = [&parts](Duration time, const std::string& what) {
-    if (time.ns <= 0) return;
-    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
+    if (time.ns > 0) parts.emplace_back(time, what);
   };
   const auto add_wait = [&](const std::optional<Duration>& time, const std::string& what) {
     if (!time) return;
@@ -75,13 +81,20 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
   add_wait(worst.blocked, "blocked");
   add_wait(worst.wake_delay, "waiting for a CPU after it was woken");
   if (parts.empty()) return {};
-  // Most of it, where it did not wait for as long. Without the kernel's events that may be anything.
+  // Without the kernel's events the rest may be anything.
   if (worst.execution) {
-    if (*worst.execution > waited) add(*worst.execution, "in the callback itself");
-  } else if (worst.start_latency && worst.response_time - waited > waited) {
+    add(*worst.execution, "executing");
+  } else if (worst.start_latency == waited) {
     add(worst.response_time - waited, "from start to end");
   }
-  return fmt::format("{}{} (of {})", text, parts, response);
+  std::ranges::stable_sort(parts, std::ranges::greater{},
+                           [](const auto& part) { return part.first.ns; });
+  std::string words;
+  for (const auto& [time, what] : parts) {
+    if (!words.empty() && time.ns < worst.response_time.ns / kSmallPart) break;
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", format_duration(time.ns), what);
+  }
+  return fmt::format("{} took {}: {}", text, response, words);
 }
 
 }  // namespace cie::viewer_export
