@@ -71,7 +71,7 @@ void parse_saving(const std::string& most, const std::string& least_interval,
   }
   if (!options.command.empty()) {
     throw UsageError(
-        "--save-snapshot: a command that cie live starts is traced by nobody else; start it by\n"
+        "--save-snapshot: a command that cie live starts is traced by nobody else; start it by "
         "itself, and have cie record --attach --snapshot and cie live both attach to it");
   }
   if (!most.empty()) {

@@ -268,14 +268,26 @@ Evidence unordered_init(const EventRef& init, const ThreadFacts& thread) {
 // A callback_init came before it ran at all. If that was not seen, which no loss needs to tell, one in
 // between may be missing likewise. An announcement repeats what need not have been recorded, and what
 // ROS 2 made before its recording it never tells.
-std::optional<Evidence> unseen_registration(const CallbackFacts& callback, const Move& move) {
+std::optional<Evidence> unseen_registration(const RuleContext& context,
+                                            const CallbackFacts& callback, const Move& move) {
   if (!callback.is_accounted) return std::nullopt;
   const bool is_seen = callback.registered &&
                        (callback.may_repeat || callback.registered->time <= move.first_on_to.time);
-  if (is_seen) return std::nullopt;
-  return without_event(move.last_on_from,
-                       "its callback_init was not seen: another one, before it went on on another "
-                       "thread, may be missing, too");
+  if (!is_seen) {
+    return without_event(
+        move.last_on_from,
+        "its callback_init was not seen: another one, before it went on on another "
+        "thread, may be missing, too");
+  }
+  for (const auto* pair : callback.ran_on) {
+    const auto& thread = thread_of(context.model, pair->thread);
+    if (thread.announced || pair->thread == move.from || pair->thread == move.to) continue;
+    return without_event(move.last_on_from,
+                         "it also ran on " + thread_name(thread) +
+                             ", whose announcement was not seen: a callback_init of it may be "
+                             "missing, too");
+  }
+  return context.proof.unseen_announcement(callback.process);
 }
 
 void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
@@ -317,7 +329,7 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
           announced->second.time <= move.first_on_to.time) {
         judgement.overrule(proof.user_loss(to.process, announced->first, announced->second.time));
       }
-      judgement.overrule(unseen_registration(callback, move));
+      judgement.overrule(unseen_registration(context, callback, move));
       if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
         judgement.overrule(unordered_init(*callback.last_init, to));
       }

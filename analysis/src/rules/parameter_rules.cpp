@@ -122,6 +122,12 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
 // may be lost; or what told of the one that is judged by, for no event names that.
 std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread) {
   const auto& process = context.model.processes[at(thread.process)];
+  const auto* then = thread.fini ? spec_then(process, thread.fini->time) : nullptr;
+  const bool is_spec_known = then != nullptr && is_judged_by(context, *then);
+  // Its end may be unseen, too.
+  if (thread.fini ? !is_spec_known : process.specs.empty()) {
+    if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
+  }
   if (!thread.fini) return std::nullopt;
   if (process.last_begin > thread.fini->time) {
     return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);

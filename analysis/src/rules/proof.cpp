@@ -2,6 +2,7 @@
 
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "model/recorded_parts.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -99,6 +100,7 @@ Proof::Proof(const Model& model, const ThreadLives& lives, const KernelHoles& ho
       judged_(judged),
       holes_(holes),
       user_losses_(model),
+      missing_user_part_(missing_user_part(model)),
       processes_(model.processes.size()) {
   for (const auto& callback : model.callbacks) {
     const auto host = model.processes[at(callback.process)].host;
@@ -257,6 +259,19 @@ std::optional<Evidence> Proof::unseen_threads(ProcessIndex process) const {
   return unseen_or_lost(process, &RunTotals::threads, threads_announced(process),
                         "threads whose announcement was not seen: ",
                         "; nothing counts the threads: the announcement of one may be lost");
+}
+
+std::optional<Evidence> Proof::unseen_announcement(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  if (missing_user_part_) {
+    return without_event(facts.first_seen.value_or(EventRef{}), *missing_user_part_);
+  }
+  if (auto unseen = processes_[at(process)].first_unannounced) {
+    unseen->note += ": other announcements may be missing, too";
+    return unseen;
+  }
+  return unseen(process, &RunTotals::threads, threads_announced(process),
+                "threads whose announcement was not seen: ");
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
@@ -430,9 +445,13 @@ void Proof::prove(ThreadIndex index) {
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
       ++process.threads_unannounced;
-      threads_.emplace(index, evidence(facts.fini ? "thread_fini" : "thread_sched",
+      const auto& unannounced =
+          threads_
+              .emplace(index, evidence(facts.fini ? "thread_fini" : "thread_sched",
                                        facts.fini ? *facts.fini : facts.read_backs.first_at,
-                                       name + " was never seen to be announced"));
+                                       name + " was never seen to be announced"))
+              .first->second;
+      if (!process.first_unannounced) process.first_unannounced = unannounced;
     }
     return;
   }

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace cie::analysis {
@@ -87,6 +88,9 @@ class Proof {
 
   // The same of threads whose announcement is missing. A process of ROS 2 alone announces none.
   std::optional<Evidence> unseen_threads(ProcessIndex process) const;
+  // Why announcements of the process may be missing that no number and no total counts: of a callback
+  // that is registered again, of a spec. A stream of which no file is there tells no loss.
+  std::optional<Evidence> unseen_announcement(ProcessIndex process) const;
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 
@@ -106,6 +110,7 @@ class Proof {
     std::uint64_t callbacks_registered = 0;
     std::uint64_t threads_announced = 0;
     std::uint64_t threads_unannounced = 0;  // that must have been, for they told of themselves
+    std::optional<Evidence> first_unannounced{};
     std::uint64_t groups_known = 0;
     std::uint64_t publishers_registered = 0;
   };
@@ -142,6 +147,7 @@ class Proof {
   const TimeWindow judged_;
   const KernelHoles& holes_;
   const UserLosses user_losses_;
+  const std::optional<std::string> missing_user_part_;
   std::vector<ProcessProof> processes_;
   // Of those that lost something.
   std::map<CallbackIndex, std::optional<Evidence>> callbacks_;

@@ -266,6 +266,28 @@ const CallbackFacts* perhaps_ended(const Model& model, const std::vector<Lifetim
   return nullptr;
 }
 
+// Ends of one id's lifetimes that callback_fini tells, in order.
+using ToldEnds = std::map<ProcessIndex, std::vector<Timestamp>>;
+
+ToldEnds told_ends(const Model& model, const std::vector<Ended>& by_end) {
+  ToldEnds ends;
+  for (const auto& one : by_end) {
+    const auto& callback = model.callbacks[at(one.life.index)];
+    if (callback.fini) ends[callback.process].push_back(callback.fini->at.time);
+  }
+  return ends;
+}
+
+// An announcement told of it after another one of its process had ended: it may be the next lifetime,
+// whose own callback_init was lost, and may have lived beside that one.
+bool may_follow_unseen(const CallbackFacts& after, const Lifetime& life, const ToldEnds& ends) {
+  if (!after.registered || !after.may_repeat) return false;
+  const auto of_process = ends.find(after.process);
+  if (of_process == ends.end()) return false;
+  const auto end = std::ranges::upper_bound(of_process->second, life.begin);
+  return end != of_process->second.end() && *end < after.registered->time;
+}
+
 // Lifetimes that may have had any id, of one host.
 class UnknownLives {
  public:
@@ -330,6 +352,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
     const auto by_end = in_order_of_ends(lives);
+    const auto ends_told = told_ends(model, by_end);
     for (std::size_t i = 0; i < lives.size(); ++i) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
       constexpr Timestamp kEver{std::numeric_limits<std::int64_t>::min()};
@@ -354,6 +377,14 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
         conclude(std::move(judgement), verdicts);
       } else if (!before.empty()) {
         conclude_restart(context, before, lives[i], verdicts);
+      }
+      const auto& after = model.callbacks[at(lives[i].index)];
+      if (may_follow_unseen(after, lives[i], ends_told)) {
+        Judgement judgement(names.callback(lives[i].index));
+        judgement.doubt(registered_as(after,
+                                      "it was announced after the callback that had this id before "
+                                      "ended: whether this is its next lifetime is unknown"));
+        conclude(std::move(judgement), verdicts);
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
@@ -384,7 +415,7 @@ const Rule kMappingSurvivesRestart{
     "M5", "mapping-survives-restart",
     "When a process is restarted, each callback returns as it was: same kind, source, period "
     "and deadline, and its thread with the same policy, priority or nice value, deadline triple "
-    "and CPUs. Each lifetime is compared with the one before it; of several that lived at the same "
+    "and CPUs, as they were applied last. Each lifetime is compared with the one before it; of several that lived at the same "
     "time before, it must be like each or like none to be judged.\n"
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"

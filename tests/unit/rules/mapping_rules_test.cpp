@@ -169,6 +169,19 @@ TEST(MappingPersistent, IsInconclusiveWhereNoRegistrationWasSeenBeforeTheMove) {
   EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "nor at all";
 }
 
+// The file that had another thread's announcement may have had a registration, too.
+TEST(MappingPersistent, IsInconclusiveWhereAThreadWasNeverAnnounced) {
+  const Verified verified(std::string(kReplaced) +
+                          "\nthread other worker tid=150 silent\n5 audit other");
+  EXPECT_EQ(verified["M4"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              HasSubstr("thread 150 was never seen to be announced: other announcements"));
+  const Verified ran(std::string(kReplaced) +
+                     "\nthread other callback of=fusion tid=150 silent\n"
+                     "-50 start fusion on=other\n-40 end fusion on=other\n-39 finish other");
+  EXPECT_EQ(ran["M4"], Verdict::inconclusive) << ran.evidence("M4", "callback fusion");
+}
+
 // Two CPUs' events of one nanosecond have no order.
 TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
   for (const auto* time : {"12", "30"}) {

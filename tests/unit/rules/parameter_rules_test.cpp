@@ -317,6 +317,17 @@ TEST(Reload, AsksNothingKnownOfThreadsThatHadEndedWhereTheirSpecIsNotTold) {
   EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "it may have been this one";
 }
 
+// As where a file with announcements is missing, which no loss tells.
+TEST(Reload, MayBeUnseenWhereAThreadWasNeverAnnounced) {
+  const auto judged = [](const std::string& more) {
+    auto trace = trace_of(ended("former", more));
+    trace.erase<RunBegin>();
+    return Verified(trace, kFifo80)["S1"];
+  };
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_EQ(judged("thread other worker tid=150 silent\n5 audit other"), Verdict::inconclusive);
+}
+
 TEST(Reload, ToASpecOfBeforeAsksThreadsThatEndedWithItThen) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
   const auto and_back = [&](const char* other_since) {

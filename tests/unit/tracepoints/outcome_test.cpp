@@ -85,15 +85,18 @@ TEST(Summary, OfChunksCountsThoseThatAreSealedAndGone) {
 
 TEST(Summary, OfSnapshotsNamesTheFirstIfThereIsOne) {
   Outcome kept = outcome();
-  kept.kept = KeptInSnapshots{.saved = 0, .left_out = 4};
+  kept.kept = KeptInSnapshots{.saved = 0, .left_out = 4, .has_kernel_events = false};
   EXPECT_EQ(summary(kept),
             "./app exited with status 0\n"
             "saved 0 snapshots in /rec; 4 times more there was a reason to, but --max-snapshots or "
             "--min-interval forbade it\n");
-  kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0};
+  kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0, .has_kernel_events = false};
   EXPECT_THAT(summary(kept),
               HasSubstr("saved 2 snapshots in /rec (user-space events; kernel events: no)\n"
                         "next: cie report /rec/snapshot-001\n"));
+  kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0, .has_kernel_events = true};
+  EXPECT_THAT(summary(kept),
+              HasSubstr("saved 2 snapshots in /rec (user-space and kernel events)\n"));
 }
 
 TEST(Summary, SaysOneOfOne) {
@@ -106,7 +109,7 @@ TEST(Summary, SaysOneOfOne) {
   EXPECT_THAT(summary(kept), HasSubstr("did not report 1 switch of threads"));
   EXPECT_THAT(summary(kept),
               HasSubstr("recorded 1 chunk in /rec, of which the oldest 1 was removed;"));
-  kept.kept = KeptInSnapshots{.saved = 1, .left_out = 1};
+  kept.kept = KeptInSnapshots{.saved = 1, .left_out = 1, .has_kernel_events = false};
   EXPECT_THAT(summary(kept), HasSubstr("saved 1 snapshot in /rec; 1 time more there was"));
 }
 

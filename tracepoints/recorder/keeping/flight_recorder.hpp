@@ -64,6 +64,8 @@ class FlightRecorder {
   std::uint64_t saved() const noexcept { return saved_; }
   // How often something happened for which the limits let nothing be saved.
   std::uint64_t left_out() const noexcept { return left_out_; }
+  // Snapshots hold the kernel's events, too.
+  bool has_kernel_events() const noexcept { return kernel_ != nullptr; }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -78,7 +78,10 @@ std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
         "; {} more there was a reason to, but --max-snapshots or --min-interval forbade it",
         in_number(kept.left_out, "time", "times"));
   }
-  if (kept.saved > 0) text += events_in_words(outcome.manifest);
+  if (kept.saved > 0) {
+    text += kept.has_kernel_events ? " (user-space and kernel events)"
+                                   : events_in_words(outcome.manifest);
+  }
   text += '\n';
   if (kept.saved > 0) {
     text += fmt::format("next: cie report {}\n", in_shell_quotes(snapshot_directory(directory, 1)));

@@ -19,7 +19,8 @@ struct KeptInChunks {
 };
 struct KeptInSnapshots {
   std::uint64_t saved = 0;
-  std::uint64_t left_out = 0;  // for which the limits let nothing be saved
+  std::uint64_t left_out = 0;      // for which the limits let nothing be saved
+  bool has_kernel_events = false;  // each of them
 };
 struct KeptElsewhere {};  // at a relay daemon, or shown live
 

@@ -150,7 +150,9 @@ Outcome SnapshotsKeeping::finish(const std::optional<ExitStatus>& exit) {
   tracing_.manifest.exit = exit;
   save_at_the_end();
   tracing_.end();
-  const KeptInSnapshots kept{.saved = flight_->saved(), .left_out = flight_->left_out()};
+  const KeptInSnapshots kept{.saved = flight_->saved(),
+                             .left_out = flight_->left_out(),
+                             .has_kernel_events = flight_->has_kernel_events()};
   flight_.reset();
   tracing_.close();
   tracing_.release_directory();
