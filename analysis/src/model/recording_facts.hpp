@@ -49,6 +49,11 @@ struct StreamFacts {
   bool has_ended = false;  // none follows it
   std::uint64_t packets = 0;
   std::vector<Timestamp> packet_begins{};  // of the first million
+  struct File {
+    std::uint64_t first_packet = 0;
+    std::string path{};
+  };
+  std::vector<File> later_files{};  // after `path`, in order
   std::uint64_t events = 0;
   bool is_evidence = true;   // false: of the kernel, and no clock relates it to its host's others
   bool is_left_out = false;  // it has no time in common with the rest of its channel

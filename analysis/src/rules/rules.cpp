@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -112,9 +113,15 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
     item.file = stream.path;
     const auto& begins = stream.packet_begins;
     const auto next = std::ranges::upper_bound(begins, item.time);
-    if (next != begins.begin() && stream.packets == begins.size()) {
-      item.packet = static_cast<std::uint64_t>(next - begins.begin() - 1);
+    if (next == begins.begin() || stream.packets != begins.size()) continue;
+    auto packet = static_cast<std::uint64_t>(next - begins.begin() - 1);
+    const auto& later = stream.later_files;
+    const auto file = std::ranges::upper_bound(later, packet, {}, &StreamFacts::File::first_packet);
+    if (file != later.begin()) {
+      item.file = std::prev(file)->path;
+      packet -= std::prev(file)->first_packet;
     }
+    item.packet = packet;
   }
 }
 

@@ -81,9 +81,12 @@ bool RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) 
 }
 
 std::optional<std::int32_t> RecordingTracker::apply(const EventHead& head,
-                                                    const PacketBegin& /*event*/) {
+                                                    const PacketBegin& event) {
   auto* facts = stream(head.stream);
   if (facts == nullptr) return std::nullopt;
+  if (!event.file.empty()) {
+    facts->later_files.push_back({.first_packet = facts->packets, .path = std::string(event.file)});
+  }
   ++facts->packets;
   const auto begins_anew = coverage_.begin_packet(head);
   if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);

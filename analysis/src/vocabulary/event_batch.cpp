@@ -17,6 +17,7 @@ class Keeper {
   explicit Keeper(std::pmr::memory_resource& memory) : memory_(memory) {}
 
   void keep(StreamBegin& event) { keep(event.host, event.clock_uuid, event.path); }
+  void keep(PacketBegin& event) { keep(event.file); }
   void keep(DamagedPacket& event) { keep(event.reason); }
   void keep(RunBegin& event) {
     keep(event.tool_version, event.executor, event.boot_id, event.host, event.spec_sha256);

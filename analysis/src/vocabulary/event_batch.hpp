@@ -27,9 +27,9 @@ constexpr std::uint64_t kinds() noexcept {
 
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
-    kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
-          ThreadSched, CallbackBesideOwn, Ros2Tracer, HiddenInit, UnseenWriter, ProcessName,
-          OtherEvent>();
+    kinds<StreamBegin, PacketBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit,
+          ThreadInit, ThreadSched, CallbackBesideOwn, Ros2Tracer, HiddenInit, UnseenWriter,
+          ProcessName, OtherEvent>();
 
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than
 // one event above kMostShown bytes. Used again after clear(), so that

@@ -180,6 +180,41 @@ TEST(Verify, EvidenceNamesTheStreamAndThePacketOfItsEvent) {
   EXPECT_EQ(evidence[1].packet, 1U);
 }
 
+// As chunks of a recording have: packets are counted in each.
+TEST(Verify, EvidenceNamesTheFileOfAStreamWithSeveral) {
+  using namespace analysis;
+  Analyzer analyzer(AnalysisOptions{});
+  const auto push = [&analyzer](std::int64_t time, const EventBody& body) {
+    analyzer.consume(
+        Event{.head = {.time = {time}, .stream = StreamIndex{0}, .cpu = 0, .pid = 1, .tid = 2},
+              .body = body});
+  };
+  StreamBegin stream;
+  stream.path = "chunk-000001/channel0_0";
+  push(0, stream);
+  const std::string_view second = "chunk-000002/channel0_0";
+  std::uint32_t callback = 7;
+  for (const auto& [begin, file] : {std::pair(10, std::string_view{}), std::pair(20, second),
+                                    std::pair(30, std::string_view{})}) {
+    push(begin, PacketBegin{.file = file});
+    CallbackStart start;
+    start.callback = CallbackId{callback++};
+    push(begin + 1, start);
+    push(begin + 2, CallbackEnd{.callback = start.callback, .seq = 0, .status = {}});
+    push(begin + 5, PacketEnd{});
+  }
+  const auto verdicts = analyzer.finish().verdicts;
+  const auto rule = std::ranges::find(verdicts.rules, "M2", &RuleVerdict::id);
+  const auto& evidence = rule->subjects.at(0).evidence;
+  ASSERT_EQ(evidence.size(), 3U);
+  EXPECT_EQ(evidence[0].file, stream.path);
+  EXPECT_EQ(evidence[0].packet, 0U);
+  EXPECT_EQ(evidence[1].file, second);
+  EXPECT_EQ(evidence[1].packet, 0U);
+  EXPECT_EQ(evidence[2].file, second);
+  EXPECT_EQ(evidence[2].packet, 1U);
+}
+
 TEST(Verify, NamesThePidWhenThereAreSeveralProcesses) {
   const Verified verified(R"(
     process first pid=100

@@ -76,6 +76,8 @@ struct StreamEnd {
 struct PacketBegin {
   static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
+  // Of a stream's first packet in another file than its StreamBegin or the packets before name.
+  std::string_view file{};
 };  // head.time: the packet's begin
 struct PacketEnd {
   static constexpr EventCategory kCategory = EventCategory::structure;

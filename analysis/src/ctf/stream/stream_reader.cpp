@@ -1,6 +1,7 @@
 #include "stream_reader.hpp"
 
 #include <limits>
+#include <string_view>
 #include <utility>
 
 namespace cie::analysis::ctf {
@@ -214,7 +215,9 @@ void StreamReader::emit_packet_begin(EventWriter& writer) {
   if (has_packet_times_ && packet_->begin) {
     const auto time = time_of(*packet_->begin);
     pass(writer, time);
-    emit(writer, time, PacketBegin{});
+    const bool is_told = std::exchange(told_file_, file_) == file_;
+    const std::string_view file = is_told ? "" : std::string_view(files_[file_].file.path());
+    emit(writer, time, PacketBegin{.file = file});
   }
   if (is_outside_) {
     step_ = Step::packet_end;

@@ -147,6 +147,7 @@ class StreamReader {
   bool has_packet_times_ = false;
 
   std::size_t file_ = 0;        // of files_, being read
+  std::size_t told_file_ = 0;   // whose packets were told last
   std::uint64_t position_ = 0;  // in it, as progress was told
   std::unique_ptr<PacketScanner> scanner_;
   std::optional<EventCursor> cursor_;
