@@ -46,7 +46,7 @@ constexpr const char* kFooter =
   cie run app.yaml --executor single
   cie record -o out -- cie run app.yaml
   cie run --control unload /example/talker
-  cie run --control param set /example/talker period_ms 50
+  cie run --control param get /example/talker period_ms
 
 Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 nothing
 could be loaded, the spec could not be applied, a callback threw, or an order was not followed.)";

@@ -501,8 +501,9 @@ const Rule kMappingPersistent{
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
     "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini, a "
     "callback_init in between or the run_begin by which one only repeats what is known may have "
-    "been, no callback_init of the callback was seen before, or a thread may have served what ROS 2's "
-    "events do not show (M2).\n"
+    "been, no callback_init of the callback was seen before, something else of its process was never "
+    "announced (a stream's file may be missing), or a thread may have served what ROS 2's events do "
+    "not show (M2).\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
     judge_persistent,

@@ -15,6 +15,10 @@ bool was_seen_before(const ProcessFacts& process, const RunBegin& event) {
          process.first_seen->time + kTickOfStart < Timestamp{event.process_start_ns};
 }
 
+bool is_of_one_tick(std::int64_t start, std::int64_t other) {
+  return Timestamp{std::max(start, other)} - Timestamp{std::min(start, other)} < kTickOfStart;
+}
+
 }  // namespace
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
@@ -59,9 +63,13 @@ void Registry::meet(const EventHead& head, const RunBegin& event) {
   // Of one whose run_begin was not seen the namespace is unknown.
   const bool is_of_one_namespace =
       before.start_ns && before.is_pid_own && is_pid_own && before.pid_ns == event.pid_ns;
+  // exec() keeps the pid, and the start, which is read anew. Nothing of the program before follows.
+  const bool is_after_exec = is_of_one_namespace && event.moment == RunMoment::start &&
+                             is_of_one_tick(*before.start_ns, event.process_start_ns);
   if (!before.run_end && !is_of_one_namespace) {
     before.shares_pid_since = process.shares_pid_since = ref(head);
-  } else if (!before.run_end && has_run_since(former, Timestamp{event.process_start_ns})) {
+  } else if (!before.run_end && !is_after_exec &&
+             has_run_since(former, Timestamp{event.process_start_ns})) {
     before.shares_pid_since = process.shares_pid_since = ref(head);
     before.pid_sharing = process.pid_sharing = PidSharing::announced_late;
   }

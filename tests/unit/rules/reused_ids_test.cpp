@@ -202,6 +202,36 @@ TEST(ReusedPid, IsInDoubtWhereItsProcessHadBegunBeforeTheLastInstancesOfTheForme
   EXPECT_FALSE(is_any_pid_shared(recorded(35'000'000))) << "the kernel counts in ticks of 10 ms";
 }
 
+// The process goes on as another program, which begins with its run_begin.
+TEST(ReusedPid, IsNoneOfAProcessThatExecutesAnotherProgram) {
+  const auto recorded = [](RunMoment moment) {
+    auto trace = trace_of(R"(
+      process one pid=100 until=40000010 crash
+      callback a
+      10 start a
+      12 end a
+      40000000 start a
+      40000002 end a
+      process two pid=100 from=50000000
+      callback b id=a
+      60000000 start b
+      60000002 end b)");
+    for (auto& event : trace.events) {
+      auto* begin = std::get_if<RunBegin>(&event.body);
+      if (begin == nullptr) continue;
+      const bool is_later = event.head.time.ns > 40'000'000;
+      begin->process_start_ns = is_later ? 11 : 1;  // each program reads it by two clocks
+      if (is_later) begin->moment = moment;
+    }
+    return Verified(trace);
+  };
+  const auto after_exec = recorded(RunMoment::start);
+  EXPECT_FALSE(is_any_pid_shared(after_exec));
+  EXPECT_EQ(after_exec["M2"], Verdict::pass);
+  EXPECT_EQ(after_exec["M3"], Verdict::pass);
+  EXPECT_TRUE(is_any_pid_shared(recorded(RunMoment::announce)));
+}
+
 TEST(ReusedPid, IsNoneOfAProcessWhoseCallbacksRunWhenItEnds) {
   const std::string ends_first = R"(
     process one until=500

@@ -68,6 +68,12 @@ TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
   report.trace.complete = false;
   const TextStyle wide{.columns = 200};
   EXPECT_THAT(report_text_of(report, nullptr, wide), HasSubstr("complete is not known"));
+  report.defects = {{.kind = analysis::DefectKind::sched_switch_gaps,
+                     .severity = analysis::Severity::loss,
+                     .count = 1,
+                     .advice = "record again"}};
+  EXPECT_THAT(report_text_of(report, nullptr, wide), HasSubstr("complete is not known"))
+      << "the kernel's are missing, no event of an application is";
   report.processes.front().complete = false;
   EXPECT_THAT(report_text_of(report, nullptr, wide), HasSubstr("NOT complete"));
 }

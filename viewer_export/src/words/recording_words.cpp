@@ -76,9 +76,12 @@ std::string length_of(const analysis::Report& report, std::size_t named) {
 std::optional<bool> is_complete(const analysis::Report& report) {
   if (report.trace.complete) return true;
   const bool is_known =
-      std::ranges::any_of(
-          report.defects,
-          [](const auto& defect) { return defect.severity != analysis::Severity::info; }) ||
+      std::ranges::any_of(report.defects,
+                          [](const auto& defect) {
+                            // Gaps between context switches cost no event of applications.
+                            return defect.severity != analysis::Severity::info &&
+                                   defect.kind != analysis::DefectKind::sched_switch_gaps;
+                          }) ||
       std::ranges::any_of(report.processes, [](const auto& process) { return !process.complete; });
   return is_known ? std::optional(false) : std::nullopt;
 }
