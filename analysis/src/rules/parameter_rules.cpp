@@ -54,6 +54,12 @@ const LoadedSpec* spec_then(const ProcessFacts& process, Timestamp time) {
   return then;
 }
 
+// The process was told then that it had the spec that is judged by.
+bool is_judged_by_spec_at(const RuleContext& context, const ProcessFacts& process, Timestamp time) {
+  const auto* then = spec_then(process, time);
+  return then != nullptr && is_judged_by(context, *then);
+}
+
 // Null: its run_begins name none.
 const LoadedSpec* last_named_spec(const ProcessFacts& process) {
   const auto named =
@@ -70,8 +76,7 @@ bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& threa
   const auto* last_named = last_named_spec(process);
   if (last_named == nullptr || !is_judged_by(context, *last_named)) return false;
   if (thread.fini->time >= last_named->since) return false;
-  const auto* then = spec_then(process, thread.fini->time);
-  return then == nullptr || !is_judged_by(context, *then);
+  return !is_judged_by_spec_at(context, process, thread.fini->time);
 }
 
 // What was applied is what another spec than the one that is judged by asked for. A request that
@@ -122,13 +127,12 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
 // may be lost; or what told of the one that is judged by, for no event names that.
 std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread) {
   const auto& process = context.model.processes[at(thread.process)];
-  const auto* then = thread.fini ? spec_then(process, thread.fini->time) : nullptr;
-  const bool is_spec_known = then != nullptr && is_judged_by(context, *then);
-  // Its end may be unseen, too.
-  if (thread.fini ? !is_spec_known : process.specs.empty()) {
+  if (!thread.fini) {  // or unseen
+    return process.specs.empty() ? context.proof.unseen_announcement(thread.process) : std::nullopt;
+  }
+  if (!is_judged_by_spec_at(context, process, thread.fini->time)) {
     if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
   }
-  if (!thread.fini) return std::nullopt;
   if (process.last_begin > thread.fini->time) {
     return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);
   }

@@ -100,7 +100,7 @@ Proof::Proof(const Model& model, const ThreadLives& lives, const KernelHoles& ho
       judged_(judged),
       holes_(holes),
       user_losses_(model),
-      missing_user_part_(missing_user_part(model)),
+      missing_user_part_(analysis::missing_user_part(model)),
       processes_(model.processes.size()) {
   for (const auto& callback : model.callbacks) {
     const auto host = model.processes[at(callback.process)].host;
@@ -445,13 +445,11 @@ void Proof::prove(ThreadIndex index) {
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
       ++process.threads_unannounced;
-      const auto& unannounced =
-          threads_
-              .emplace(index, evidence(facts.fini ? "thread_fini" : "thread_sched",
-                                       facts.fini ? *facts.fini : facts.read_backs.first_at,
-                                       name + " was never seen to be announced"))
-              .first->second;
+      auto unannounced = evidence(facts.fini ? "thread_fini" : "thread_sched",
+                                  facts.fini ? *facts.fini : facts.read_backs.first_at,
+                                  name + " was never seen to be announced");
       if (!process.first_unannounced) process.first_unannounced = unannounced;
+      threads_.emplace(index, std::move(unannounced));
     }
     return;
   }

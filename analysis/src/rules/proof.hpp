@@ -91,6 +91,10 @@ class Proof {
   // Why announcements of the process may be missing that no number and no total counts: of a callback
   // that is registered again, of a spec. A stream of which no file is there tells no loss.
   std::optional<Evidence> unseen_announcement(ProcessIndex process) const;
+  // See the function of that name in model/recorded_parts.
+  const std::optional<std::string>& missing_user_part() const noexcept {
+    return missing_user_part_;
+  }
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 

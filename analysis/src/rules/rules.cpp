@@ -313,7 +313,7 @@ std::vector<RulePage> rule_pages() {
 
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
-  const MissingParts missing{.of_user = missing_user_part(context.model),
+  const MissingParts missing{.of_user = context.proof.missing_user_part(),
                              .of_kernel = missing_kernel_part(context.model)};
   const auto shared = shared_pids(context.model);
   for (const auto& rule : rules()) {

@@ -78,10 +78,9 @@ void Registry::meet(const EventHead& head, const RunBegin& event) {
 // Starts of processes are told in ticks of the kernel's clock, and are those of a clock that is never
 // behind the trace's.
 bool Registry::has_run_since(ProcessIndex process, Timestamp start) const {
-  constexpr Duration kTick{10'000'000};
   return std::ranges::any_of(model_.callbacks, [&](const CallbackFacts& callback) {
     return callback.process == process && callback.is_accounted && callback.starts.last &&
-           callback.starts.last_at.time > start + kTick;
+           callback.starts.last_at.time > start + kTickOfStart;
   });
 }
 

@@ -136,11 +136,9 @@ TEST(MessageLinks, WhatNoCallOfTheOnlyPublisherFitsIsOfAnother) {
 
 // Of processes on several machines, and of those that two sessions record.
 TEST(MessageLinks, WhatIsWrittenAfterTheEndOfItsPublishersRecordIsUnknown) {
-  constexpr StreamIndex kFirst{1};
-  constexpr StreamIndex kSecond{2};
+  constexpr std::uint32_t kFirst = 10;
+  constexpr std::uint32_t kSecond = 20;
   MessageLinks links;
-  links.begin_stream(kFirst, 10);
-  links.begin_stream(kSecond, 20);
   links.add_publisher(kTopic, 7);
   std::optional<std::uint32_t> told_in;
   links.tell_in(kTopic, kFirst, told_in);
@@ -149,9 +147,9 @@ TEST(MessageLinks, WhatIsWrittenAfterTheEndOfItsPublishersRecordIsUnknown) {
   EXPECT_EQ(links.find(kTopic, 210'000).gid, 0U) << "another one's record has ended";
   links.tell_in(kTopic, kSecond, told_in);
   links.add(kTopic, stamped(7, 150'000));
-  links.end_channel(10, 160'000);
+  links.end_channel(kFirst, 160'000);
   EXPECT_EQ(links.find(kTopic, 210'000).gid, 0U) << "the second channel tells it";
-  links.end_channel(20, 200'000);
+  links.end_channel(kSecond, 200'000);
   EXPECT_EQ(links.find(kTopic, 199'999).gid, 0U);
   EXPECT_EQ(links.find(kTopic, 200'000).gid, 7U);
   links.add_publisher(kTopic, 8);

@@ -176,20 +176,25 @@ TEST(ReusedPid, IsInDoubtWhereACallbackEndsAgainBehindALoss) {
       is_any_pid_shared(Verified(std::string(kProcess) + "\n30 discard user until=80 count=9")));
 }
 
+// Two processes of a pid, the first of which was not seen to end.
+TextTrace of_one_pid(const std::string& first, const std::string& second) {
+  return trace_of("process one pid=100 crash " + first + R"(
+    callback a
+    10 start a
+    12 end a
+    40000000 start a
+    40000002 end a
+    process two pid=100 from=50000000 )" +
+                  second + R"(
+    callback b id=a
+    60000000 start b
+    60000002 end b)");
+}
+
 // The second one is attached to, and announces itself when it has run a while.
 TEST(ReusedPid, IsInDoubtWhereItsProcessHadBegunBeforeTheLastInstancesOfTheFormer) {
   const auto recorded = [](std::int64_t began) {
-    auto trace = trace_of(R"(
-      process one pid=100 until=2000 crash
-      callback a
-      10 start a
-      12 end a
-      40000000 start a
-      40000002 end a
-      process two pid=100 from=50000000 attached crash
-      callback b id=a
-      60000000 start b
-      60000002 end b)");
+    auto trace = of_one_pid("until=2000", "attached crash");
     for (auto& event : trace.events) {
       auto* begin = std::get_if<RunBegin>(&event.body);
       if (begin == nullptr) continue;
@@ -205,17 +210,7 @@ TEST(ReusedPid, IsInDoubtWhereItsProcessHadBegunBeforeTheLastInstancesOfTheForme
 // The process goes on as another program, which begins with its run_begin.
 TEST(ReusedPid, IsNoneOfAProcessThatExecutesAnotherProgram) {
   const auto recorded = [](RunMoment moment) {
-    auto trace = trace_of(R"(
-      process one pid=100 until=40000010 crash
-      callback a
-      10 start a
-      12 end a
-      40000000 start a
-      40000002 end a
-      process two pid=100 from=50000000
-      callback b id=a
-      60000000 start b
-      60000002 end b)");
+    auto trace = of_one_pid("until=40000010", "");
     for (auto& event : trace.events) {
       auto* begin = std::get_if<RunBegin>(&event.body);
       if (begin == nullptr) continue;

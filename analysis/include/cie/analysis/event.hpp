@@ -76,7 +76,8 @@ struct StreamEnd {
 struct PacketBegin {
   static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
-  // Of a stream's first packet in another file than its StreamBegin or the packets before name.
+  // Where the packet lies, if that is another file than the one before it does; of a stream's first
+  // packet, than the one its StreamBegin names.
   std::string_view file{};
 };  // head.time: the packet's begin
 struct PacketEnd {

@@ -195,7 +195,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                   .process = process,
                   .thread = *emitting.thread,
                   .sink = sink,
-                  .realtime_ahead = host.realtime_ahead};
+                  .realtime_ahead = host.realtime_ahead,
+                  .channel = stream.channel};
   if (run(ros2_event, fields, context)) {
     if (ros2_event == Ros2Event::callback_start && !host.has_several_traces) {
       begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};
@@ -259,8 +260,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
                                 Context context) {
-  const auto& [head, realtime, before, process_of_event, thread_of_event, sink, realtime_ahead] =
-      context;
+  const auto& [head, realtime, before, process_of_event, thread_of_event, sink, realtime_ahead,
+               channel] = context;
   auto& process = context.process;
   const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
@@ -324,7 +325,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
                                                           const Payload& p, Context& context) {
-  auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
+  auto& [head, realtime, before, process, thread, sink, realtime_ahead, channel] = context;
   const auto seq = callback.next_seq++;
   Taken message;
   const bool may_have_taken = !thread.taken.is_empty() || !thread.dequeued.is_empty() ||
@@ -358,7 +359,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
 }
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
-  auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
+  auto& [head, realtime, before, process, thread, sink, realtime_ahead, channel] = context;
   thread.handed_over = {};
   auto found = thread.open.rbegin();  // most often it is this one
   while (found != thread.open.rend() && found->address != address)

@@ -93,7 +93,6 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                                       event.has_events.value_or(false),
                      .tells_runs = event.tells_runs.value_or(true)};
   if (event.domain != Domain::user) return;
-  links_.begin_stream(head.stream, event.channel);
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {
     of_host.has_several_traces = true;
@@ -132,12 +131,13 @@ void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
 
 void EventTranslator::apply(const EventHead& head, const Publish& event) {
   if (!head.pid || head.is_derived) return;
-  auto& publishers = stream_of(head).host->processes[*head.pid].own_publishers;
+  const auto& stream = stream_of(head);
+  auto& publishers = stream.host->processes[*head.pid].own_publishers;
   const auto found = publishers.find(event.publisher);
   if (found == publishers.end()) return;
   auto& publisher = found->second;
   if (!publisher.told_in) links_.add_publisher(publisher.topic, publisher.gid);
-  links_.tell_in(publisher.topic, head.stream, publisher.told_in);
+  links_.tell_in(publisher.topic, stream.channel, publisher.told_in);
   links_.add(publisher.topic,
              {.gid = publisher.gid, .stamp = event.source_timestamp_realtime_ns, .is_exact = true});
 }

@@ -77,7 +77,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 // The message that a callback which starts was given; none if it is unknown.
 EventTranslator::Taken EventTranslator::taken_by(ros2::Callback& callback, Address address,
                                                  const Payload& start, Context context) {
-  auto& [head, realtime, before, process, thread, sink, realtime_ahead] = context;
+  auto& [head, realtime, before, process, thread, sink, realtime_ahead, channel] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
     if (entry != process.agnocast_entries.end()) {

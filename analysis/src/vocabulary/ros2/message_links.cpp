@@ -62,12 +62,6 @@ void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   entry.sole_publisher = entry.publishers == 1 ? gid : 0;
 }
 
-void MessageLinks::begin_stream(StreamIndex stream, std::uint32_t channel) {
-  const auto index = static_cast<std::size_t>(stream);
-  if (index >= channels_.size()) channels_.resize(index + 1);
-  channels_[index] = channel;
-}
-
 void MessageLinks::move_teller(Topic& topic, std::optional<std::uint32_t> former,
                                std::uint32_t channel) {
   ++topic.told_in[channel];

@@ -14,7 +14,6 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 namespace cie::analysis::ros2 {
 
@@ -53,17 +52,16 @@ class MessageLinks {
   std::uint64_t new_gid() noexcept { return kFirstGid + ++publishers_; }
   // A publisher of the topic was announced.
   void add_publisher(const std::string& topic, std::uint64_t gid);
-  void begin_stream(StreamIndex stream, std::uint32_t channel);
-  // A publication of one of the topic's publishers was told in that stream; `channel` is that of its
+  // A publication of one of the topic's publishers was told in that channel; `former` is that of its
   // publication before, if there was one, and becomes this one's.
-  void tell_in(const std::string& topic, StreamIndex stream,
-               std::optional<std::uint32_t>& channel) {
-    const auto index = static_cast<std::size_t>(stream);
-    if (index >= channels_.size() || channel == channels_[index]) return;
-    move_teller(topics_[topic], channel, channels_[index]);
-    channel = channels_[index];
+  void tell_in(const std::string& topic, std::uint32_t channel,
+               std::optional<std::uint32_t>& former) {
+    if (former == channel) return;
+    move_teller(topics_[topic], former, channel);
+    former = channel;
   }
-  // What its publishers write from then on (CLOCK_REALTIME) is not told, unless another channel does.
+  // What publishers write from then on (CLOCK_REALTIME) that was told there is told no more, unless in
+  // another channel.
   void end_channel(std::uint32_t channel, std::int64_t realtime) {
     ended_.insert_or_assign(channel, realtime);
   }
@@ -166,7 +164,6 @@ class MessageLinks {
 
   std::unordered_map<std::string, Topic> topics_;
   Topic unannounced_;
-  std::vector<std::uint32_t> channels_;          // of streams
   std::map<std::uint32_t, std::int64_t> ended_;  // channels: CLOCK_REALTIME
   std::uint64_t publishers_ = 0;
   bool has_lost_ = false;

@@ -64,6 +64,7 @@ struct HandedOver {
 struct Publishing {
   EventHead head{};
   std::int64_t realtime = 0;  // of `head`
+  std::uint32_t channel = 0;  // likewise
   Address message = 0;
   std::optional<Address> publisher{};
   HandedOver handed_over{};  // the same message, if subscriptions of the process were given it
@@ -208,6 +209,7 @@ struct Context {
   Thread& thread;
   const EventSink& sink;
   std::int64_t& realtime_ahead;  // of its host, see Publications::note_clock
+  std::uint32_t channel;
 };
 
 template <typename Body>

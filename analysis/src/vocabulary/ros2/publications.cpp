@@ -121,6 +121,7 @@ void Publications::begin(Address message, std::optional<Address> publisher, Cont
   settle(context);
   thread.publishing = Publishing{.head = context.head,
                                  .realtime = context.realtime,
+                                 .channel = context.channel,
                                  .message = message,
                                  .publisher = publisher,
                                  .handed_over = handed_over};
@@ -171,7 +172,7 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
       context.thread.writing = links_.add_unannounced(publication);
     return {};
   }
-  links_.tell_in(publisher.topic, publishing.head.stream, publisher.told_in);
+  links_.tell_in(publisher.topic, publishing.channel, publisher.told_in);
   publication.gid = publisher.gid;
   context.thread.writing = links_.add(publisher.topic, publication);
   return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};
@@ -181,10 +182,12 @@ MessageLinks::Origin Publications::tell_at_once(Address publisher,
                                                 const WrittenMessage& publication,
                                                 Context& context) {
   settle(context);
-  const auto origin = tell(
-      Publishing{
-          .head = context.head, .realtime = context.realtime, .message = 0, .publisher = publisher},
-      publication, context);
+  const auto origin = tell(Publishing{.head = context.head,
+                                      .realtime = context.realtime,
+                                      .channel = context.channel,
+                                      .message = 0,
+                                      .publisher = publisher},
+                           publication, context);
   context.thread.writing.reset();
   return origin;
 }
