@@ -211,6 +211,10 @@ class Rotate(unittest.TestCase):
         for of_cpu in times.values():
             self.assertEqual(of_cpu, sorted(of_cpu), "no chunk has what is of another one's time")
         self.assertEqual(sum(map(len, times.values())), manifest_of(directory)["kernel"]["events"])
+        whole = run("babeltrace2", directory)
+        self.assertEqual((whole.returncode, whole.stderr), (0, ""))
+        self.assertEqual(len(whole.stdout.splitlines()),
+                         sum(len(run("babeltrace2", chunk).stdout.splitlines()) for chunk in chunks))
         timer, = (callback for callback in report_of(directory)["callbacks"] if callback["kind"] == "timer")
         self.assertGreater(timer["execution_time_ns"]["count"], 0)
         self.assertEqual({path.name for path in directory.iterdir()}, {chunk.name for chunk in chunks} | {"manifest.json"})

@@ -44,7 +44,7 @@ class CtfStream {
   void flush();
   // The last packet says until when nothing more came, even if no event is in it.
   void finish(std::uint64_t end, std::uint64_t total_lost);
-  // After finish(): what comes now is written to another file, as the same stream.
+  // After flush(): what comes now is written to another file, as the same stream.
   void go_on_in(std::filesystem::path file);
 
   std::uint64_t events() const noexcept { return events_; }

@@ -62,18 +62,14 @@ void KernelRecording::adopt_clock(const fs::path& recording) {
   write_kernel_metadata(directory_, uuid_, clock_);
 }
 
-void KernelRecording::complete_files(std::uint64_t end) {
-  for (std::size_t i = 0; i < cpus_.size(); ++i) {
-    cpus_[i].stream().finish(end, source_->lost(i));
-  }
-}
-
 void KernelRecording::go_on_in(fs::path directory) {
   make_directory(directory);
   write_kernel_metadata(directory, uuid_, clock_);
+  // Each file ends with its CPU's last event: what comes between that and now is still in the kernel's
+  // buffers. An empty packet would say no more, and begin when the next file does: babeltrace2, which
+  // joins a stream's files by the times at which their packets begin, would read it behind that file's
+  // first packet, and stop.
   reader_->drain([&] {
-    // Until its last event: what comes between that and now is still in the kernel's buffers.
-    complete_files(0);
     directory_ = std::move(directory);
     for (std::size_t i = 0; i < cpus_.size(); ++i) {
       cpus_[i].stream().go_on_in(stream_file(directory_, source_->cpus()[i]));
@@ -85,7 +81,9 @@ RecordedKernel KernelRecording::finish() {
   source_->stop();
   const std::uint64_t end = monotonic_ns();
   reader_->stop();
-  complete_files(end);
+  for (std::size_t i = 0; i < cpus_.size(); ++i) {
+    cpus_[i].stream().finish(end, source_->lost(i));
+  }
   return summary();
 }
 

@@ -32,8 +32,8 @@ class KernelRecording {
   // Takes over the clock of the user-space trace below `recording` once its metadata is there.
   void adopt_clock(const std::filesystem::path& recording);
 
-  // Completes the files, and goes on in `directory`, which is created for that. Throws as finish()
-  // does.
+  // Writes what there is to the files, and goes on in `directory`, which is created for that. Losses
+  // that no event followed yet are told there. Throws as finish() does.
   void go_on_in(std::filesystem::path directory);
 
   // Stops, empties the buffers, completes the files. Throws RecordError if anything could not be
@@ -58,9 +58,6 @@ class KernelRecording {
     CtfStream stream_;
     SwitchCheck check_;
   };
-
-  // `end`: until when all was read; 0: only until the last event is that certain.
-  void complete_files(std::uint64_t end);
 
   std::filesystem::path directory_;
   std::unique_ptr<KernelSource> source_;
