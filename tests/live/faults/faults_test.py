@@ -11,6 +11,7 @@ import contextlib
 import json
 import os
 import re
+import resource
 import shutil
 import signal
 import struct
@@ -48,7 +49,7 @@ def children(pid, name):
 class Recording:
     """fault_app under `cie record`, or several of them by a shell command."""
 
-    def __init__(self, name, *arguments, record=(), shell=None, directory=None, environment=None):
+    def __init__(self, name, *arguments, record=(), shell=None, directory=None, environment=None, largest_file=None):
         self.directory = directory or scratch / name
         self.counts = scratch / f"{name}.counts"
         self.counts.mkdir()
@@ -56,7 +57,8 @@ class Recording:
         command = ["sh", "-c", shell, "sh", options.app, self.counts] if shell else [options.app, self.counts, *arguments]
         self.recorder = subprocess.Popen(
             [options.programs / "cie", "record", "-o", self.directory, "--kernel=no", *record, "--", *command],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | (environment or {}))
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | (environment or {}),
+            preexec_fn=largest_file and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))))
 
     def wait_until_ready(self):
         wait_for(lambda: self.ready.exists() or self.recorder.poll() is not None, "the application runs")
@@ -175,17 +177,30 @@ class Faults(unittest.TestCase):
         small.mkdir()
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m,mode=777", "none", small], check=True)
         self.addCleanup(subprocess.run, ["umount", "-l", small], check=True)
+        recording = self.record_without_room("full", directory=small / "rec")
+        copy = scratch / "full_copy"  # read where there is room
+        shutil.copytree(recording.directory, copy)
+        recording.directory = copy
+        self.assert_is_kept_as_far_as_there_was_room(recording)
+
+    def test_a_limit_of_the_size_of_files(self):
+        recording = self.record_without_room("limited", largest_file=1 << 20)
+        self.assertIn("File too large", recording.said)
+        self.assert_is_kept_as_far_as_there_was_room(recording)
+
+    def record_without_room(self, name, **where):
         # Slowly enough for the consumer daemon, which looks for full sub-buffers every 20 ms. 5 MB in all: a loaded
         # machine may run the daemon so late that half of it is discarded, and what is left has to fill the disk.
-        recording = Recording("full", "--instances", "60000", "--period-us", "40", directory=small / "rec",
-                              record=["--subbuf-size", "64k"]).finish(status=4)
+        recording = Recording(name, "--instances", "60000", "--period-us", "40", record=["--subbuf-size", "64k"],
+                              **where).finish(status=4)
         self.assertIn("THE RECORDING FAILED", recording.said)
         begun, emitted = recording.counted()
         self.assertEqual(begun, emitted)
         self.assertEqual(emitted, 120_000)
-        copy = scratch / "full_copy"  # read where there is room
-        shutil.copytree(recording.directory, copy)
-        recording.directory = copy
+        return recording
+
+    def assert_is_kept_as_far_as_there_was_room(self, recording):
+        emitted = recording.counted()[1]
         ours = sum(callback["instances"] for callback in recording.report()["callbacks"])
         self.assertGreater(ours, 1000, "whole packets before the end of the disk are there")
         self.assertLess(2 * ours, emitted)

@@ -144,6 +144,7 @@ bool RelayDaemon::start() {
         ChildOptions{.environment = patience(),
                      .is_detached = true,
                      .dies_with_parent = true,
+                     .outlives_file_limit = true,
                      .log_file = directory_->path() / "relayd.log"});
   } catch (const RecordError& error) {
     throw RecordError(std::string(error.what()) +

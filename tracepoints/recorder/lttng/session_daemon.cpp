@@ -269,6 +269,7 @@ void SessionDaemon::start(const fs::path& log_file, bool is_own) {
         ChildOptions{.environment = {},
                      .is_detached = true,
                      .dies_with_parent = is_own,
+                     .outlives_file_limit = true,
                      .log_file = log_file});
   } catch (const RecordError& error) {
     throw RecordError(std::string(error.what()) +

@@ -36,6 +36,9 @@ namespace {
   if (options.is_detached) {
     setsid();
   }
+  if (options.outlives_file_limit) {
+    signal(SIGXFSZ, SIG_IGN);
+  }
   if (!options.log_file.empty()) {
     const int log = open(options.log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
     if (log < 0) {

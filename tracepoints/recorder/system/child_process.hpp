@@ -20,8 +20,10 @@ using ExitStatus = RecordedExit;
 
 struct ChildOptions {
   std::vector<std::pair<std::string, std::string>> environment;  // added to the recorder's
-  bool is_detached = false;        // own session, so that the terminal's Ctrl-C passes it by
-  bool dies_with_parent = false;   // gets SIGTERM when the recorder is gone, however it went
+  bool is_detached = false;       // own session, so that the terminal's Ctrl-C passes it by
+  bool dies_with_parent = false;  // gets SIGTERM when the recorder is gone, however it went
+  // Ignores SIGXFSZ: a write beyond the limit of a file's size fails, and does not end it.
+  bool outlives_file_limit = false;
   std::filesystem::path log_file;  // for its output; empty: the recorder's output
 };
 

@@ -21,11 +21,13 @@ sigset_t listened_to() {
   return signals;
 }
 
-// A daemon of LTTng that fails closes its connections: what writes to one is told so, and goes on.
+// A daemon of LTTng that fails closes its connections, and files may have a limit of size: what writes
+// is told so, and goes on.
 sigset_t put_off() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGPIPE);
+  sigaddset(&signals, SIGXFSZ);
   return signals;
 }
 

@@ -14,8 +14,8 @@ struct ReceivedSignal {
   bool is_from_terminal = false;
 };
 
-// Blocks SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1 and SIGCHLD for its lifetime, and SIGPIPE, which
-// it does not listen to. Create it before any thread.
+// Blocks SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1 and SIGCHLD for its lifetime, and SIGPIPE and
+// SIGXFSZ, which it does not listen to. Create it before any thread.
 class Signals {
  public:
   Signals();
