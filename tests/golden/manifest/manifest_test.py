@@ -233,7 +233,7 @@ class Manifest(unittest.TestCase):
             if number == 1:
                 text = cie("report", whole, "--all")[1]
                 self.assertNotIn("the recording is complete", text)
-                self.assertIn("begins with chunk 2: those before were not read", text)
+                self.assertIn("begins with chunk 2: those before are not here", text)
                 report = json.loads(cie("report", whole, "-f", "json")[1])
                 self.assertIn(f"{whole} is from 1970-01-03 00:00:00 UTC on",
                               " ".join(defect["advice"] for defect in report["defects"]))

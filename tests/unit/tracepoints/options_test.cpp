@@ -192,6 +192,9 @@ TEST(RecorderOptions, SayWhatAnOptionTakes) {
   EXPECT_EQ(said({"--attach", "--output"}), "--output needs a value: --output DIR");
   EXPECT_EQ(said({"--attach", "--rotate", "5", "--rotate", "6"}),
             "--rotate is given more than once");
+  EXPECT_EQ(said({"--duration", "1", "--", "a"}), "--duration requires --attach");
+  EXPECT_EQ(said({"app", "--duration", "1"}),
+            "one argument too many: \"app\"; the command to record follows after --");
 }
 
 TEST(RecorderOptions, KnowsRelayDaemonsByNameAndPort) {

@@ -489,6 +489,37 @@ TEST(VerifyScreen, OfManyRulesHasTheWorstOfEach) {
   }
 }
 
+// Long names leave two fifths of a line: a reason is broken between words there, and loses none.
+TEST(VerifyScreen, BreaksReasonsBesideLongNamesBetweenWords) {
+  auto verdicts = test::sample_verdicts();
+  auto& rule = verdicts.rules[2];
+  rule.id = "S0";
+  auto& subject = rule.subjects[1];
+  subject.about = {};
+  subject.subject = "thread " + std::string(90, 'x');
+  subject.evidence.resize(1);
+  subject.evidence[0].note = "was: SCHED_FIFO 50 on CPUs 0,1; is: SCHED_OTHER nice 0";
+  rule.subjects = {subject};
+  const auto text = screen_of(verdicts, test::sample_report(), {.columns = 100, .unicode = true});
+  EXPECT_THAT(text, HasSubstr("was: SCHED_FIFO 50 on CPUs 0,1; is:\n" + std::string(60, ' ') +
+                              "SCHED_OTHER nice 0"))
+      << text;
+}
+
+TEST(VerifyScreen, SaysOfAGroupThatItIsOne) {
+  auto verdicts = test::sample_verdicts();
+  auto& rule = verdicts.rules[2];
+  rule.id = "M8";
+  auto& subject = rule.subjects[1];
+  subject.about = {.kind = analysis::SubjectKind::group, .process = subject.about.process};
+  subject.subject = "group 0";
+  subject.evidence.resize(1);
+  subject.evidence[0].note = "a group of 2 callbacks";
+  rule.subjects = {subject};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              HasSubstr("     group 0  a group of 2 callbacks\n"));
+}
+
 TEST(VerifyScreen, LetsNoNameControlTheTerminal) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects[1].subject = "thread \x1b[2J\n";

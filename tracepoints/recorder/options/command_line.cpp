@@ -211,6 +211,13 @@ void apply_relay(Options& options, std::string_view text) {
   leave_out_kernel(options, "--to streams what LTTng records");
 }
 
+// A command without "--" before it leaves its own options to this program: whatever else is wrong comes
+// of that.
+void require_command_after_separator(const CLI::App& app) {
+  if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
+    throw UsageError(unexpected + "; the command to record follows after --");
+}
+
 }  // namespace
 
 ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, bool is_root) {
@@ -341,10 +348,10 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
             .save = std::nullopt,
             .text = std::string("cie-record ") + kToolVersion + '\n'};
   } catch (const CLI::ParseError& error) {
+    require_command_after_separator(app);
     throw UsageError(in_words_of_help(app, error));
   }
-  if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
-    throw UsageError(unexpected + "; the command to record follows after --");
+  require_command_after_separator(app);
 
   if (!snapshot.save.empty()) {
     snapshot.require_alone(app, !options.command.empty());

@@ -55,7 +55,8 @@ void append(Lines& lines, Lines more) { std::ranges::move(more, std::back_insert
 Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
                 const TextStyle& style) {
   const auto indent = display_width(begin);
-  const auto width = style.columns - std::min(indent, style.columns / 2);
+  // Names take three fifths of a line at most, whatever comes before the text (verify_screen.cpp).
+  const auto width = style.columns - std::min(indent, style.columns * 3 / 5);
   auto parts = wrap(text, width);
   if (parts.size() > most) {
     parts[most - 1] = cut(parts[most - 1] + ' ' + parts[most], width, gap(style));

@@ -92,7 +92,9 @@ std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
   const bool is_unique = thread != nullptr && judged.report.trace.hosts.size() < 2;
   std::string_view name = is_unique ? subject.name() : std::string_view(subject.subject);
   const auto kind = label(subject.about.kind);
-  if (name.starts_with(kind) && name.size() > kind.size()) name.remove_prefix(kind.size() + 1);
+  const bool is_small_number = subject.about.kind == SubjectKind::group;  // "group 0"
+  if (!is_small_number && name.starts_with(kind) && name.size() > kind.size())
+    name.remove_prefix(kind.size() + 1);
   if (thread == nullptr || thread->name.empty()) return printable(name);
   return fmt::format("{} ({})", printable(thread->name), printable(name));
 }

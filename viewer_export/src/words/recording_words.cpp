@@ -21,7 +21,7 @@ std::vector<std::string> sentences_of(const analysis::RecordingReport& recording
   }
   if (recording.first_chunk && *recording.first_chunk > 1) {
     sentences.push_back(
-        fmt::format("begins with chunk {}: those before were not read", *recording.first_chunk));
+        fmt::format("begins with chunk {}: those before are not here", *recording.first_chunk));
   }
   return sentences;
 }
