@@ -1,6 +1,6 @@
 // Which publication led to an instance, and by whom: what links instances to chains.
 #include "chain_tracker.hpp"
-#include "prefetch.hpp"
+#include "model/prefetch.hpp"
 
 #include <algorithm>
 

@@ -10,8 +10,8 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/loss_times.hpp"
-#include "prefetch.hpp"
-#include "recent.hpp"
+#include "model/prefetch.hpp"
+#include "model/recent.hpp"
 #include "registry.hpp"
 
 #include <array>

@@ -8,7 +8,7 @@
 #include "instance_builder.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "prefetch.hpp"
+#include "model/prefetch.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"

@@ -1,6 +1,6 @@
 #include "instance_builder.hpp"
 
-#include "prefetch.hpp"
+#include "model/prefetch.hpp"
 
 #include <algorithm>
 #include <memory>

@@ -8,7 +8,7 @@
 #include "flat_map.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "prefetch.hpp"
+#include "model/prefetch.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -10,7 +10,7 @@
 #include "known_emitters.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "prefetch.hpp"
+#include "model/prefetch.hpp"
 #include "sequence_tracker.hpp"
 
 #include <cstddef>

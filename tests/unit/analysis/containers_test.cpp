@@ -11,9 +11,9 @@
 
 #include <gtest/gtest.h>
 #include <model/by_index.hpp>
+#include <model/recent.hpp>
 #include <model/sort_rows.hpp>
 #include <trackers/flat_map.hpp>
-#include <trackers/recent.hpp>
 
 namespace cie::analysis {
 namespace {

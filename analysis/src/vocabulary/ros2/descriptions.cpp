@@ -69,7 +69,7 @@ void enter_publisher(const Telling& telling, const Payload& p, Directory& direct
   const auto topic = p.text(2);
   const auto gid = links.new_gid();
   directory.add_publisher(handle, p.number<Address>(1), topic, gid, telling);
-  if (directory.publisher(handle).gid == gid) links.add_publisher(std::string(topic), gid);
+  if (directory.publisher(handle).gid == gid) links.topic(std::string(topic)).add_publisher(gid);
 }
 
 }  // namespace

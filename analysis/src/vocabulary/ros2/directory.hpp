@@ -5,6 +5,8 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "message_topic.hpp"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -47,6 +49,7 @@ struct Publisher {
   std::uint64_t gid = 0;
   std::uint64_t next_seq = 0;
   std::int64_t last_stamp = 0;
+  MessageTopic* messages = nullptr;        // of its topic, once it was seen to publish
   std::optional<std::uint32_t> told_in{};  // the channel of its latest publication
   Made made{};
   bool is_told = false;

@@ -136,10 +136,13 @@ void EventTranslator::apply(const EventHead& head, const Publish& event) {
   const auto found = publishers.find(event.publisher);
   if (found == publishers.end()) return;
   auto& publisher = found->second;
-  if (!publisher.told_in) links_.add_publisher(publisher.topic, publisher.gid);
-  links_.tell_in(publisher.topic, stream.channel, publisher.told_in);
-  links_.add(publisher.topic,
-             {.gid = publisher.gid, .stamp = event.source_timestamp_realtime_ns, .is_exact = true});
+  if (publisher.messages == nullptr) {
+    publisher.messages = &links_.topic(publisher.topic);
+    publisher.messages->add_publisher(publisher.gid);
+  }
+  publisher.messages->tell_in(stream.channel, publisher.told_in);
+  publisher.messages->add(
+      {.gid = publisher.gid, .stamp = event.source_timestamp_realtime_ns, .is_exact = true});
 }
 
 namespace {

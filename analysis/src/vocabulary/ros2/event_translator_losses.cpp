@@ -13,9 +13,9 @@ constexpr Timestamp kAlways{std::numeric_limits<std::int64_t>::min()};
 // What it was writing was written some time before it is seen again.
 void forget(ros2::Thread& thread) {
   if (thread.publishing) thread.publishing->is_doubtful = true;
-  if (thread.writing) thread.writing->is_doubtful = true;
+  if (auto* message = thread.writing.get()) message->is_doubtful = true;
   thread = {.publishing = thread.publishing,
-            .writing = std::move(thread.writing),
+            .writing = thread.writing,
             .is_named = thread.is_named,
             .beside_own = thread.beside_own};
 }

@@ -14,7 +14,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -141,7 +140,7 @@ struct Thread {
   std::vector<RunningCallback> open{};
   std::vector<RunningCallback> skipped{};  // open inside the last one that ended with others inside
   std::optional<Publishing> publishing{};
-  std::shared_ptr<WrittenMessage> writing{};     // until the thread's next event
+  WrittenRef writing{};                          // until the thread's next event
   HandedOver handed_over{};                      // being put into queues
   TakenMessages<Address, std::int64_t> taken{};  // source timestamps, by rmw's subscription
   TakenMessages<const Callback*, QueuedMessage> dequeued{};
@@ -168,6 +167,7 @@ struct LastEvent {
 struct OwnPublisher {
   std::string topic{};
   std::uint64_t gid = 0;
+  MessageTopic* messages = nullptr;        // of its topic, once it was seen to publish
   std::optional<std::uint32_t> told_in{};  // the channel of its latest publication that was linked
 };
 

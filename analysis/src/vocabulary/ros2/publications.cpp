@@ -86,16 +86,14 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
 
 void Publications::complete(Context& context) {
   auto& thread = context.thread;
-  if (thread.writing) {
-    thread.writing->until = context.realtime;
-    thread.writing.reset();
-  }
+  if (auto* message = thread.writing.get()) message->until = context.realtime;
+  thread.writing.reset();
   if (!thread.publishing) return;
   const auto publishing = *thread.publishing;
   thread.publishing.reset();
   if (publishing.is_doubtful) {
     add_doubtful(publishing, context);
-    if (thread.writing) thread.writing->until = context.realtime;
+    if (auto* message = thread.writing.get()) message->until = context.realtime;
   } else if (publishing.publisher) {
     tell(publishing, WrittenMessage{.from = publishing.realtime, .until = context.realtime},
          context);
@@ -109,7 +107,8 @@ void Publications::add_doubtful(const Publishing& publishing, Context& context) 
                                           : std::string();
   if (process.own_topics.contains(topic)) return;
   const WrittenMessage call{.from = publishing.realtime, .is_doubtful = true};
-  context.thread.writing = topic.empty() ? links_.add_unannounced(call) : links_.add(topic, call);
+  auto& messages = topic.empty() ? links_.unannounced() : links_.topic(topic);
+  context.thread.writing = messages.add(call);
 }
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {
@@ -169,12 +168,13 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
     // are no other topic's).
     const bool is_rosout = context.process.is_seen_whole && !links_.has_lost();
     if (publication.is_exact || !is_rosout)
-      context.thread.writing = links_.add_unannounced(publication);
+      context.thread.writing = links_.unannounced().add(publication);
     return {};
   }
-  links_.tell_in(publisher.topic, publishing.channel, publisher.told_in);
+  if (publisher.messages == nullptr) publisher.messages = &links_.topic(publisher.topic);
+  publisher.messages->tell_in(publishing.channel, publisher.told_in);
   publication.gid = publisher.gid;
-  context.thread.writing = links_.add(publisher.topic, publication);
+  context.thread.writing = publisher.messages->add(publication);
   return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};
 }
 

@@ -38,6 +38,7 @@ class Recent {
   const T& newest(std::size_t age) const noexcept {
     return values_[(next_ - 1 - age) & (kCapacity - 1)];
   }
+  T& newest(std::size_t age) noexcept { return values_[(next_ - 1 - age) & (kCapacity - 1)]; }
   // Oldest first.
   template <typename Visit>
   void for_each(Visit visit) {
