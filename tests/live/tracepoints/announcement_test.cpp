@@ -47,7 +47,7 @@ class Announcement : public ::testing::Test {
     ASSERT_EQ(result.status, 0) << result.out << result.err;
   }
 
-  // Hot events and state events in a channel each, as tracepoints/README.md advises.
+  // Hot events and state events in a channel each, as tracepoints/docs/recording.md advises.
   void create(const std::string& session, const std::vector<std::string>& options = {}) {
     std::vector<std::string> words{"create", session, "--output", path(session)};
     words.insert(words.end(), options.begin(), options.end());

@@ -124,7 +124,7 @@ class Packages(unittest.TestCase):
         documents = {file for file in package.files() if file.startswith("usr/share/doc/cie/")}
         self.assertTrue({f"usr/share/doc/cie/{name}" for name in
                          ("CHANGELOG.md", "README.md", "executor/README.md", "tracepoints/README.md", "analysis/README.md",
-                          "viewer_export/README.md", "viewer_export/docs/reference.md")} <= documents)
+                          "viewer_export/README.md", "viewer_export/docs/reference.md", "executor/docs/nodes.md")} <= documents)
         links = 0
         for document in documents:
             if not document.endswith(".md"):

@@ -182,7 +182,7 @@ class References(unittest.TestCase):
         self.assertEqual(keys_read - manual, set())
 
     def test_the_synopsis_has_every_option(self):
-        synopsis = read("viewer_export", "README.md").partition("```\ncie run")[2].partition("```")[0]
+        synopsis = read("viewer_export", "docs", "commands.md").partition("```\ncie run")[2].partition("```")[0]
         synopsis = re.sub(r"\n +", " ", synopsis)  # what goes on in the next line
         everywhere = {"-h", "--help", "-q", "--quiet", "--metadata"}
         for command in ("report", "instances", "events", "diff", "verify", "analyze", "export", "view", "live", "doctor"):
@@ -210,7 +210,7 @@ class References(unittest.TestCase):
     def test_nodes_of_orders_are_the_examples(self):
         app = read("executor", "examples", "components", "app.yaml")
         nodes = {f"{space}/{name}" for name, space in re.findall(r"name: (\w+)\n +namespace: (\S+)", app)}
-        for text in (read("executor", "README.md"), PROGRAMS.run("cie-run", "--help").stdout):
+        for text in (read("executor", "docs", "components.md"), PROGRAMS.run("cie-run", "--help").stdout):
             named = re.findall(r"(?:--control unload|param get|-p) (/\w+/\w+)", text)
             self.assertTrue(named)
             self.assertEqual(set(named) - nodes, set())
@@ -231,8 +231,8 @@ class References(unittest.TestCase):
             self.assertEqual({key for key in told - given if not key.startswith(("defects[].", "record_before.losses[]."))}, set(), name)
 
     def test_links_lead_somewhere(self):
-        for page in glob.glob(os.path.join(SOURCES, "*.md")) + glob.glob(os.path.join(SOURCES, "*", "*.md")) + \
-                glob.glob(os.path.join(DOCS, "*.md")):
+        pages = [page for folder in ((), ("*",), ("*", "docs")) for page in glob.glob(os.path.join(SOURCES, *folder, "*.md"))]
+        for page in pages:
             for target in re.findall(r"\]\(([^)#\s]+)\)", read(page)):
                 if not re.match(r"https?:", target):
                     self.assertTrue(os.path.exists(os.path.join(os.path.dirname(page), target)), (page, target))

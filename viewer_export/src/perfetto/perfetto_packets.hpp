@@ -1,5 +1,5 @@
 // Encodes Perfetto trace packets into a buffer. Times are nanoseconds on one timeline, which
-// Perfetto is told is its BOOTTIME (see viewer_export/README.md, "Perfetto").
+// Perfetto is told is its BOOTTIME (see viewer_export/docs/viewers.md).
 #pragma once
 
 #include <cie/analysis/identity.hpp>

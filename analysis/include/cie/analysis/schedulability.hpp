@@ -1,6 +1,6 @@
 // Schedulability of the callbacks of a recording: what theory says of the longest response times,
 // from the recording's own parameters, against what was observed. Which assumptions it rests on:
-// analysis/README.md ("Schedulability").
+// analysis/src/studies/README.md.
 #pragma once
 
 #include <cie/analysis/identity.hpp>

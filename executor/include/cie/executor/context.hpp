@@ -36,7 +36,7 @@ class Context {
     // Messages published by pointer reach subscriptions of this process by pointer (README.md,
     // "Pointers"). False: all are serialised.
     bool pass_pointers = true;
-    // Messages between processes of this machine go through shared memory (README.md, "Shared
+    // Messages between processes of this machine go through shared memory (docs/nodes.md, "Shared
     // memory"); pass_pointers is then as good as false. Needs a running iox-roudi.
     bool shared_memory = false;
 

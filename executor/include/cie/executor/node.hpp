@@ -78,7 +78,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 // returns first, and so does one of two that end each other's. Then the function is destroyed and
 // callback_fini emitted. Handles, nodes, context and executor may go in whatever order, also while
 // everything spins. Whatever else a callback uses must outlive it: in a class, declare such members
-// above the node or above the handle (README.md, "Lifetimes").
+// above the node or above the handle (docs/nodes.md, "Lifetimes").
 //
 // Names are those of ROS 2: letters, digits and underscores, not starting with a digit; topics may
 // be relative to the namespace ("scan"), absolute ("/scan") or private ("~/scan"). A name that does

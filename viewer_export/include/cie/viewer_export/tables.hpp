@@ -15,7 +15,7 @@ namespace cie::viewer_export {
 
 // "instances" and the tables of the report: "callbacks", "callback_threads", "threads",
 // "processes", "edges", "chains", "chain_hops", "verdicts", "losses". Columns:
-// viewer_export/README.md.
+// viewer_export/docs/formats.md.
 const std::vector<std::string>& table_names();
 
 // One table of the report; not "instances", which InstanceWriter writes. Times are nanoseconds.
