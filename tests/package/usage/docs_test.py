@@ -230,6 +230,15 @@ class References(unittest.TestCase):
             self.assertEqual(given - told, set(), name)
             self.assertEqual({key for key in told - given if not key.startswith(("defects[].", "record_before.losses[]."))}, set(), name)
 
+    def test_tests_that_pages_name_exist(self):
+        tests = set()
+        for path in glob.glob(os.path.join(SOURCES, "tests", "**", "*.cpp"), recursive=True):
+            tests.update(".".join(name) for name in re.findall(r"^TEST(?:_[FP])?\((\w+), (\w+)\)", read(path), re.M))
+        for folder in ("rules", "vocabulary/ros2"):
+            named = re.findall(r"`([A-Z]\w+\.[A-Z]\w+)`", read("analysis", "src", folder, "README.md"))
+            self.assertGreater(len(named), 50, folder)
+            self.assertEqual(set(named) - tests, set(), folder)
+
     def test_links_lead_somewhere(self):
         pages = [page for folder in ((), ("*",), ("*", "docs")) for page in glob.glob(os.path.join(SOURCES, *folder, "*.md"))]
         for page in pages:
