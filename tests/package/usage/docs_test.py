@@ -230,6 +230,14 @@ class References(unittest.TestCase):
             self.assertEqual(given - told, set(), name)
             self.assertEqual({key for key in told - given if not key.startswith(("defects[].", "record_before.losses[]."))}, set(), name)
 
+    def test_who_has_an_antecedent(self):
+        """"for who builds" is no English: whoever, those who."""
+        texts = [path for pattern in ("*/**/*.md", "*/include/**/*.hpp", "README.md")
+                 for path in glob.glob(os.path.join(SOURCES, pattern), recursive=True) if "/build/" not in path]
+        self.assertGreater(len(texts), 100)
+        for path in texts:
+            self.assertEqual(re.findall(r"\b(?:for|to|from|than) who [a-z]\w*", read(path)), [], path)
+
     def test_tests_that_pages_name_exist(self):
         tests = set()
         for path in glob.glob(os.path.join(SOURCES, "tests", "**", "*.cpp"), recursive=True):

@@ -40,7 +40,7 @@ struct AnalysisOptions {
   bool is_judged = true;
   // Summaries of callbacks have their histograms (Summary::buckets).
   bool keep_buckets = false;
-  // For analyze(): bytes of the traces read. Borrowed; null: nobody looks.
+  // analyze() counts here the bytes that it has read. Borrowed; null: it does not count.
   Progress* progress = nullptr;
 };
 

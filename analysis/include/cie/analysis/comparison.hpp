@@ -262,9 +262,9 @@ struct Comparison {
   bool has_compared() const;  // a callback ran before and after
   // A record lacks runs, or does not prove that a callback is gone.
   bool may_lack_runs() const;
-  // In runs and in all times, of which there are some.
+  // Runs and all times are equal, and there are times.
   bool is_equal() const;
-  // Of some quantile it is certain how it changed or that it did not, or a count became better.
+  // It is certain how some quantile changed, or that it did not; or a count became better.
   bool has_decided() const;
 };
 Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance);

@@ -56,14 +56,14 @@ struct StreamBegin {
   std::string_view clock_uuid;       // the boot id; empty if the clock has none
   std::int64_t clock_offset_ns = 0;  // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it
   std::string_view path;             // where it lies, for messages
-  // Of a flight recorder: begins where the buffers were not overwritten yet.
+  // It is a flight recorder's: it begins where the buffers were not overwritten yet.
   bool is_snapshot = false;
   // What a reader knows ahead (empty: it does not). A stream without any event, as of a CPU on
   // which nothing ran, covers everything up to its end, wherever its packets begin. One that has no
   // time in common with most streams of its channel does not narrow their window.
   std::optional<bool> has_events{};
   bool is_left_out = false;
-  // Of the kernel's, whose trace declares sched_switch: whether it declares sched_pi_setprio, too.
+  // Whether a kernel's trace that declares sched_switch declares sched_pi_setprio, too.
   std::optional<bool> has_inheritance{};
   // Of the user's, whose trace declares starts of callbacks; false: what applications make at their
   // begin alone was recorded, as by the first session of `ros2 trace --dual-session`.
@@ -390,11 +390,11 @@ struct ResponseTaken {
 class TaskName {
  public:
   TaskName() noexcept = default;
-  // NOLINTNEXTLINE(google-explicit-constructor): it is a text to who makes events
+  // NOLINTNEXTLINE(google-explicit-constructor): whoever makes events gives a text
   TaskName(std::string_view name) noexcept { name.copy(characters_.data(), characters_.size()); }
   // NOLINTNEXTLINE(google-explicit-constructor): likewise
   TaskName(const char* name) noexcept : TaskName(std::string_view(name)) {}
-  // NOLINTNEXTLINE(google-explicit-constructor): and to who reads them
+  // NOLINTNEXTLINE(google-explicit-constructor): whoever reads them gets one
   operator std::string_view() const noexcept {
     const std::string_view all(characters_.data(), characters_.size());
     return {all.data(), std::min(all.find('\0'), all.size())};

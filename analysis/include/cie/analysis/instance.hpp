@@ -104,8 +104,8 @@ class Observer {
  public:
   virtual ~Observer() = default;
   // A late start proves no release of a ROS 2 timer; one on time that follows proves those before it.
-  // Who waits is told of such an instance then only, or at last, if nothing proved its release, by
-  // what bounds it; who does not, at once, by what bounds it.
+  // An observer that waits gets such an instance only then, or, where nothing proves its release,
+  // in the end and with bounds of it; one that does not wait gets it at once, with the bounds.
   virtual bool waits_for_proof() const { return true; }
   virtual void on_instance(const Instance&) {}
   virtual void on_publication(const Publication&) {}

@@ -137,8 +137,8 @@ struct HostReport {
   std::optional<Duration> recorded{};  // how long it was; empty: not known
 };
 
-// The one place of a process's host and pid: other rows name it by its number. Of the host itself
-// Report::hosts tells.
+// The one place of a process's host and pid: other rows name it by its number. Report::hosts
+// describes the host itself.
 struct ProcessReport {
   ProcessIndex index{};
   std::string host;
@@ -151,7 +151,7 @@ struct ProcessReport {
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;
-  // Of one that only ROS 2's tracers tell of; empty: another one, or not known.
+  // Of a process that only ROS 2's events describe; empty: another process, or not known.
   std::optional<std::string> tracetools{};  // their version
   std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
   HostIndex host_index{};                   // as observers are told it; not part of the JSON
@@ -209,7 +209,7 @@ struct CallbackReport {
   std::uint64_t cut = 0;         // by an edge of the window
   // That the recording proves and does not show: before it began, outside the window, or lost.
   std::uint64_t runs_not_seen = 0;
-  // Of these, those that are recorded where not all streams are. Empty: none.
+  // How many of these are recorded, where not all streams are. Empty: none.
   std::optional<std::uint64_t> outside_window{};
   // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
   bool may_lack_runs = false;
@@ -227,10 +227,10 @@ struct CallbackReport {
   // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
-  // Of samples, as long as the process counts: before the queue, and in it by later ones. Empty: not told.
+  // Samples lost since the process counts: before the queue; in it, by later ones. Empty: not told.
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
-  // Of these, how many at most were counted before the recording was attached. Empty: none.
+  // How many of these, at most, were counted before the recording was attached. Empty: none.
   std::optional<std::uint64_t> lost_before{};
   std::optional<std::uint64_t> overwritten_before{};
   std::optional<ReleaseSource> release_source;
@@ -363,12 +363,12 @@ struct ChainReport {
   // the sum of start_to_publish and publish_to_start; and from what its release was not before.
   std::optional<Summary> from_start{};
   std::optional<Summary> path_latency_upper{};
-  // Of a service that ends it: from when its response was sent to when the client took it.
+  // From when the response of the service that ends the chain was sent to when the client took it.
   std::optional<Summary> response{};
   std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
   // The sums of its cells and of what is undivided add up to the path latency's.
   std::vector<HopReport> hop_table;
-  // Of instances on which a release is unknown: the time from the publish before to the one after.
+  // Where a release of an instance is unknown: from the publish before it to the one after it.
   std::optional<Summary> undivided{};
 };
 

@@ -46,7 +46,7 @@ struct CallbackSchedulability {
   std::optional<TaskParameter> execution;  // longest (C), time of waiting within it included
   std::uint64_t runs = 0;                  // complete instances,
   std::uint64_t runs_measured = 0;         // and of how many of them the execution time is known
-  // Of C: the longest waiting seen within an instance. Empty: not measured, and none is in C.
+  // The longest waiting seen within an instance, a part of C. Empty: not measured, and not in C.
   std::optional<std::int64_t> waiting_ns{};
   std::optional<TaskParameter> period;    // shortest inter-arrival time (T)
   std::optional<TaskParameter> deadline;  // relative to the release (D)

@@ -30,7 +30,7 @@ struct ValueRange {
   std::int64_t least = 0;
   std::int64_t greatest = 0;
 };
-// Of the values that a histogram does not tell apart from this one.
+// The values that a histogram does not tell apart from this one.
 ValueRange values_like(std::int64_t value) noexcept;
 
 // The numbers printed for a quantity (`S` of the report): integers in nanoseconds.

@@ -23,7 +23,7 @@ inline std::string_view state(const Suppression& suppression) {
   return suppression.is_expired ? "expired" : "active";
 }
 
-// Where it stands, and who says so; which subjects it is for is said where it is listed.
+// Where it stands, and who says so; the list that has it says which subjects it is for.
 void fields(auto& visit, Is<Suppression> auto& s) {
   visit.derived("state", state(s));
   visit("reason", s.reason);

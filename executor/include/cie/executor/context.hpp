@@ -40,7 +40,7 @@ class Context {
     // memory"); pass_pointers is then as good as false. Needs a running iox-roudi.
     bool shared_memory = false;
 
-    // In the form of the ROS 2 that looks on; another one sees nodes without names.
+    // The form of announcements: that of the ROS 2 in the graph; another one sees no nodes' names.
     RosGraph ros_graph = RosGraph::humble;
     // Told, each thing once, what keeps messages away that nobody else is told of: QoS that do not
     // fit, texts that no message can hold. From threads of DDS, one call at a time: short, and

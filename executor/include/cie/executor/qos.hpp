@@ -10,7 +10,7 @@ namespace cie {
 enum class Reliability : std::uint8_t { reliable, best_effort };
 enum class Durability : std::uint8_t { volatile_only, transient_local };
 enum class History : std::uint8_t { keep_last, keep_all };
-// Who says that a writer is alive: DDS, for as long as its process is; or the writer, by publishing
+// What shows that a writer is alive: its process being alive, or the writer itself, by publishing
 // and by Publisher::assert_liveliness().
 enum class Liveliness : std::uint8_t { automatic, manual_by_topic };
 

@@ -66,7 +66,7 @@ class Callback {
   // Begins to be served: readiness goes to `sink`, which is told at once, because what came before
   // was not announced. Null ends it; then no on_ready() is running when this returns.
   virtual void serve(ReadySink* sink) = 0;
-  // Who is about to serve it. If others did before, the trace gets its `callback_init` again: the
+  // These are about to serve it. If others did before, the trace gets its `callback_init` again: the
   // move is no fault (rule M4). One thread at a time.
   void move_to(ThreadsId threads);
 

@@ -30,7 +30,7 @@ class ExecutorCore final : public FailureHandler,
   void add_node(const std::shared_ptr<ServedNode>& node);
   // Throws std::logic_error for a stranger, and in a callback that it would have to wait for.
   void remove_node(ServedNode& node);
-  // Likewise for who goes: a stranger is none of ours, and a callback is waited for by its end().
+  // Likewise for a node that goes: a stranger is ignored, and its callbacks' end() waits for them.
   void drop_node(ServedNode& node);
   void drop_all_nodes();
   // These are about to end: none of them will run any more. Waits for those that run, unless the

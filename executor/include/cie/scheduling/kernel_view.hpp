@@ -28,7 +28,7 @@ class KernelView {
   static std::optional<std::int64_t> number(const std::filesystem::path& file);
   std::optional<std::int64_t> kernel_setting(std::string_view name) const;  // /proc/sys/kernel/…
 
-  // Of the calling thread. Unknown counts as present: nobody is sent after a wrong remedy.
+  // Whether the calling thread has it. Unknown counts as present: no message names a wrong remedy.
   bool has_capability(unsigned bit) const;
   // Whether its capabilities count for the whole machine.
   bool is_in_first_user_namespace() const;

@@ -59,7 +59,7 @@ class Placement {
   // Whether the calling thread is one that waiting for these callbacks would wait for.
   virtual bool is_on_thread_of(const Callbacks& callbacks) const = 0;
 
-  // Takes all out of service. They are forgotten by clear() only, so that meanwhile who removes one
+  // Takes all out of service. Only clear() forgets them, so that meanwhile whoever removes one
   // waits likewise.
   virtual Waiting stop() = 0;
   void clear();

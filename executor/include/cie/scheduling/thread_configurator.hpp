@@ -40,7 +40,7 @@ class ThreadConfigurator {
  public:
   explicit ThreadConfigurator(const ExecutorOptions& options)
       : ThreadConfigurator(options, own_calls_, KernelView{}) {}
-  // Of another machine than this one.
+  // For another machine than this one.
   ThreadConfigurator(const ExecutorOptions& options, KernelCalls& calls, KernelView kernel)
       : options_(options), calls_(calls), kernel_(std::move(kernel)), spec_(options.spec) {}
 

@@ -18,8 +18,8 @@ std::set<std::uint32_t> thread_ids();
 std::string thread_name(std::uint32_t tid);
 
 // The threads that are not in `before`. A new thread names itself when it comes to run; this waits
-// for those that still carry the caller's name: ten seconds for who lacks a CPU, and briefly for
-// who sleeps under that name.
+// for those that still carry the caller's name: ten seconds for one that lacks a CPU, briefly for
+// one that sleeps under that name.
 std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
     const std::set<std::uint32_t>& before);
 

@@ -20,7 +20,7 @@ namespace cie_rclcpp {
 
 class ExecutorState;
 
-// Where an application says how its threads run without being changed. The spec's file is the ROS
+// What says how an application's threads run, without a change of it. The spec's file is the ROS
 // parameter `cie_spec` of the command line (`--ros-args -p cie_spec:=FILE`), else the environment's
 // CIE_SPEC. `cie_on_error` or CIE_ON_ERROR is `refuse` (the default) or `warn`, and what is
 // wrong with threads' parameters is logged. Throws

@@ -13,7 +13,7 @@
 
 namespace cie::viewer_export {
 
-// Of the rows that are written: by start, then thread; or process after process, and in each so.
+// The order of rows: by start, then thread; or process after process, and within each likewise.
 enum class InstanceOrder : std::uint8_t { by_start, by_process };
 
 // The contract's, as `cie instances` prints them; or with "callback_index" behind them, by which rows
