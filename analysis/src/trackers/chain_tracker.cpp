@@ -239,7 +239,9 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
     if (model_.callbacks[at(node.callback)].is_accounted) continue;
     if (losses_.any_between(node.host, last.start, node.start.time)) return true;
   }
-  return false;
+  // What the last callback writes is there at its end: an instance in between whose end is lost wrote, too.
+  const auto& last = *nodes.back();
+  return registry_.ends(last.callback).has_hole_between(progress.hops.back().seq, last.seq);
 }
 
 std::optional<Duration> ChainTracker::to_last(const Nodes& nodes) {

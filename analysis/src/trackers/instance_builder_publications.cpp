@@ -100,11 +100,12 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   const auto index = registry_.publisher(who, event.publisher);
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
-  registry_.note_publication(event.seq, ref(head), index, facts);
+  const bool follows = registry_.note_publication(event.seq, ref(head), index, facts);
   const auto* runs = event.callback == kNoCallback ? running(who) : nullptr;
   if (may_be_of_unseen(head, who, event)) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
-  } else if (runs != nullptr && (event.is_runner_unknown || may_have_ended(head, *runs))) {
+  } else if (runs != nullptr &&
+             (!follows || event.is_runner_unknown || may_have_ended(head, *runs))) {
     chains_.on_publish_unseen(index, event.source_timestamp_realtime_ns);
     leave_undecided({.thread = *who.thread,
                      .callback = runs->callback,

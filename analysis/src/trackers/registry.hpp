@@ -214,6 +214,7 @@ class Registry {
     }
   }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
+  SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }
   // Facts of a callback that an instance of that number begins and ends.
   void note_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
                   SequenceFacts& starts) {
@@ -232,8 +233,8 @@ class Registry {
     end_numbers_[callback].observe(seq, where, ends);
   }
   SequenceTracker& published(std::uint32_t publisher) { return publish_numbers_[publisher]; }
-  // Facts of a publisher that a message of that number is of.
-  void note_publication(std::uint64_t seq, const EventRef& where, std::uint32_t publisher,
+  // Facts of a publisher that a message of that number is of. False: messages before it are missing.
+  bool note_publication(std::uint64_t seq, const EventRef& where, std::uint32_t publisher,
                         PublisherFacts& facts) {
     // Nobody announces those that follow from other events: they are told before what they publish.
     if (!facts.registered && facts.is_accounted && !facts.awaited_since) [[unlikely]] {
@@ -241,7 +242,10 @@ class Registry {
       ++awaited_publishers_;
       last_awaited_ = where.time;
     }
+    const auto& last = facts.published.last;
+    const bool follows = !last || facts.published.is_restarted || seq <= *last + 1;
     published(publisher).observe(seq, where, facts.published);
+    return follows;
   }
   SequenceTracker& read_backs(ThreadIndex thread) { return read_back_numbers_[thread]; }
   void finish();

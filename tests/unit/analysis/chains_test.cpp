@@ -137,6 +137,67 @@ TEST(ReactionTime, IsNotTakenAcrossALostRead) {
   EXPECT_FALSE(chain.data_age);
 }
 
+// plan and fusion take 10 each time, from release to end.
+constexpr const char* kInTurn = R"(
+  publisher out topic=/points
+  callback plan timer period=20
+  callback fusion subscription topic=/points
+  1 start plan release=0
+  3 publish out on=plan
+  4 end plan
+  6 start fusion release=5 from=out:0
+  10 end fusion
+  21 start plan release=20
+  23 publish out on=plan
+  24 end plan
+  26 start fusion release=25 from=out:1
+  30 end fusion
+  41 start plan release=40
+  43 publish out on=plan
+  44 end plan
+  46 start fusion release=45 from=out:2
+  50 end fusion
+  61 start plan release=60
+  63 publish out on=plan
+  64 end plan
+  66 start fusion release=65 from=out:3
+  70 end fusion)";
+
+TEST(ReactionTime, IsNotTakenAcrossALostWriteOfTheLastCallback) {
+  auto trace = trace_of(kInTurn);
+  const auto is_lost = [](const auto& event, const EventHead& head) {
+    return head.time.ns == 50 && event.seq == 2;
+  };
+  EXPECT_EQ(trace.erase<CallbackEnd>(is_lost), 1U);
+  const auto chain = chain_of(trace);
+  EXPECT_EQ(chain.instances, 3U);
+  ASSERT_TRUE(chain.reaction_time);
+  EXPECT_EQ(chain.reaction_time->max, 30 - 1);
+  ASSERT_TRUE(chain.data_age);
+  EXPECT_EQ(chain.data_age->max, 30 - 1) << "the value of 21 was overwritten at 50, not at 70";
+}
+
+// From the end of plan's second instance to the start of its fourth: the last message is no message of
+// the second one, though that is not known to have ended.
+TEST(PathLatency, IsNotTakenAcrossLostPublications) {
+  auto trace = trace_of(kInTurn);
+  const auto is_lost = [](const auto&, const EventHead& head) {
+    return head.time.ns >= 24 && head.time.ns <= 61;
+  };
+  EXPECT_EQ(trace.erase<CallbackEnd>([&](const auto& event, const EventHead& head) {
+    return is_lost(event, head) && head.time.ns % 20 == 4;
+  }),
+            2U);
+  EXPECT_EQ(trace.erase<CallbackStart>([&](const auto& event, const EventHead& head) {
+    return is_lost(event, head) && head.time.ns % 20 == 1;
+  }),
+            2U);
+  EXPECT_EQ(trace.erase<Publish>(is_lost), 1U);
+  const auto chain = chain_of(trace);
+  ASSERT_TRUE(chain.path_latency);
+  EXPECT_EQ(chain.path_latency->max, 10);
+}
+
 void add(std::string& text, int at, const std::string& what) {
   text += "\n" + std::to_string(at) + " " + what;
 }
