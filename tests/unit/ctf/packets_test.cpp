@@ -14,8 +14,10 @@ namespace {
 
 using analysis::UnreadableTrace;
 using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 constexpr std::size_t kHeader = 80;  // bytes before a packet's events
@@ -185,6 +187,17 @@ TEST(Packets, OfAnotherUuidBeforeGarbageAreDamage) {
   packets[1].uuid = 7;
   EXPECT_THAT(lines_of(bytes_of(packets[0]) + bytes_of(packets[1]) + std::string(100, 'x')),
               ElementsAre("110 tick on 0", "120 tick on 0", StartsWith("damaged")));
+}
+
+TEST(Packets, ABeginBehindTheEndCostsOnePacket) {
+  auto packets = three();
+  packets[1].begin = packets[1].end + 1;
+  const auto lines = lines_of(bytes_of(packets));
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[2], HasSubstr("a packet ends before it begins"));
+  EXPECT_EQ(lines[3], "310 tick on 0");
+  packets[1].end = 0;  // as a crash leaves it
+  EXPECT_THAT(lines_of(bytes_of(packets)), Not(Contains(StartsWith("damaged"))));
 }
 
 TEST(Packets, SizesThatContradictEachOtherCostOnePacket) {

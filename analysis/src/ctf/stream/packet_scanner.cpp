@@ -142,6 +142,11 @@ std::optional<Packet> PacketScanner::describe(std::uint64_t offset, const Stream
   if (const auto value = number(end)) {
     packet.end = packet.begin ? extend_clock(*packet.begin, *value, end.length) : *value;
   }
+  // What a crash left behind ends at 0.
+  if (packet.begin && packet.end.value_or(0) != 0 && *packet.end < *packet.begin) {
+    reason_ = "a packet ends before it begins";
+    return std::nullopt;
+  }
   packet.discarded = counter(at(context, PacketContextSlot::events_discarded));
   packet.sequence = counter(at(context, PacketContextSlot::packet_seq_num));
   if (const auto cpu = number(at(context, PacketContextSlot::cpu_id))) {
