@@ -8,6 +8,8 @@ import time
 import unittest
 from pathlib import Path
 
+PATIENCE = 90  # seconds, for what a busy machine does late
+
 
 def isolate():
     """Nothing of LTTng is shared with others. Root's session daemon has one fixed place, so root needs
@@ -20,13 +22,14 @@ def isolate():
                           *sys.argv])
 
 
-def wait_for(condition, what):
-    """What a busy machine does late is waited for; AssertionError with `what` if it never comes."""
-    bound = time.monotonic() + 90
-    while not condition():
+def wait_for(condition, what, seconds=PATIENCE):
+    """The first result of `condition` that is true; AssertionError with `what` if none comes."""
+    bound = time.monotonic() + seconds
+    while not (result := condition()):
         if time.monotonic() > bound:
-            raise AssertionError(f"never: {what}")
+            raise AssertionError(f"never within {seconds} s: {what}")
         time.sleep(0.02)
+    return result
 
 
 def session_daemon(test):

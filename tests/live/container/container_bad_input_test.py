@@ -126,7 +126,7 @@ class BadFiles(unittest.TestCase):
                         # The 19th field; the second may hold spaces, but ends with the last ")".
                         return int((task / "stat").read_text().rsplit(")", 1)[1].split()[16])
                 return None
-            wait_for(lambda: nice_of("a:50ms") == 4)
+            wait_for(lambda: nice_of("a:50ms") == 4, "the spec's nice value")
             self.assertEqual({name: nice_of(name) for name in ("a:50ms", "dq.user", "dq.builtins",
                                                                "gc")},
                              {"a:50ms": 4, "dq.user": 7, "dq.builtins": 7, "gc": os.nice(0)})

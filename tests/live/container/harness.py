@@ -10,6 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -27,13 +28,6 @@ def app_file(*components, head=""):
     return file
 
 
-def wait_for(condition):
-    """What a busy machine does late is waited for; what never comes fails at the assertion."""
-    bound = time.monotonic() + 90
-    while not condition() and time.monotonic() < bound:
-        time.sleep(0.01)
-
-
 class Running:
     """cie-run, once it says that it runs (or has ended)."""
 
@@ -43,7 +37,11 @@ class Running:
             self.process = subprocess.Popen(
                 [options.programs / "cie-run", file, *arguments], stdout=subprocess.PIPE,
                 stderr=log, text=True)
-        wait_for(lambda: "under the executor" in self.text() or self.process.poll() is not None)
+        try:
+            wait_for(lambda: "under the executor" in self.text() or self.process.poll() is not None, "it runs")
+        except AssertionError:
+            self.__exit__()
+            raise
 
     def __enter__(self):
         return self

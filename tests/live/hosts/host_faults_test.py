@@ -18,7 +18,7 @@ import unittest
 from pathlib import Path
 
 import machines
-from machines import FAULT_APP, Network, report, verdicts, wait_until
+from machines import FAULT_APP, Network, report, verdicts, wait_for
 
 TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 SOON = {"LTTNG_NETWORK_SOCKET_TIMEOUT": "3000"}  # ms until a silent network counts as cut
@@ -39,7 +39,7 @@ class Recorded:
         self.recorder = self.machine.record(
             self.manifest_folder, FAULT_APP, self.counts, "--ready", self.ready, "--period-us", "500",
             options=["--flush-interval", "100"], **environment)
-        wait_until(lambda: self.ready.exists() or self.recorder.process.poll() is not None, "the application")
+        wait_for(lambda: self.ready.exists() or self.recorder.process.poll() is not None, "the application")
 
     def begun(self):
         file, = self.counts.iterdir()
@@ -48,10 +48,10 @@ class Recorded:
     def wait_for_more(self, instances=400):
         """It goes on meanwhile."""
         enough = self.begun() + 2 * instances
-        wait_until(lambda: self.begun() > enough, f"{self.name} goes on")
+        wait_for(lambda: self.begun() > enough, f"{self.name} goes on")
 
     def wait_until_said(self, text):
-        wait_until(lambda: text in self.recorder.said(), f"{self.name} says: {text}")
+        wait_for(lambda: text in self.recorder.said(), f"{self.name} says: {text}")
 
     def end(self):
         """The application ends, and its recording with it."""
@@ -72,7 +72,7 @@ class HostFaults(unittest.TestCase):
         self.hosts = {name: Recorded(self.network, name, dict(environment)) for name in names}
         for host in self.hosts.values():
             host.wait_for_more()
-            wait_until(lambda host=host: self.runs(host.name), f"something of {host.name} arrives")
+            wait_for(lambda host=host: self.runs(host.name), f"something of {host.name} arrives")
         return self.hosts.values()
 
     def runs(self, pattern):

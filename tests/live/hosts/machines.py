@@ -10,7 +10,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import unittest
 from pathlib import Path
 
@@ -195,14 +194,3 @@ class Network:
 
 def can_have_clocks():
     return Path("/proc/self/ns/time").exists()
-
-
-def wait_until(condition, what, seconds=60):
-    """The first result of `condition` that is true."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        result = condition()
-        if result:
-            return result
-        time.sleep(0.05)
-    raise AssertionError(f"never: {what}")

@@ -12,13 +12,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position,unused-import
+from isolated_main import PATIENCE, wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 CIE, TRACED_APP, BURST_APP, LATE_CONSUMER = (os.path.abspath(path) for path in sys.argv[1:5])
 TIMER = "/test/node@Timer(1000000)"
 SUBSCRIPTION = "/test/node@Subscription(/test/topic)"
 SHORT_TIMER = "node timer 1 ms"
 SHORT_SUBSCRIPTION = "node \u2190 /test/topic"
-PATIENCE = 90  # seconds, for what a busy machine does late
 scratch = Path(os.sep)  # set by main()
 
 
@@ -32,17 +32,6 @@ def main(name):
 
 def app(*arguments):
     return [TRACED_APP, *map(str, arguments)]
-
-
-def wait_for(condition, what, seconds=PATIENCE):
-    """The first result of `condition` that is true."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        result = condition()
-        if result:
-            return result
-        time.sleep(0.02)
-    raise AssertionError(f"{what} did not come within {seconds} s")
 
 
 class Running:

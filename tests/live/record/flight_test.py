@@ -15,10 +15,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import PATIENCE, wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, APPLICATION, LATE_APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:4])
 CIE = PROGRAMS / "cie"
-PATIENCE = 90  # seconds; nothing takes as long
 scratch: Path
 
 
@@ -79,12 +79,6 @@ class Flight(unittest.TestCase):
         self.assertEqual(recorder.returncode, wanted_status, text)
         return text
 
-    def wait_for(self, path):
-        deadline = time.monotonic() + PATIENCE
-        while not path.exists():
-            self.assertLess(time.monotonic(), deadline, f"{path} does not come")
-            time.sleep(0.01)
-
     def check_complete(self, snapshot, may_have_ended=False):
         """Nothing of a snapshot is taken for a violation, or for lost, because its past was overwritten.
         The application violates M2: it runs two callbacks on one thread. At its end, it tells of samples that were
@@ -107,7 +101,7 @@ class Flight(unittest.TestCase):
             "command", ["--subbuf-size", "4k", "--num-subbuf", "4"],
             ["-c", str(one_cpu), APPLICATION, "--burst", "5000", "--until-signal", "--ready", str(scratch / "ready"),
              "--ready-after", "200"], application="taskset")
-        self.wait_for(scratch / "ready")
+        wait_for((scratch / "ready").exists, "200 instances")
         saved = run(CIE, "record", "--save", directory)
         self.assertEqual((saved.returncode, saved.stdout), (0, f"{directory}/snapshot-001\n"), saved.stderr)
         snapshot = directory / "snapshot-001"
@@ -130,7 +124,7 @@ class Flight(unittest.TestCase):
                          "on command: the brake, ?[1m late")
         # A signal does the same, and the next one has the next number.
         recorder.send_signal(signal.SIGUSR1)
-        self.wait_for(directory / "snapshot-003")
+        wait_for((directory / "snapshot-003").exists, "the third snapshot")
         self.check_complete(directory / "snapshot-003")
         self.assertEqual(manifest_of(directory / "snapshot-003")["snapshot"]["reason"], "on command")
         self.assertGreater(starts_of(directory / "snapshot-003")[-1], starts[-1])
@@ -186,10 +180,7 @@ class Flight(unittest.TestCase):
         ready = scratch / "kernel_ready"
         recorder, directory = self.record("kernel", ["--kernel", "yes"],
                                           ["--until-signal", "--work-us", "2000", "--ready", str(ready)])
-        deadline = time.monotonic() + PATIENCE
-        while not ready.exists() and recorder.poll() is None:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.01)
+        wait_for(lambda: ready.exists() or recorder.poll() is not None, "the application runs")
         if recorder.poll() is not None:
             said = self.end(recorder, 4)
             self.assertIn("--kernel=yes: ", said)

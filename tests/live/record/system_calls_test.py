@@ -6,28 +6,19 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import PATIENCE, wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
-PATIENCE = 90  # seconds
 INSTANCES = 20_000
 # Of the timer's and the subscription's instance: five events of at least 19 bytes.
 LEAST_BYTES = INSTANCES * 5 * 19
 SUBBUFFER = 16 << 10
 scratch: Path
-
-
-def wait_until(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        if time.monotonic() > deadline:
-            raise TimeoutError("the application hangs")
-        time.sleep(0.01)
 
 
 def writes_of(pid):
@@ -44,7 +35,7 @@ class SystemCalls(unittest.TestCase):
         recorder = subprocess.Popen([str(part) for part in command], stdout=subprocess.DEVNULL,
                                     stderr=subprocess.PIPE, text=True)
         self.addCleanup(recorder.kill)
-        wait_until(ready.exists)
+        wait_for(ready.exists, "the application has emitted its events")
         pid = int(ready.read_text())
         writes = writes_of(pid)
         os.kill(pid, signal.SIGTERM)

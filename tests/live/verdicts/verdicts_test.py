@@ -90,12 +90,7 @@ class Verdicts(unittest.TestCase):
         with subprocess.Popen(record_command("reniced", demo("isolated", "--part", "sensing", "--duration", "60",
                                                               "--spec", cls.spec)),
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as recording:
-            bound = time.monotonic() + 90
-            tid = None
-            while tid is None and time.monotonic() < bound:
-                tid = thread_with_nice(5, recording.pid)
-                time.sleep(0.1)
-            assert tid is not None, "the thread of the map's timer never ran at nice 5"
+            tid = isolated_main.wait_for(lambda: thread_with_nice(5, recording.pid), "the thread of the map's timer at nice 5")
             isolated_main.wait_for(lambda: has_run(scratch / "reniced", MAP), "instances before")
             os.setpriority(os.PRIO_PROCESS, tid, 9)
             time.sleep(1)
