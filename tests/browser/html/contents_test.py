@@ -95,7 +95,7 @@ class Contents(Page):
         for name, code in zip(NAMES, (0, 1)):
             with self.subTest(name):
                 self.page(EXAMPLES / name / "trace", "--expect", "isolated")
-                verdicts = json.loads(cie("verify", EXAMPLES / name / "trace", "--format", "json", code=code))
+                verdicts = json.loads(cie("verify", EXAMPLES / name / "trace", "--format", "json", codes=(code,)))
                 self.assertEqual(self.see("#verdict")[0].split()[-1], verdicts["verdict"])
                 signs = {"PASS": "\u2713", "FAIL": "\u2717", "INCONCLUSIVE": "?", "NOT_APPLICABLE": "\u2013"}
                 self.assertEqual(sorted(self.see(".chips li")),

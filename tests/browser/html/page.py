@@ -1,27 +1,27 @@
 """A page of the HTML report in a real Chromium, for the tests of this folder. Their arguments: CIE EXAMPLES."""
 import json
-import os
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+TESTS = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
 from chromium import Chromium  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
 
-CIE = os.path.abspath(sys.argv[1])
+CIE = Cie(sys.argv[1])
 EXAMPLES = Path(sys.argv[2]).resolve()
 NAMES = ("isolated_ok", "multi_threaded_fails")
 
 TEXTS = """[...document.querySelectorAll(%s)].map(node => node.textContent)"""
 
 
-def cie(*arguments, code=0):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=200, check=False)
-    assert (done.returncode, done.stderr) == (code, b""), done.stderr
+def cie(*arguments, codes=(0,)):
+    """What it prints, to the byte; it says nothing beside."""
+    done = CIE.run(*arguments, text=False)
+    assert done.returncode in codes and done.stderr == b"", (arguments, done.returncode, done.stderr)
     return done.stdout.decode()
 
 

@@ -9,13 +9,7 @@ import subprocess
 import sys
 import unittest
 
-CIE = os.path.abspath(sys.argv[1])
-EXAMPLES = os.path.abspath(sys.argv[2])
-
-
-def cie(*arguments):
-    return subprocess.run([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=200, check=False)
+from program import CIE, EXAMPLES, cie
 
 
 def read(*names):

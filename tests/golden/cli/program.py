@@ -9,6 +9,10 @@ import sys
 import tempfile
 import termios
 import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
 
 CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
@@ -17,12 +21,9 @@ SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
 COMMANDS = ("report", "events", "instances", "verify", "analyze", "export", "spec", "diff", "live", "doctor")
 
 
-def cie(*arguments, **options):
-    options.setdefault("stdout", subprocess.PIPE)
-    options.setdefault("stderr", subprocess.PIPE)
-    options.setdefault("program", CIE)
-    program = options.pop("program")
-    return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=200, check=False, **options)
+def cie(*arguments, program=CIE, **options):
+    """As bytes: what is printed is held against files, and compressed."""
+    return Cie(program).run(*arguments, text=False, **options)
 
 
 def on_terminal(*arguments, environment=None, columns=None, cwd=None):

@@ -6,7 +6,6 @@ Arguments: CIE QUESTIONS
 """
 import collections
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -18,19 +17,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sql"))
 import engines  # noqa: E402
+from cie import Cie  # noqa: E402  of tests/support, where engines looks
 from recordings import fleet  # noqa: E402
 
-CIE = os.path.abspath(sys.argv[1])
+cie = Cie(sys.argv[1])
 QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
 ASKED = ("percentiles_arrays", "regressions_arrays", "mapping_violations", "isolation", "worst")  # of ClickHouse
 TOLERANCE = 1.05
-
-
-def cie(*arguments, expect=0):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=120, check=False)
-    assert done.returncode == expect, (arguments, done)
-    return done.stdout.decode() if expect == 0 else done.stderr.decode()
 
 
 def nearest_rank(values, per_mille):
@@ -55,16 +48,16 @@ class Fleet(unittest.TestCase):
         cls.exports = []
         for number, recording in enumerate(cls.recordings):
             cls.exports.append(cls.folder / f"export {number}")
-            cie("export", recording.trace, "--to", "clickhouse", "--label", f"software={recording.software}",
+            cie.text("export", recording.trace, "--to", "clickhouse", "--label", f"software={recording.software}",
                 "-o", cls.exports[-1])
-            cie("export", "--to", "parquet", "--partition", "--label", f"software={recording.software}",
+            cie.text("export", "--to", "parquet", "--partition", "--label", f"software={recording.software}",
                 recording.trace, "-o", cls.folder / "parquet")
         cls.by_software = collections.defaultdict(list)
         for recording in cls.recordings:
             cls.by_software[recording.software].append(recording)
         # One analysis of everything of the first version.
         cls.joint = cls.folder / "joint"
-        cie("export", *(r.trace for r in cls.by_software["1.0"]), "--to", "clickhouse", "--label", "software=1.0",
+        cie.text("export", *(r.trace for r in cls.by_software["1.0"]), "--to", "clickhouse", "--label", "software=1.0",
             "-o", cls.joint)
 
     @classmethod
@@ -118,7 +111,7 @@ class Fleet(unittest.TestCase):
                 self.assertLessEqual(abs(found - wanted), 0.008 * wanted, (key, per_mille))
 
         # Of the second version there is one recording, and a report has the very same numbers.
-        report = json.loads(cie("report", self.by_software["1.1"][0].trace, "--format", "json"))
+        report = cie.json("report", self.by_software["1.1"][0].trace)
         told = {c["logical_id"]: c["response_time_ns"] for c in report["callbacks"] if c["response_time_ns"]}
         self.assertEqual({key[1]: row for key, row in exact.items() if key[0] == "1.1"}, {
             name: tuple(s[part] for part in ("count", "min", "p50", "p90", "p99", "p99_9", "max")) for name, s in told.items()})
@@ -130,8 +123,7 @@ class Fleet(unittest.TestCase):
             sides.append(self.folder / f"version {software}")
             for number, recording in enumerate(group):
                 shutil.copytree(recording.trace, sides[-1] / str(number))
-        told = json.loads(subprocess.run([CIE, "diff", *sides, "--format", "json"], stdin=subprocess.DEVNULL,
-                                         stdout=subprocess.PIPE, timeout=60, check=False).stdout)
+        told = cie.json("diff", *sides)
         worse = {(c["logical_id"], q["quantity"] + "_ns", round(1000 * q["quantile"])):
                  (c["instances_before"], c["instances_after"], q["before_ns"]["estimate"], q["after_ns"]["estimate"])
                  for c in told["callbacks"] for q in c["quantities"] if q["change"] == "worse"}
@@ -157,9 +149,7 @@ class Fleet(unittest.TestCase):
     def check_violations(self, answer):
         wanted = collections.defaultdict(lambda: [0, 0, 0, 0])
         for recording in self.recordings:
-            verdicts = subprocess.run([CIE, "verify", recording.trace, "--format", "json"], stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.PIPE, timeout=60, check=False).stdout
-            for rule in json.loads(verdicts)["rules"]:
+            for rule in cie.json("verify", recording.trace)["rules"]:
                 judged = [s["verdict"] for s in rule["subjects"] if s["verdict"] != "NOT_APPLICABLE"]
                 if rule["id"].startswith("M") and judged:
                     counts = wanted[recording.software, rule["id"], rule["name"]]
@@ -286,7 +276,7 @@ class Fleet(unittest.TestCase):
         traces = [recording.trace for recording in self.by_software["1.0"]]
         for table in ("instances", "callbacks", "callback_threads", "threads", "edges", "chains", "chain_hops", "verdicts",
                       "losses"):
-            rows = [json.loads(line) for line in cie("export", *traces, "--to", "jsonl", "--table", table).splitlines()]
+            rows = [json.loads(line) for line in cie.text("export", *traces, "--to", "jsonl", "--table", table).splitlines()]
             if table == "callbacks":  # whose statistics are a table of their own
                 rows = [{k: v for k, v in row.items() if k in
                          ("logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group", "tids", "isolated",
@@ -299,7 +289,7 @@ class Fleet(unittest.TestCase):
             found = server.ask(f"SELECT {names} FROM cie.{table} WHERE (SELECT missing FROM cie.check_{table}) = 0")
             wanted = [tuple(int(v) if isinstance(v, bool) else v for v in row.values()) for row in rows] or [(0,)]
             self.assertEqual(collections.Counter(found), collections.Counter(wanted), table)
-        report = json.loads(cie("report", *traces, "--format", "json"))
+        report = cie.json("report", *traces)
         statistics = [(c["logical_id"], quantity, *s.values()) for c in report["callbacks"] for quantity, s in c.items()
                       if isinstance(s, dict)]
         self.assertEqual(collections.Counter(server.ask(
@@ -319,7 +309,7 @@ class Fleet(unittest.TestCase):
             ("2025-11-08", "car-1", "pid-4001"), ("2025-11-09", "car%202%2F%3D%25%27%22%5C%C3%A9", "pid-4002"),
             ("2025-11-10", "car-3", "pid-4003"))])
         before = sorted((self.folder / "parquet").rglob("*.parquet"))
-        cie("export", self.recordings[1].trace, "--to", "parquet", "--partition", "--label", "software=1.0", "-o",
+        cie.text("export", self.recordings[1].trace, "--to", "parquet", "--partition", "--label", "software=1.0", "-o",
             self.folder / "parquet")
         self.assertEqual(sorted((self.folder / "parquet").rglob("*.parquet")), before, "the same files again")
         engine = self.duckdb()
@@ -342,7 +332,7 @@ class Fleet(unittest.TestCase):
                 (("--to", "clickhouse", "-o", self.folder / "x", "--label", "day=2026-02-30"), "is no day"),
                 (("--to", "clickhouse", "--table", "edges", "-o", self.folder / "x"), "--table"),
                 (("--to", "clickhouse", "-o", __file__), "no directory")):
-            self.assertIn(reason, cie("export", trace, *arguments, expect=2))
+            self.assertIn(reason, cie.refusal("export", trace, *arguments, code=2))
         self.assertFalse((self.folder / "x").exists())
 
 

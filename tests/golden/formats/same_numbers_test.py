@@ -9,27 +9,21 @@ import collections
 import csv
 import io
 import json
-import os
 import re
-import subprocess
 import sys
 import unittest
 import xml.etree.ElementTree
 from pathlib import Path
 
-CIE = os.path.abspath(sys.argv[1])
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from cie import ANSWERED, Cie, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+
+cie = Cie(sys.argv[1])
 RECORDINGS = [argument.split("+") for argument in sys.argv[2:]]
 PARTS = ("count", "min", "max", "sum", "mean", "p50", "p90", "p99", "p99_9")
 QUANTITIES = ("response_time_ns", "response_time_lower_ns", "response_time_upper_ns", "start_latency_ns", "duration_ns",
               "inter_arrival_ns", "execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns", "wakeup_latency_ns")
 UNITS = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9}
-
-
-def cie(*arguments, codes=(0,)):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=200, check=False)
-    assert done.returncode in codes, (arguments, done.returncode, done.stderr)
-    return done.stdout.decode()
 
 
 def is_printed_as(text, nanoseconds):
@@ -46,16 +40,16 @@ def as_csv(value):
 class Recording:
     def __init__(self, trace, spec=None):
         self.trace, self.spec = trace, ["--spec", spec] if spec else []
-        self.report = json.loads(cie("report", trace, *self.spec, "-f", "json"))
+        self.report = cie.json("report", trace, *self.spec)
         self.verdict = json.loads(self.verify("json"))
-        self.plain_verdict = json.loads(cie("verify", trace, "-f", "json", codes=(0, 1, 3)))
-        self.plain_report = json.loads(cie("report", trace, "-f", "json"))
+        self.plain_verdict = cie.json("verify", trace)
+        self.plain_report = cie.json("report", trace)
 
     def verify(self, form, *options):
-        return cie("verify", self.trace, *self.spec, "-f", form, *options, codes=(0, 1, 3))
+        return cie.text("verify", self.trace, *self.spec, "-f", form, *options, codes=ANSWERED)
 
     def table(self, name):
-        return list(csv.DictReader(io.StringIO(cie("export", self.trace, "--to", "csv", "--table", name))))
+        return list(csv.DictReader(io.StringIO(cie.text("export", self.trace, "--to", "csv", "--table", name))))
 
 
 class SameNumbers(unittest.TestCase):
@@ -76,7 +70,7 @@ class SameNumbers(unittest.TestCase):
 
     def test_callbacks_in_csv(self):
         for recording in self.recordings:
-            by_report = list(csv.DictReader(io.StringIO(cie("report", recording.trace, *recording.spec, "-f", "csv"))))
+            by_report = list(csv.DictReader(io.StringIO(cie.text("report", recording.trace, *recording.spec, "-f", "csv"))))
             self.assertEqual(len(by_report), len(recording.report["callbacks"]))
             of_spec = ("response_deadline_ns", "late") if recording.spec else ()  # tables are exported without one
             self.assertEqual([{key: row[key] for key in row if key not in of_spec} for row in recording.table("callbacks")],
@@ -115,8 +109,8 @@ class SameNumbers(unittest.TestCase):
                                            for rule in recording.plain_verdict["rules"] for s in rule["subjects"])
             self.assertEqual(collections.Counter((r["rule"], r["subject"], r["verdict"], r["checked"])
                                                  for r in recording.table("verdicts")), subjects)
-            rules = {rule["id"]: rule["verdict"] for rule in recording.verdict["rules"]}
-            self.assertEqual(self.in_text(recording.verify("text", "--all")), (recording.verdict["verdict"], rules))
+            self.assertEqual(self.in_text(recording.verify("text", "--all")),
+                             (recording.verdict["verdict"], verdicts_of(recording.verdict)))
             by_subject = collections.Counter((rule["id"], s["verdict"]) for rule in recording.verdict["rules"]
                                              for s in rule["subjects"] or [rule])
             sarif = json.loads(recording.verify("sarif"))["runs"][0]["results"]
@@ -167,7 +161,7 @@ class SameNumbers(unittest.TestCase):
     def test_the_text_report(self):
         checked = 0
         for recording in self.recordings:
-            text = cie("report", recording.trace, *recording.spec, "--all")
+            text = cie.text("report", recording.trace, *recording.spec, "--all")
             self.assertIn(f"{recording.verdict['verdict']}: ", text)
             rows = [row for section in re.split(r"\n(?=Callbacks of pid |Threads of pid |Chain )", text)
                     if section.startswith("Callbacks of pid ") for row in self.rows(section)]
@@ -214,7 +208,7 @@ class SameNumbers(unittest.TestCase):
 
     def test_the_page_carries_both(self):
         for recording in self.recordings:
-            page = cie("report", recording.trace, *recording.spec, "-f", "html")
+            page = cie.text("report", recording.trace, *recording.spec, "-f", "html")
             data = json.loads(re.search(r'<script type="application/json" id="document">(.*?)</script>', page, re.S)[1])
             self.assertEqual(data["report"], recording.report)
             self.assertEqual(data["verdicts"], recording.verdict)

@@ -6,19 +6,17 @@ import json
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
-CIE, EXAMPLES = sys.argv[1:3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from cie import Cie, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
+
+cie, EXAMPLES = Cie(sys.argv[1]), sys.argv[2]
 STATE = "ust/uid/0/64-bit/channel0_0"
 PROVEN = ("PASS", "NOT_APPLICABLE")
-
-
-def cie(*arguments):
-    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=200, check=False)
-    return done.returncode, done.stdout, done.stderr
 
 
 def files_of(trace):
@@ -45,17 +43,17 @@ class Manifest(unittest.TestCase):
         trace = self.folder / example
         shutil.rmtree(trace, ignore_errors=True)
         shutil.copytree(f"{EXAMPLES}/{example}/trace", trace)
-        report = json.loads(cie("report", trace, "-f", "json")[1])
+        report = cie.json("report", trace)
         processes = [{"pid": p["pid"], "name": p["name"]} for p in report["processes"]]
         seal(trace, **({"processes": processes, "host": report["trace"]["hosts"][0]} | said))
         return trace
 
     def verify(self, trace, *options):
-        code, text, error = cie("verify", trace, "-f", "json", *options)
-        if code == 4:
-            return code, None, error
-        told = json.loads(text)
-        return code, told, {rule["id"]: rule["verdict"] for rule in told["rules"]}
+        done = cie.run("verify", trace, "-f", "json", *options)
+        if done.returncode == 4:
+            return done.returncode, None, done.stderr
+        told = json.loads(done.stdout)
+        return done.returncode, told, verdicts_of(told)
 
     def notes(self, told, rule):
         return [item["note"] for r in told["rules"] if r["id"] == rule for s in r["subjects"] for item in s["evidence"]]
@@ -123,7 +121,7 @@ class Manifest(unittest.TestCase):
     def test_of_a_process(self):
         trace = self.recording()
         before = self.verify(trace)[2]
-        manifest = json.loads((trace / "manifest.json").read_text())
+        manifest = manifest_of(trace)
         manifest["processes"].append({"pid": 424242, "name": "planner", "start_ns": 5})
         (trace / "manifest.json").write_text(json.dumps(manifest))
         self.assert_no_better(before, trace, "without a process")
@@ -135,7 +133,7 @@ class Manifest(unittest.TestCase):
         trace = self.recording()
         before = self.verify(trace)[2]
         shutil.rmtree(trace / "kernel")
-        manifest = json.loads((trace / "manifest.json").read_text())
+        manifest = manifest_of(trace)
         manifest["files"] = [file for file in manifest["files"] if not file["path"].startswith("kernel/")]
         (trace / "manifest.json").write_text(json.dumps(manifest))
         self.assert_no_better(before, trace, "without the kernel's events")
@@ -151,9 +149,9 @@ class Manifest(unittest.TestCase):
         trace = self.recording()
         (trace / STATE).unlink()
         self.assertEqual(self.verify(trace)[0], 3)
-        text = cie("verify", trace)[1]
+        text = cie.run("verify", trace).stdout
         self.assertIn(f"{STATE} is missing", text)
-        report = json.loads(cie("report", trace, "-f", "json")[1])
+        report = cie.json("report", trace)
         self.assertFalse(report["trace"]["complete"])
         self.assertIn("missing-files", [defect["kind"] for defect in report["defects"]])
 
@@ -167,7 +165,7 @@ class Manifest(unittest.TestCase):
         self.assertIn(f"{STATE} is a link that leads out of the recording ({trace})", self.notes(told, "T1"))
         (trace / STATE).unlink()
         os.mkfifo(trace / "pipe")
-        manifest = json.loads((trace / "manifest.json").read_text())
+        manifest = manifest_of(trace)
         manifest["files"] = [{"path": "pipe", "size": 0, "sha256": ""}]
         (trace / "manifest.json").write_text(json.dumps(manifest))
         self.assertIn(f"pipe is no file any more ({trace})", self.notes(self.verify(trace, "--check")[1], "T1"))
@@ -184,29 +182,29 @@ class Manifest(unittest.TestCase):
                 code, told, verdicts = self.verify(trace)
                 self.assertEqual((code, verdicts["T1"]), (3, "INCONCLUSIVE"))
                 self.assertIn("manifest.json says nothing that can be relied on", " ".join(self.notes(told, "T1")))
-                self.assertEqual(cie("report", trace)[0], 0)
+                self.assertEqual(cie.run("report", trace).returncode, 0)
         (trace / "manifest.json").write_text('{"name": "of something else"}')
         self.assertEqual(self.verify(trace)[0], 0)
 
     def test_what_the_recorder_wrote_down_is_told(self):
         trace = self.recording(exit={"status": 3}, problems=["LTTng did not end the session\n\x1b[31m"])
         for command in "report", "verify":
-            told = json.loads(cie(command, trace, "-f", "json")[1])["recordings"]
+            told = cie.json(command, trace)["recordings"]
             self.assertEqual(len(told), 1)
             self.assertEqual(told[0]["path"], str(trace))
             self.assertEqual(told[0]["exit"], {"status": 3})
             self.assertEqual(told[0]["command"], ["demo", "--fast"])
             self.assertEqual(told[0]["problems"], ["LTTng did not end the session\n\x1b[31m"])
-            text = " ".join(cie(command, trace, "--all")[1].split())  # however its lines are broken
+            text = " ".join(cie.run(command, trace, "--all").stdout.split())  # however its lines are broken
             self.assertIn("demo exited with status 3", text)
             self.assertIn("cie record says: LTTng did not end the session", text)
             self.assertNotIn("\x1b[31m", text)
         trace = self.recording()
-        self.assertNotIn("recordings", json.loads(cie("report", trace, "-f", "json")[1]))
-        self.assertIn("demo exited with status 0", cie("report", trace, "--all")[1])
+        self.assertNotIn("recordings", cie.json("report", trace))
+        self.assertIn("demo exited with status 0", cie.run("report", trace, "--all").stdout)
         trace = self.recording(exit={"signal": 9})
-        self.assertIn("demo was killed by signal 9 (Killed)", cie("verify", trace)[1])
-        self.assertIn("demo was killed by signal 9 (Killed)", cie("report", trace)[1])
+        self.assertIn("demo was killed by signal 9 (Killed)", cie.run("verify", trace).stdout)
+        self.assertIn("demo was killed by signal 9 (Killed)", cie.run("report", trace).stdout)
 
     def test_chunks(self):
         """Each is a recording of its own; here all hold the same."""
@@ -220,8 +218,8 @@ class Manifest(unittest.TestCase):
                             "sha256": hashlib.sha256((whole / name).read_bytes()).hexdigest()} for name in names])
         code, told, verdicts = self.verify(whole / "chunk-000002")
         self.assertEqual(verdicts["T1"], "PASS", self.notes(told, "T1"))
-        self.assertFalse(json.loads(cie("report", whole / "chunk-000002", "-f", "json")[1])["trace"]["complete"])
-        self.assertTrue(json.loads(cie("report", whole / "chunk-000001", "-f", "json")[1])["trace"]["complete"])
+        self.assertFalse(cie.json("report", whole / "chunk-000002")["trace"]["complete"])
+        self.assertTrue(cie.json("report", whole / "chunk-000001")["trace"]["complete"])
         _, told, before = self.verify(whole)
         self.assertEqual((before["T1"], before["T2"]), ("PASS", "PASS"))
         for number in 1, 2, 3:
@@ -231,10 +229,10 @@ class Manifest(unittest.TestCase):
             self.assertIn(f"chunk-{number:06} was recorded, and is not here ({whole})", self.notes(told, "T2"))
             self.assertIn(f"chunk-{number:06}/manifest.json is missing ({whole})", self.notes(told, "T1"))
             if number == 1:
-                text = cie("report", whole, "--all")[1]
+                text = cie.run("report", whole, "--all").stdout
                 self.assertNotIn("the recording is complete", text)
                 self.assertIn("begins with chunk 2: those before are not here", text)
-                report = json.loads(cie("report", whole, "-f", "json")[1])
+                report = cie.json("report", whole)
                 self.assertIn(f"{whole} is from 1970-01-03 00:00:00 UTC on",
                               " ".join(defect["advice"] for defect in report["defects"]))
                 self.assertEqual(report["recordings"][0]["first_chunk"], 2)

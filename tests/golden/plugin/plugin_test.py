@@ -11,10 +11,13 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "browser"))
+TESTS = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
+from cie import Cie  # pylint: disable=wrong-import-position
 from other_host import on_host  # pylint: disable=wrong-import-position
 
-CIE, PLUGINS, EXAMPLES, MAN, ROS2 = sys.argv[1:6]
+cie = Cie(sys.argv[1])
+PLUGINS, EXAMPLES, MAN, ROS2 = sys.argv[2:6]
 ISOLATED = f"{EXAMPLES}/isolated_ok/trace"
 MULTI = f"{EXAMPLES}/multi_threaded_fails/trace"
 
@@ -46,11 +49,6 @@ def set_clock(trace, frequency, offset):
         metadata.write_text(changed, encoding="utf-8")
 
 
-def cie(*arguments):
-    return subprocess.run([CIE, *arguments], capture_output=True, text=True, check=True,
-                          timeout=200).stdout
-
-
 def report_of(text):
     """What both say of a trace: the sink reads no manifest, so it knows of nothing that it is complete."""
     report = json.loads(text)
@@ -63,14 +61,14 @@ class ReportSink(unittest.TestCase):
     def test_says_what_the_command_says(self):
         for trace in ISOLATED, MULTI, f"{ROS2}/isolated", f"{ROS2}/multi_threaded":
             told = babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"')
-            self.assertEqual(report_of(told), report_of(cie("report", trace, "-f", "json")))
+            self.assertEqual(report_of(told), report_of(cie.text("report", trace, "-f", "json")))
 
     def test_an_idle_cpu_narrows_no_window(self):
         with tempfile.TemporaryDirectory() as folder:
             trace = shutil.copytree(ISOLATED, f"{folder}/trace")
             add_idle_cpu(trace)
             told = report_of(babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"'))
-            self.assertEqual(told, report_of(cie("report", trace, "-f", "json")))
+            self.assertEqual(told, report_of(cie.text("report", trace, "-f", "json")))
             self.assertEqual(sum(c["instances"] for c in told["callbacks"]), 72)
 
     def test_what_a_manifest_would_tell_is_not_known(self):
@@ -104,7 +102,7 @@ class ReportSink(unittest.TestCase):
                         "--connect", "kernel:muxkernel", "--connect", "ust:muxust",
                         "--connect", "muxkernel:report", "--connect", "muxust:report")
             told = pathlib.Path(out).read_text(encoding="utf-8")
-        self.assertEqual(report_of(told), report_of(cie("report", ISOLATED, "-f", "json")))
+        self.assertEqual(report_of(told), report_of(cie.text("report", ISOLATED, "-f", "json")))
 
     # The half of the offset that is no whole seconds counts in cycles, too.
     def test_of_a_clock_that_counts_half_nanoseconds(self):
@@ -116,7 +114,7 @@ class ReportSink(unittest.TestCase):
                 self.assertNotEqual(faster, text)
                 metadata.write_text(faster, encoding="utf-8")
             told = report_of(babeltrace2(str(trace), "-c", "sink.cie.report", "-p", 'format="json"'))
-            self.assertEqual(told, report_of(cie("report", str(trace), "-f", "json")))
+            self.assertEqual(told, report_of(cie.text("report", str(trace), "-f", "json")))
             self.assertEqual(told["trace"]["clock_offset_ns"], 1_700_000_000_000_000_000 + 123_456_789 // 2)
 
     def test_refuses_unknown_parameters(self):
@@ -134,7 +132,7 @@ class InstanceFilter(unittest.TestCase):
 
     def test_gives_the_instances_that_the_command_lists(self):
         for trace in ISOLATED, MULTI, f"{ROS2}/client_in_group", f"{ROS2}/multi_threaded":
-            rows = csv.DictReader(io.StringIO(cie("instances", trace, "-f", "csv")))
+            rows = csv.DictReader(io.StringIO(cie.text("instances", trace, "-f", "csv")))
             wanted = sorted((r["logical_id"], r["pid"], r["tid"], r["seq"], r["start_ns"],
                              r["end_ns"], r["release_ns"], r["release_source"], r["execution_ns"], r["host"])
                             for r in rows)
@@ -201,7 +199,7 @@ class Queries(unittest.TestCase):
     def test_version_is_the_programs(self):
         for component in "sink.cie.report", "filter.cie.instances":
             version = babeltrace2("query", component, "version").strip()
-            self.assertIn(version, cie("--version"))
+            self.assertIn(version, cie.text("--version"))
 
     def test_every_parameter_is_documented(self):
         told = babeltrace2("query", "sink.cie.report", "parameters")

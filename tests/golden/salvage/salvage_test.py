@@ -3,20 +3,16 @@ of `cie record`, with the schema of its provider. `recording` is one, of a demo 
 import json
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
-CIE, EXAMPLES = sys.argv[1:3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from cie import Cie, rules_of  # noqa: E402  pylint: disable=wrong-import-position
+
+cie, EXAMPLES = Cie(sys.argv[1]), sys.argv[2]
 USER = "ust/uid/0/64-bit/metadata"
 RECORDING = pathlib.Path(__file__).resolve().parent / "recording"
-
-
-def cie(*arguments):
-    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=200,
-                          check=False)
-    return done.returncode, done.stdout, done.stderr
 
 
 class Salvage(unittest.TestCase):
@@ -38,40 +34,35 @@ class Salvage(unittest.TestCase):
         return pathlib.Path(EXAMPLES, example, "trace")
 
     def test_without_other_metadata_it_is_refused_and_the_way_out_is_named(self):
-        code, _, error = cie("report", self.damaged("isolated_ok", 0))
-        self.assertEqual(code, 4)
-        self.assertIn("--metadata", error)
+        self.assertIn("--metadata", cie.refusal("report", self.damaged("isolated_ok", 0), code=4))
 
     def test_numbers_are_those_of_the_whole_recording(self):
         for keep in 0, 0.5, 0.99:
             with self.subTest(keep=keep):
                 trace = self.damaged("isolated_ok", keep)
-                code, text, error = cie("report", trace, "-f", "json", "--metadata",
-                                        self.whole("isolated_ok") / USER)
-                self.assertEqual(code, 0, error)
-                told = json.loads(text)
-                whole = json.loads(cie("report", self.whole("isolated_ok"), "-f", "json")[1])
+                told = cie.json("report", trace, "--metadata", self.whole("isolated_ok") / USER)
+                whole = cie.json("report", self.whole("isolated_ok"))
                 self.assertEqual(told["callbacks"], whole["callbacks"])
                 self.assertEqual(told["chains"], whole["chains"])
                 self.assertIn("foreign-metadata", [d["kind"] for d in told["defects"]])
                 shutil.rmtree(trace)
 
     def test_what_would_pass_is_undecided(self):
-        self.assertEqual(cie("verify", self.whole("isolated_ok"))[0], 0)
-        code, text, _ = cie("verify", self.damaged("isolated_ok", 0), "-f", "json", "--metadata",
-                            self.whole("isolated_ok") / USER)
-        self.assertEqual(code, 3)
-        rules = {r["id"]: r for r in json.loads(text)["rules"]}
+        self.assertEqual(cie.run("verify", self.whole("isolated_ok")).returncode, 0)
+        done = cie.run("verify", self.damaged("isolated_ok", 0), "-f", "json", "--metadata",
+                       self.whole("isolated_ok") / USER)
+        self.assertEqual(done.returncode, 3)
+        rules = rules_of(json.loads(done.stdout))
         self.assertEqual(rules["T1"]["verdict"], "INCONCLUSIVE")
         evidence = rules["T1"]["subjects"][0]["evidence"][0]
         self.assertEqual(evidence["event"], "foreign_metadata")
         self.assertIn("it is empty", evidence["note"])
 
     def test_what_fails_still_fails(self):
-        code, text, _ = cie("verify", self.damaged("multi_threaded_fails", 0), "-f", "json",
-                            "--metadata", self.whole("isolated_ok") / USER)
-        self.assertEqual(code, 1)
-        self.assertEqual({r["id"]: r["verdict"] for r in json.loads(text)["rules"]}["M2"], "FAIL")
+        done = cie.run("verify", self.damaged("multi_threaded_fails", 0), "-f", "json",
+                       "--metadata", self.whole("isolated_ok") / USER)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(rules_of(json.loads(done.stdout))["M2"]["verdict"], "FAIL")
 
     def test_the_clock_is_that_of_the_sound_traces_beside_it(self):
         # Another recording's offset would set the two domains apart.
@@ -80,19 +71,19 @@ class Salvage(unittest.TestCase):
         at = content.index(b"offset = ") + len(b"offset = ")
         other.write_bytes(content[:at] + b"9" + content[at + 1:])
         trace = self.damaged("isolated_ok", 0)
-        told = json.loads(cie("report", trace, "-f", "json", "--metadata", other)[1])
-        whole = json.loads(cie("report", self.whole("isolated_ok"), "-f", "json")[1])
+        told = cie.json("report", trace, "--metadata", other)
+        whole = cie.json("report", self.whole("isolated_ok"))
         self.assertEqual(told["callbacks"], whole["callbacks"])
 
     def test_metadata_of_something_else_never_passes(self):
-        code, _, _ = cie("verify", self.damaged("isolated_ok", 0), "--metadata",
-                         self.whole("isolated_ok") / "kernel/metadata")
-        self.assertIn(code, (3, 4))
+        done = cie.run("verify", self.damaged("isolated_ok", 0), "--metadata",
+                       self.whole("isolated_ok") / "kernel/metadata")
+        self.assertIn(done.returncode, (3, 4))
 
     def test_sound_traces_need_no_help(self):
-        _, helped, _ = cie("report", self.whole("isolated_ok"), "-f", "json", "--metadata",
-                           self.whole("multi_threaded_fails") / USER)
-        self.assertEqual(helped, cie("report", self.whole("isolated_ok"), "-f", "json")[1])
+        helped = cie.text("report", self.whole("isolated_ok"), "-f", "json", "--metadata",
+                          self.whole("multi_threaded_fails") / USER)
+        self.assertEqual(helped, cie.text("report", self.whole("isolated_ok"), "-f", "json"))
 
 
 class OwnSchema(unittest.TestCase):
@@ -106,13 +97,12 @@ class OwnSchema(unittest.TestCase):
         (self.trace / "metadata").unlink()
 
     def assert_refused(self, why):
-        code, _, error = cie("report", self.trace)
-        self.assertEqual(code, 4)
+        error = cie.refusal("report", self.trace, code=4)
         self.assertIn(why, error)
         self.assertEqual(error.count("\n"), 1)
 
     def test_numbers_are_those_of_the_whole_recording(self):
-        whole = json.loads(cie("report", RECORDING, "-f", "json")[1])
+        whole = cie.json("report", RECORDING)
         self.assertGreater(sum(c["instances"] for c in whole["callbacks"]), 100)
         content = (RECORDING / "metadata").read_bytes()
         for kept in (0, 1, 100, 5000, len(content) // 2, None):
@@ -120,9 +110,7 @@ class OwnSchema(unittest.TestCase):
                 self.lose_metadata()
                 if kept is not None:
                     (self.trace / "metadata").write_bytes(content[:kept])
-                code, text, error = cie("report", self.trace, "-f", "json")
-                self.assertEqual(code, 0, error)
-                told = json.loads(text)
+                told = cie.json("report", self.trace)
                 for part in ("processes", "callbacks", "threads", "chains"):
                     self.assertEqual(told[part], whole[part], part)
                 for part in ("begin_ns", "end_ns", "events", "streams", "hosts", "lost_events"):
@@ -133,14 +121,14 @@ class OwnSchema(unittest.TestCase):
 
     def test_instances_are_those_of_the_whole_recording(self):
         self.lose_metadata()
-        self.assertEqual(cie("instances", self.trace)[1], cie("instances", RECORDING)[1])
+        self.assertEqual(cie.text("instances", self.trace), cie.text("instances", RECORDING))
 
     def test_what_would_pass_is_undecided(self):
-        self.assertEqual(cie("verify", RECORDING)[0], 0)
+        self.assertEqual(cie.run("verify", RECORDING).returncode, 0)
         self.lose_metadata()
-        code, text, _ = cie("verify", self.trace, "-f", "json")
-        self.assertEqual(code, 3)
-        rules = {r["id"]: r for r in json.loads(text)["rules"]}
+        done = cie.run("verify", self.trace, "-f", "json")
+        self.assertEqual(done.returncode, 3)
+        rules = rules_of(json.loads(done.stdout))
         self.assertEqual(rules["T1"]["verdict"], "INCONCLUSIVE")
         self.assertIn("the schema of `cie record`",
                       rules["T1"]["subjects"][0]["evidence"][0]["note"])
@@ -149,9 +137,7 @@ class OwnSchema(unittest.TestCase):
         self.lose_metadata()
         stream = self.trace / "events_1"
         stream.write_bytes(stream.read_bytes()[:-5000])
-        code, text, error = cie("report", self.trace, "-f", "json")
-        self.assertEqual(code, 0, error)
-        kinds = [d["kind"] for d in json.loads(text)["defects"]]
+        kinds = [d["kind"] for d in cie.json("report", self.trace)["defects"]]
         self.assertIn("damaged-packets", kinds)
         self.assertIn("foreign-metadata", kinds)
 

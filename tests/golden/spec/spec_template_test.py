@@ -4,19 +4,17 @@ CIE EXAMPLES."""
 import json
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
+from pathlib import Path
 
-CIE = os.path.abspath(sys.argv[1])
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from cie import Cie, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+
+cie = Cie(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 APPLIED = ("policy", "priority", "nice", "affinity")
-
-
-def cie(*arguments):
-    return subprocess.run([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, timeout=200, check=False)
 
 
 def entries(text):
@@ -43,7 +41,7 @@ class Template(unittest.TestCase):
 
     def write(self, example):
         trace = os.path.join(EXAMPLES, example, "trace")
-        result = cie("spec", "template", trace, "-o", self.spec)
+        result = cie.run("spec", "template", trace, "-o", self.spec)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         with open(self.spec, encoding="utf-8") as file:
             return trace, file.read()
@@ -76,24 +74,23 @@ class Template(unittest.TestCase):
 
     def test_is_accepted_and_kept_by_the_same_trace(self):
         trace, _ = self.write("isolated_ok")
-        self.assertEqual(cie("spec", "check", self.spec).returncode, 0)
-        verdict = cie("verify", trace, "--spec", self.spec, "--format", "json")
+        self.assertEqual(cie.run("spec", "check", self.spec).returncode, 0)
+        verdict = cie.run("verify", trace, "--spec", self.spec, "--format", "json")
         self.assertEqual(verdict.returncode, 0, verdict.stdout)
-        rules = {rule["id"]: rule["verdict"] for rule in json.loads(verdict.stdout)["rules"]}
-        self.assertEqual([rules["S1"], rules["S2"]], ["PASS", "PASS"])
+        verdicts = verdicts_of(json.loads(verdict.stdout))
+        self.assertEqual([verdicts["S1"], verdicts["S2"]], ["PASS", "PASS"])
 
     def test_of_every_example_is_accepted(self):
         for example in sorted(os.listdir(EXAMPLES)):
             if os.path.isdir(os.path.join(EXAMPLES, example, "trace")):
                 with self.subTest(example):
                     self.write(example)
-                    check = cie("spec", "check", self.spec)
+                    check = cie.run("spec", "check", self.spec)
                     self.assertEqual(check.returncode, 0, check.stderr)
 
     def test_violates_no_rule_that_the_trace_alone_does_not(self):
         def failed(*arguments):
-            verdict = json.loads(cie("verify", *arguments, "--format", "json").stdout)
-            return {rule["id"] for rule in verdict["rules"] if rule["verdict"] == "FAIL"}
+            return {rule for rule, verdict in cie.verdicts(*arguments).items() if verdict == "FAIL"}
 
         for example in sorted(os.listdir(EXAMPLES)):
             if os.path.isdir(os.path.join(EXAMPLES, example, "trace")):
@@ -102,7 +99,7 @@ class Template(unittest.TestCase):
                     self.assertLessEqual(failed(trace, "--spec", self.spec), failed(trace))
 
     def test_of_no_trace_fails(self):
-        self.assertEqual(cie("spec", "template", EXAMPLES + "/absent", "-o", self.spec).returncode, 4)
+        self.assertEqual(cie.run("spec", "template", EXAMPLES + "/absent", "-o", self.spec).returncode, 4)
         self.assertFalse(os.path.exists(self.spec))
 
 

@@ -4,9 +4,6 @@
 Arguments: CIE QUESTIONS TRACE...
 """
 import collections
-import json
-import os
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -14,19 +11,14 @@ from pathlib import Path
 
 import engines
 
-from other_host import on_host  # of tests/browser, where engines looks
+from cie import Cie  # of tests/support, where engines looks
+from other_host import on_host  # of tests/browser, where it looks, too
 
-CIE = os.path.abspath(sys.argv[1])
+cie = Cie(sys.argv[1])
 QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
 TRACES = [Path(trace).resolve() for trace in sys.argv[3:]]
 TABLES = ("instances", "callbacks", "callback_threads", "threads", "processes", "edges", "chains", "chain_hops",
           "verdicts", "losses")
-
-
-def cie(*arguments):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200,
-                          check=True)
-    return done.stdout
 
 
 class Recording:
@@ -34,11 +26,11 @@ class Recording:
 
     def __init__(self, trace: Path, folder: Path):
         self.folder = folder
-        self.report = json.loads(cie("report", trace, "--format", "json"))
-        cie("export", trace, "--to", "sqlite", "-o", folder / "run.db")
+        self.report = cie.json("report", trace)
+        cie.text("export", trace, "--to", "sqlite", "-o", folder / "run.db")
         for table in TABLES:
             for form in ("parquet", "csv", "jsonl"):
-                cie("export", trace, "--to", form, "--table", table, "-o", folder / f"{table}.{form}")
+                cie.text("export", trace, "--to", form, "--table", table, "-o", folder / f"{table}.{form}")
         self.sqlite = engines.Sqlite(folder / "run.db")
         self.columns = {table: {name: kind for _, name, kind, *_ in self.sqlite.ask(f"PRAGMA table_info({table})")}
                         for table in TABLES}
@@ -150,7 +142,7 @@ class Sql(unittest.TestCase):
     def test_misses_are_of_the_deadlines_of_the_spec(self):
         (self.folder / "deadline.yaml").write_text(
             "callback_groups:\n  - {id: '/a/plan@Timer(20000000)', response_deadline: 1us}\n", encoding="utf-8")
-        cie("export", TRACES[0], "--to", "sqlite", "--spec", self.folder / "deadline.yaml", "-o", self.folder / "late.db")
+        cie.text("export", TRACES[0], "--to", "sqlite", "--spec", self.folder / "deadline.yaml", "-o", self.folder / "late.db")
         engine = engines.Sqlite(self.folder / "late.db")
         self.addCleanup(engine.close)
         answer = {row[0]: row[3:6] for row in engine.ask(QUESTIONS["misses"])}
@@ -190,7 +182,7 @@ class Sql(unittest.TestCase):
         """Two recordings as two hosts': every question answers of each what it answers of it alone."""
         hosts = ("left", "right")
         traces = [on_host(trace, host, self.folder / host) for trace, host in zip(TRACES[:2], hosts)]
-        cie("export", *traces, "--to", "sqlite", "-o", self.folder / "both.db")
+        cie.text("export", *traces, "--to", "sqlite", "-o", self.folder / "both.db")
         both = engines.Sqlite(self.folder / "both.db")
         self.addCleanup(both.close)
         for name in ("percentiles", "misses", "time_spent", "mapping"):

@@ -12,10 +12,12 @@ import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "browser"))
+TESTS = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
 import npm_package  # noqa: E402  pylint: disable=wrong-import-position
 
-CIE = os.path.abspath(sys.argv[1])
+cie = Cie(sys.argv[1])
 MAKE_TABLE = os.path.abspath(sys.argv[2])
 EXAMPLES = Path(sys.argv[3]).resolve()
 TRACES = [EXAMPLES / name / "trace" for name in ("isolated_ok", "multi_threaded_fails")]
@@ -27,13 +29,6 @@ HYPARQUET = ("hyparquet@1.25.6", "4171b8ee64710c846be9d5dddfbaf210980b4bdb176c6d
                  "index", "indexes", "metadata", "node", "plain", "plan", "query", "read", "rowgroup", "schema", "snappy",
                  "thrift", "utils", "variant", "wkb")} | {"package/package.json": "package.json"})
 READ_PARQUET = Path(__file__).with_name("read_parquet.mjs")
-
-
-def cie(*arguments, code=0):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=200, check=False)
-    assert done.returncode == code, (arguments, done.returncode, done.stderr)
-    return done.stderr.decode() if code else done.stdout.decode()
 
 
 def text_of(value):
@@ -55,12 +50,12 @@ class Tables(unittest.TestCase):
         cls.folder = Path(folder.name)
 
     def rows(self, trace, table):
-        reader = csv.reader(io.StringIO(cie("export", trace, "--to", "csv", "--table", table)))
+        reader = csv.reader(io.StringIO(cie.text("export", trace, "--to", "csv", "--table", table)))
         return next(reader), list(reader)
 
     def database(self, trace):
         path = self.folder / "run.db"
-        cie("export", trace, "--to", "sqlite", "-o", path)
+        cie.text("export", trace, "--to", "sqlite", "-o", path)
         return sqlite3.connect(path)
 
     def parquet(self, path):
@@ -86,7 +81,7 @@ class Tables(unittest.TestCase):
     def test_there_are_no_others(self):
         self.assertEqual({name for (name,) in self.database(TRACES[0]).execute("SELECT name FROM sqlite_master")},
                          set(TABLES))
-        message = cie("export", TRACES[0], "--to", "csv", "--table", "callback", code=2)
+        message = cie.refusal("export", TRACES[0], "--to", "csv", "--table", "callback", code=2)
         self.assertIn('--table does not know "callback"', message)
         self.assertIn("callbacks", message)
 
@@ -94,7 +89,7 @@ class Tables(unittest.TestCase):
         for trace in TRACES:
             for table in TABLES:
                 columns, expected = self.rows(trace, table)
-                lines = [json.loads(line) for line in cie("export", trace, "--to", "jsonl", "--table", table).splitlines()]
+                lines = [json.loads(line) for line in cie.text("export", trace, "--to", "jsonl", "--table", table).splitlines()]
                 for line in lines:
                     self.assertEqual(list(line), columns)
                 self.same(columns, expected, [list(line.values()) for line in lines], table)
@@ -114,7 +109,7 @@ class Tables(unittest.TestCase):
             for table in TABLES:
                 columns, expected = self.rows(trace, table)
                 path = self.folder / "table.parquet"
-                cie("export", trace, "--to", "parquet", "--table", table, "-o", path)
+                cie.text("export", trace, "--to", "parquet", "--table", table, "-o", path)
                 found = self.parquet(path)
                 self.assertEqual([name for name, _ in found["columns"]], columns)
                 self.same(columns, expected, [[row[name] for name in columns] for row in found["rows"]], table)
@@ -134,7 +129,7 @@ class Tables(unittest.TestCase):
 
     def test_sql_gives_the_reports_numbers(self):
         for trace in TRACES:
-            report = json.loads(cie("report", trace, "--format", "json"))
+            report = cie.json("report", trace)
             database = self.database(trace)
             counted = dict(database.execute("""SELECT c.logical_id || c.pid, count(*) FROM instances i
                 JOIN callbacks c ON c.callback_index = i.callback_index
@@ -152,7 +147,7 @@ class Tables(unittest.TestCase):
         """Rows are joined by index: it names the same callback, thread and process in every table."""
         for trace in TRACES:
             database = self.database(trace)
-            report = json.loads(cie("report", trace, "--format", "json"))
+            report = cie.json("report", trace)
             callbacks = {c["index"]: (c["logical_id"], c["pid"]) for c in report["callbacks"]}
             threads = {t["index"]: (t["pid"], t["tid"]) for t in report["threads"]}
 
@@ -187,7 +182,7 @@ class Tables(unittest.TestCase):
 
     def test_verdicts_are_the_verifiers(self):
         for trace, code in zip(TRACES, (0, 1)):
-            done = subprocess.run([CIE, "verify", str(trace), "--format", "json"], stdout=subprocess.PIPE, check=False, timeout=200)
+            done = cie.run("verify", trace, "--format", "json")
             self.assertEqual(done.returncode, code)
             wanted = collections.Counter((rule["id"], subject["subject"], subject["verdict"])
                                          for rule in json.loads(done.stdout)["rules"] for subject in rule["subjects"])
@@ -197,7 +192,7 @@ class Tables(unittest.TestCase):
     def test_a_failed_export_leaves_nothing_behind(self):
         path = self.folder / "nothing" / "run.db"
         path.parent.mkdir()
-        cie("export", self.folder / "no_trace", "--to", "sqlite", "-o", path, code=4)
+        cie.refusal("export", self.folder / "no_trace", "--to", "sqlite", "-o", path, code=4)
         self.assertEqual(list(path.parent.iterdir()), [])
 
 

@@ -16,6 +16,7 @@ import harness
 from harness import (ENDED_WELL, FAILED, UNUSABLE, app_file, component, order, run_and_end,
                      run_to_its_end, Running)
 from isolated_main import wait_for, with_time_enough  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
+from cie import rules_of, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
 
 EXECUTORS = ("isolated", "single", "multi", "events", "isolated-waitset", "single-waitset",
              "multi-waitset")
@@ -23,8 +24,7 @@ TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 
 
 def every_callback_ran(trace, processes=1):
-    done = subprocess.run([harness.options.programs / "cie", "report", trace, "--format", "json"], capture_output=True,
-                          text=True, timeout=200, check=False)
+    done = harness.options.cie.run("report", trace, "--format", "json")
     callbacks = json.loads(done.stdout)["callbacks"] if done.returncode == 0 else []
     return (len({callback["pid"] for callback in callbacks}) == processes
             and all(callback["instances"] > 0 for callback in callbacks))
@@ -58,34 +58,25 @@ class Example(unittest.TestCase):
                     trace = harness.scratch / f"trace-{executor}-{seconds}"  # pylint: disable=cell-var-from-loop
                     command = ["timeout", "--preserve-status", "-s", "TERM", str(seconds), harness.options.programs / "cie-run",
                                self.app, "--executor", executor]  # pylint: disable=cell-var-from-loop
-                    done = self.cie("record", "-o", trace, "--", *command)
+                    done = harness.options.cie.run("record", "-o", trace, "--", *command)
                     self.assertEqual(done.returncode, 0, done.stderr)
                     return trace
                 trace = with_time_enough(record, every_callback_ran, (2, 10, 50))
-                done = self.cie("verify", trace, "--spec", self.app.parent / "spec.yaml",
-                                "--format", "json")
-                failed = {rule["id"] for rule in json.loads(done.stdout)["rules"]
-                          if rule["verdict"] == "FAIL"} - TIMING
-                verdict = {rule["id"]: rule["verdict"]
-                           for rule in json.loads(done.stdout)["rules"]}
+                judged = harness.options.cie.json("verify", trace, "--spec", self.app.parent / "spec.yaml")
+                verdict = verdicts_of(judged)
                 if expected == 0:
-                    self.assertEqual(failed, set(), done.stdout)
+                    self.assertEqual({rule for rule in verdict if verdict[rule] == "FAIL"} - TIMING, set(), judged)
                     self.assertEqual([verdict["M2"], verdict["S1"]], ["PASS", "PASS"])
-                    self.assert_has_a_judged_thread(trace, done.stdout, "cie-parameters")
+                    self.assert_has_a_judged_thread(trace, judged, "cie-parameters")
                 else:  # its callbacks share threads, which is found
                     self.assertEqual(verdict["M2"], "FAIL")
 
     def assert_has_a_judged_thread(self, trace, verdicts, name):
-        report = json.loads(self.cie("report", trace, "--format", "json").stdout)
+        report = harness.options.cie.json("report", trace)
         [thread] = [each for each in report["threads"] if each["name"] == name]
         self.assertEqual((thread["role"], thread["callbacks"]), ("worker", []))
-        [s1] = [rule for rule in json.loads(verdicts)["rules"] if rule["id"] == "S1"]
-        judged = {each["subject"]: each["verdict"] for each in s1["subjects"]}
+        judged = {each["subject"]: each["verdict"] for each in rules_of(verdicts)["S1"]["subjects"]}
         self.assertEqual(judged[f"thread {thread['tid']}"], "PASS")
-
-    def cie(self, *arguments):
-        return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
-                              timeout=200, check=False)
 
 
 class Orders(unittest.TestCase):
@@ -256,17 +247,11 @@ class Mapping(unittest.TestCase):
     def judge(self, trace):
         """The verdicts by rule, none of them FAIL; and the callbacks of the report."""
         spec = self.app.parent / "spec.yaml"
-        verdicts, report = (json.loads(self.cie(command, trace, "--spec", spec,
-                                                "--format", "json").stdout)
-                            for command in ("verify", "report"))
+        verdicts, report = (harness.options.cie.json(command, trace, "--spec", spec) for command in ("verify", "report"))
         failed = [rule for rule in verdicts["rules"]
                   if rule["verdict"] == "FAIL" and rule["id"] not in TIMING]
         self.assertEqual(failed, [])
-        return {rule["id"]: rule for rule in verdicts["rules"]}, report["callbacks"]
-
-    def cie(self, *arguments):
-        return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
-                              timeout=200, check=False)
+        return rules_of(verdicts), report["callbacks"]
 
     def assert_mapping_passes(self, rules):
         self.assertEqual({name: rules[name]["verdict"]
@@ -312,7 +297,7 @@ class Mapping(unittest.TestCase):
         def record(seconds):
             trace = harness.scratch / f"trace-restart-{seconds}"
             once = f"timeout --preserve-status -s TERM {seconds} {harness.options.programs / 'cie-run'} {self.app}"
-            done = self.cie("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
+            done = harness.options.cie.run("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
             self.assertEqual(done.returncode, 0, done.stderr)
             return trace
         trace = with_time_enough(record, lambda trace: every_callback_ran(trace, processes=2), (1, 5, 25))

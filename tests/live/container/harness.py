@@ -8,9 +8,10 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -98,5 +99,6 @@ def main(description):
     parser.add_argument("--compiler", default="GNU")
     options, rest = parser.parse_known_args()
     options.programs = options.programs.resolve()
+    options.cie = Cie(options.programs / "cie")
     options.libraries = options.libraries.resolve()
     isolated_main.main("container", rest, begin, records=options.record)

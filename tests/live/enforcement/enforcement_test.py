@@ -15,9 +15,10 @@ import time
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie, rules_of  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -122,17 +123,13 @@ def second_opinion(directory, spec):
 
 def told_of(directory, subjects):
     """The events of those subjects' threads, for whoever looks for who is right: the recording is gone by then."""
-    done = subprocess.run([options.programs / "cie", "events", directory], capture_output=True, text=True, timeout=200,
-                          check=True)
+    events = options.cie.text("events", directory)
     tids = [subject.split()[1] for subject in subjects if subject.startswith("thread ")]
-    return "\n".join(line for line in done.stdout.splitlines() if any(re.search(rf"\b{tid}\b", line) for tid in tids))
+    return "\n".join(line for line in events.splitlines() if any(re.search(rf"\b{tid}\b", line) for tid in tids))
 
 
 def verify(directory, spec):
-    done = subprocess.run([options.programs / "cie", "verify", directory, "--spec", spec,
-                           "--format", "json"], capture_output=True, text=True, timeout=200,
-                          check=False)
-    rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    rules = rules_of(options.cie.json("verify", directory, "--spec", spec))
     others = second_opinion(directory, spec)
     for name in ("S1", "S2", "S3", "S4"):
         verdict, of_subjects = others[name]
@@ -327,6 +324,7 @@ def main():
     for name in ("programs", "app", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
+    options.cie = Cie(options.programs / "cie")
     isolated_main.main("enforcement", rest, begin)
 
 

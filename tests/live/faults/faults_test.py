@@ -21,19 +21,16 @@ import time
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
 TIMING = {"R1", "R2"}  # rules that a busy machine violates
 HOT = re.compile(r"cie:callback_(?:start|end): .*vpid = (\d+), vtid = (\d+) .*callback_id = (\d+), seq = (\d+)")
-
-
-def cie(*arguments, **kwargs):
-    return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True, timeout=200,
-                          check=False, **kwargs)
 
 
 def children(pid, name):
@@ -73,7 +70,7 @@ class Recording:
         wait_for(lambda: self.counted()[1] >= count, f"{count} events")
 
     def manifest(self):
-        return json.loads((self.directory / "manifest.json").read_text())
+        return manifest_of(self.directory)
 
     def counted(self):
         """Hot events begun and emitted, by all processes."""
@@ -93,12 +90,11 @@ class Recording:
         return sum(channel["discarded_events"] for channel in self.manifest()["channels"] if channel["name"] == "events")
 
     def verdicts(self):
-        done = cie("verify", self.directory, "-f", "json")
-        report = json.loads(done.stdout)
-        return done.returncode, {rule["id"]: rule["verdict"] for rule in report["rules"]}
+        done = options.cie.run("verify", self.directory, "-f", "json")
+        return done.returncode, verdicts_of(json.loads(done.stdout))
 
     def report(self):
-        return json.loads(cie("report", self.directory, "-f", "json").stdout)
+        return options.cie.json("report", self.directory)
 
 
 class Faults(unittest.TestCase):
@@ -378,4 +374,5 @@ if __name__ == "__main__":
         parser.add_argument(f"--{argument}", type=Path, required=True)
     parser.add_argument("--processes", type=int, default=200)
     options, rest = parser.parse_known_args()
+    options.cie = Cie(options.programs / "cie")
     isolated_main.main("faults", rest, begin)

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """cie record --to and cie collect on one machine, with no more rights than any user has."""
 
-import json
 import os
 import re
 import shutil
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import machines
 from machines import CIE, FAULT_APP, cie, expected_code, report, verdicts, wait_for
+from recording import manifest_of
 
 
 class Collector:
@@ -51,7 +51,7 @@ class Collect(unittest.TestCase):
     def record(self, name, address, *arguments, options=()):
         counts = machines.scratch / f"{name}.counts"
         counts.mkdir(exist_ok=True)
-        return cie("record", "-o", machines.scratch / name, "--to", address, *options, "--", FAULT_APP, counts, *arguments)
+        return cie.run("record", "-o", machines.scratch / name, "--to", address, *options, "--", FAULT_APP, counts, *arguments)
 
     def test_what_machines_call_themselves_is_shown_and_not_obeyed(self):
         collector = Collector(self)
@@ -72,7 +72,7 @@ class Collect(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         host = socket.gethostname()
         self.assertRegex(done.stderr, rf"streamed to the relay daemon at {collector.address}, as {host}/cie-record-")
-        manifest = json.loads((machines.scratch / "rec" / "manifest.json").read_text())
+        manifest = manifest_of(machines.scratch / "rec")
         self.assertEqual([file.name for file in (machines.scratch / "rec").iterdir()], ["manifest.json"])
         self.assertEqual((manifest["host"], manifest["problems"], manifest["files"]), (host, [], []))
         self.assertEqual(manifest["relay"]["address"], collector.address)
@@ -99,7 +99,7 @@ class Collect(unittest.TestCase):
         done = self.record("hot", collector.address, "--instances", "60000",
                            options=["--subbuf-size", "4k", "--num-subbuf", "2"])
         self.assertEqual(done.returncode, 0, done.stderr)
-        manifest = json.loads((machines.scratch / "hot" / "manifest.json").read_text())
+        manifest = manifest_of(machines.scratch / "hot")
         discarded = sum(channel["discarded_events"] for channel in manifest["channels"])
         self.assertGreater(discarded, 0)
         self.assertRegex(done.stderr, f'LOST: channel "events" discarded {discarded} events')
@@ -146,17 +146,17 @@ class Collect(unittest.TestCase):
 
     def test_a_port_that_is_taken(self):
         collector = Collector(self)
-        done = cie("collect", "-o", machines.scratch / "taken", "--listen", collector.address)
+        done = cie.run("collect", "-o", machines.scratch / "taken", "--listen", collector.address)
         self.assertEqual(done.returncode, 4)
         self.assertIn(f"cannot listen on {collector.address} (a relay daemon that runs already?)", done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 
     def test_wrong_usage_and_help(self):
         for arguments in ([], ["-o", "x", "--listen", "here:there"], ["-o", "x", "--listen", "65534"], ["-o", "x", "--hlp"]):
-            done = cie("collect", *arguments)
+            done = cie.run("collect", *arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertRegex(done.stderr, r"\Acie: .+\nTry: cie collect --help\n\Z")
-        self.assertIn("--listen", cie("collect", "--help").stdout)
+        self.assertIn("--listen", cie.run("collect", "--help").stdout)
 
     def test_the_relay_daemon_ends(self):
         collector = Collector(self)
@@ -173,7 +173,7 @@ class Collect(unittest.TestCase):
         wait_for(lambda: not Path(f"/proc/{relay}").exists(), "the relay daemon's end")
 
     def test_a_directory_that_cannot_be_written(self):
-        done = cie("collect", "-o", "/proc/none", "--listen", "0")
+        done = cie.run("collect", "-o", "/proc/none", "--listen", "0")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (4, 1), done.stderr)
 
 

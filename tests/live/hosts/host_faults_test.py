@@ -7,7 +7,6 @@ is missing, and what is said names the machine.
 
 import contextlib
 import itertools
-import json
 import os
 import re
 import signal
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import machines
 from machines import FAULT_APP, Network, report, verdicts, wait_for
+from recording import manifest_of
 
 TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 SOON = {"LTTNG_NETWORK_SOCKET_TIMEOUT": "3000"}  # ms until a silent network counts as cut
@@ -58,7 +58,7 @@ class Recorded:
         return self.recorder.end()
 
     def manifest(self):
-        return json.loads((machines.scratch / self.manifest_folder / "manifest.json").read_text())
+        return manifest_of(machines.scratch / self.manifest_folder)
 
     def discarded(self):
         return sum(c["discarded_events"] for c in self.manifest()["channels"] if c["name"] == "events")

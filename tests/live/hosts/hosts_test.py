@@ -50,7 +50,7 @@ class Hosts(unittest.TestCase):
         self.assertEqual(sorted((c["host"], c["logical_id"]) for c in self.report["callbacks"]),
                          [("desk", PING), ("robot", PONG), ("robot", "/robot@Timer(10000000)")])
         self.assertEqual({t["host"] for t in self.report["threads"]}, {"desk", "robot"})
-        text = cie("report", self.all, "--all").stdout
+        text = cie.run("report", self.all, "--all").stdout
         for name in ("desk", "robot"):
             self.assertRegex(text, rf"(?m)^Callbacks of pid \d+ .*on {name}, isolated")
             self.assertRegex(text, rf"(?m)^Threads of pid \d+ .*on {name}, isolated")
@@ -83,7 +83,7 @@ class Hosts(unittest.TestCase):
             self.assertGreaterEqual(fastest + error["max"], 0)
             self.assertLessEqual(error["min"], 0)
             self.assertGreaterEqual(error["max"], 0)
-        text = cie("report", self.all, "--all").stdout
+        text = cie.run("report", self.all, "--all").stdout
         self.assertIn("desk", text)
         self.assertRegex(text, r"clock", "the error is in the text too")
 
@@ -93,11 +93,11 @@ class Hosts(unittest.TestCase):
         self.assertGreater(trace["end_ns"], trace["begin_ns"])
 
     def test_instances_and_exports(self):
-        rows = list(csv.DictReader(io.StringIO(cie("instances", self.all).stdout)))
+        rows = list(csv.DictReader(io.StringIO(cie.run("instances", self.all).stdout)))
         self.assertEqual({row["logical_id"] for row in rows}, {PING, PONG, "/robot@Timer(10000000)"})
         for form in ("perfetto", "chrome", "dot", "csv"):
             target = machines.scratch / f"export.{form}"
-            done = cie("export", self.all, "--to", form, "-o", target)
+            done = cie.run("export", self.all, "--to", form, "-o", target)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue(target.exists())
 

@@ -13,12 +13,14 @@ import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402,F401  pylint: disable=wrong-import-position,unused-import
+from cie import Cie, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, HOST_APP, FAULT_APP = (Path(path).absolute() for path in sys.argv[1:4])
 CIE = PROGRAMS / "cie"
+cie = Cie(CIE)
 scratch = Path(os.sep)  # set by main()
 PR_SET_PDEATHSIG = 1
 
@@ -30,20 +32,15 @@ def main(name):
     isolated_main.main(name, sys.argv[4:], begin)
 
 
-def cie(*arguments):
-    return subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False)
-
-
 def report(*arguments):
-    done = cie("report", *arguments, "-f", "json")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return cie.json("report", *arguments)
 
 
 def verdicts(*arguments):
-    done = cie("verify", *arguments, "-f", "json")
+    """Exit code, verdicts by rule, and all that is said of them."""
+    done = cie.run("verify", *arguments, "-f", "json")
     result = json.loads(done.stdout)
-    return done.returncode, {rule["id"]: rule["verdict"] for rule in result["rules"]}, result
+    return done.returncode, verdicts_of(result), result
 
 
 def expected_code(rules):

@@ -40,10 +40,10 @@ class Tutorial(unittest.TestCase):
         for command in look.splitlines():
             program, *arguments = shlex.split(command)
             self.assertEqual(program, CIE.name)
-            done = cie(*[fleet if word == "fleet" else word for word in arguments])
+            done = cie.run(*[fleet if word == "fleet" else word for word in arguments])
             self.assertIn(done.returncode, (0, 1, 3), done.stderr)
             self.assertRegex(done.stdout, "PASS|FAIL|INCONCLUSIVE")
-        self.assertRegex(cie("report", fleet, "--all").stdout, r"(?m)^.*\bdesk\b.*\brobot\b")
+        self.assertRegex(cie.run("report", fleet, "--all").stdout, r"(?m)^.*\bdesk\b.*\brobot\b")
         clocks, = report(fleet)["clocks"]
         self.assertEqual(sum(count > 0 for count in clocks["messages"]), 1, "the demo's messages go one way")
         self.assertIsNone(clocks["error_ns"])

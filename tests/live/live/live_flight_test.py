@@ -1,23 +1,20 @@
 #!/usr/bin/env python3
 """`cie live --save-snapshot`: a flight recorder saves what led to a violation that the live view sees."""
-import json
 import os
 import signal
 import subprocess
 import unittest
 
 import support
-from support import CIE, TIMER, TRACED_APP, Running, live, wait_for
+from support import CIE, TIMER, TRACED_APP, Running, live, wait_for  # first: it says where the others are
+from cie import Cie
+from recording import manifest_of
 
-
-def verdicts_of(snapshot, *arguments):
-    done = subprocess.run([CIE, "verify", snapshot, "-f", "json", *arguments], capture_output=True, text=True, timeout=60,
-                          check=False)
-    return {rule["id"]: rule["verdict"] for rule in json.loads(done.stdout)["rules"]}
+cie = Cie(CIE)
 
 
 def reason_of(snapshot):
-    return json.loads((snapshot / "manifest.json").read_text())["snapshot"]["reason"]
+    return manifest_of(snapshot)["snapshot"]["reason"]
 
 
 def is_violated(line, rule, subjects=None):
@@ -57,7 +54,7 @@ class Flight(unittest.TestCase):
         self.run_app()  # runs both its callbacks on one thread
         snapshot = directory / "snapshot-001"
         watching.until(lambda _: snapshot.exists(), 60)
-        self.assertEqual(verdicts_of(snapshot)["M2"], "FAIL")
+        self.assertEqual(cie.verdicts(snapshot)["M2"], "FAIL")
         self.assertRegex(reason_of(snapshot), r"^on command: .*M2")
         seen = watching.snapshot()["events"]
         watching.until(lambda line: line["events"] > seen + 2000, 60)  # it goes on violating the rule
@@ -87,8 +84,8 @@ class Flight(unittest.TestCase):
         watching.until(lambda _: snapshot.exists(), 60)
         self.stop(watching)
         self.assertIn("deadline", reason_of(snapshot))
-        self.assertEqual(verdicts_of(snapshot, "--spec", spec)["R3"], "FAIL")
-        self.assertEqual(verdicts_of(snapshot)["R3"], "NOT_APPLICABLE", "the application declares none")
+        self.assertEqual(cie.verdicts(snapshot, "--spec", spec)["R3"], "FAIL")
+        self.assertEqual(cie.verdicts(snapshot)["R3"], "NOT_APPLICABLE", "the application declares none")
 
     def test_a_flight_recorder_that_ended_is_told(self):
         recorder, directory = self.fly("gone")

@@ -25,10 +25,13 @@ import threading
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
 from events import Counts, Snapshot  # noqa: E402  pylint: disable=wrong-import-position
 from processes import sample_of, tree_of  # noqa: E402  pylint: disable=wrong-import-position
 from summary import summarise  # noqa: E402  pylint: disable=wrong-import-position
@@ -155,7 +158,7 @@ class LongRun:
             self.done_chunks.add(chunk.name)
             counts = Counts.of(chunk)
             self.recorded.add(counts)
-            manifest = json.loads((chunk / "manifest.json").read_text())
+            manifest = manifest_of(chunk)
             self.log.add("chunk", name=chunk.name, events=counts.total(),
                          starts=counts.by_kind["callback_start"], size=usage_of(chunk),
                          discarded=discarded_in(manifest), problems=manifest["problems"], verdicts=self.verdicts(chunk))
@@ -168,7 +171,7 @@ class LongRun:
             return None
         directory = Path(done.stdout.strip())
         snapshot = Snapshot(directory)
-        held = json.loads((directory / "manifest.json").read_text())["snapshot"]["held_ns"]
+        held = manifest_of(directory)["snapshot"]["held_ns"]
         self.log.add("snapshot", name=directory.name, events=snapshot.events, held=held / 1e9, holes=snapshot.holes, ragged=snapshot.ragged,
                      size=usage_of(directory), verdicts=self.verdicts(directory))
         return snapshot
@@ -177,7 +180,7 @@ class LongRun:
         done = subprocess.run([self.cie, "verify", trace, "-f", "json"], capture_output=True, text=True, check=False,
                               timeout=600)
         try:
-            return {rule["id"]: rule["verdict"] for rule in json.loads(done.stdout)["rules"]}
+            return verdicts_of(json.loads(done.stdout))
         except ValueError:
             return {"unreadable": "FAIL", "because": done.stderr[-500:]}
 
@@ -235,7 +238,7 @@ class LongRun:
                 self.log.add("failure", what=f"{name} failed", why=self.said(name))
         self.read_chunks()
         whole = self.folder / "chunks"
-        manifest = json.loads((whole / "manifest.json").read_text())
+        manifest = manifest_of(whole)
         self.log.add("end", emitted=self.recorded.emitted, recorded=self.recorded.by_object(),
                      by_kind=self.recorded.by_kind, discarded=discarded_in(manifest),
                      last_snapshot=last.reached if last else None, live=self.live.totals(),

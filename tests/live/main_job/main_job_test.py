@@ -17,8 +17,10 @@ import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie, rules_of  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -32,13 +34,9 @@ def run(command, **kwargs):
                           check=False, **kwargs)
 
 
-def cie(*arguments):
-    return run([options.programs / "cie", *arguments])
-
-
 def record(name, *arguments, command):
     directory = scratch / name
-    done = cie("record", "-o", directory, *arguments, "--", *command)
+    done = options.cie.run("record", "-o", directory, *arguments, "--", *command)
     assert done.returncode == 0, done.stderr
     return directory, done
 
@@ -49,18 +47,15 @@ def demo(executor, *arguments, seconds=2):
 
 
 def callbacks_that_ran(directory):
-    done = cie("report", directory, "--format", "json")
+    done = options.cie.run("report", directory, "--format", "json")
     callbacks = json.loads(done.stdout)["callbacks"] if done.returncode == 0 else []
     return sum(callback["instances"] > 0 for callback in callbacks)
 
 
 def verdicts(directory, *arguments):
-    done = cie("verify", directory, "--format", "json", *arguments)
+    """Exit code, and what it says in JSON."""
+    done = options.cie.run("verify", directory, "--format", "json", *arguments)
     return done.returncode, json.loads(done.stdout)
-
-
-def rule(report, name):
-    return next(r for r in report["rules"] if r["id"] == name)
 
 
 class Demo(unittest.TestCase):
@@ -96,9 +91,9 @@ class Demo(unittest.TestCase):
         self.assertEqual(code, 1 if failing else 0)
         for name in ("T1", "T2", "T3", "T4", "T5", "M1", "M2", "M3", "M4", "M6", "M7", "M8", "M9",
                      "E1", "E2", "E3", "S1", "S2"):
-            self.assertEqual(rule(report, name)["verdict"], "PASS", name)
+            self.assertEqual(rules_of(report)[name]["verdict"], "PASS", name)
         for name in ("M2", "M3", "S1", "S2"):
-            subjects = [s for s in rule(report, name)["subjects"]
+            subjects = [s for s in rules_of(report)[name]["subjects"]
                         if name == "M2" or s["subject"].startswith("callback ")]
             self.assertEqual(len(subjects), CALLBACKS, name)
             self.assertTrue(all(s["checked"] >= 1 for s in subjects), name)
@@ -107,7 +102,7 @@ class Demo(unittest.TestCase):
         totals = re.findall(r"cie:callback_fini:.* overwritten = (\d+), lost = (\d+)", run(["babeltrace2", self.isolated]).stdout)
         self.assertEqual(len(totals), CALLBACKS)
         _, report = verdicts(self.isolated, "--spec", self.spec)
-        found = [s["verdict"] for s in rule(report, "Q1")["subjects"]]
+        found = [s["verdict"] for s in rules_of(report)["Q1"]["subjects"]]
         self.assertEqual(found.count("FAIL"), sum((int(overwritten), int(lost)) != (0, 0) for overwritten, lost in totals))
         self.assertNotIn("INCONCLUSIVE", found)
 
@@ -119,13 +114,13 @@ class Demo(unittest.TestCase):
         code, report = verdicts(self.multi)
         self.assertEqual((code, report["verdict"]), (1, "FAIL"))
         for name in ("M2", "M3"):
-            failing = [s for s in rule(report, name)["subjects"] if s["verdict"] == "FAIL"]
+            failing = [s for s in rules_of(report)[name]["subjects"] if s["verdict"] == "FAIL"]
             self.assertTrue(failing, name)
             for subject in failing:
                 seen = [e for e in subject["evidence"] if e["tid"] is not None]
                 self.assertGreaterEqual(len(seen), 2, "one event alone shows nothing")
                 self.assertTrue(all(e["time_ns"] > 0 for e in seen))
-        text = cie("verify", self.multi, "--all").stdout
+        text = options.cie.run("verify", self.multi, "--all").stdout
         self.assertRegex(text, r"FAIL +M2 one-callback-per-thread: thread \d+")
         self.assertRegex(text, r"FAIL +M3 one-thread-per-callback: callback /\w+")
         self.assertRegex(text, r"at \d+ ns .*tid \d+")
@@ -149,13 +144,13 @@ class Demo(unittest.TestCase):
         (garbage / "metadata").write_bytes(bytes(range(256)) * 40)
         for what in (nothing, garbage, scratch / "does_not_exist", options.programs / "cie"):
             for command in ("verify", "report", "instances"):
-                done = cie(command, what)
+                done = options.cie.run(command, what)
                 self.assertEqual(done.returncode, 4, (command, what, done.stderr))
                 self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
 
     def test_metadata_that_is_lost_is_known_from_the_provider(self):
         metadata = next((self.isolated / "ust").rglob("metadata")).relative_to(self.isolated)
-        whole = json.loads(cie("report", self.isolated, "--format", "json").stdout)
+        whole = options.cie.json("report", self.isolated)
         for size in (0, 1, 4096, 5000, None):
             with self.subTest(size=size):
                 copy = self.copy(self.isolated, size)
@@ -163,35 +158,35 @@ class Demo(unittest.TestCase):
                     (copy / metadata).unlink()
                 else:
                     os.truncate(copy / metadata, size)
-                told = json.loads(cie("report", copy, "--format", "json").stdout)
+                told = options.cie.json("report", copy)
                 for part in ("processes", "callbacks", "threads", "chains"):
                     self.assertEqual(told[part], whole[part], part)
                 self.assertIn("foreign-metadata", [d["kind"] for d in told["defects"]])
                 code, report = verdicts(copy)
                 self.assertNotEqual(code, 0)
-                self.assertEqual(rule(report, "T1")["verdict"], "INCONCLUSIVE")
+                self.assertEqual(rules_of(report)["T1"]["verdict"], "INCONCLUSIVE")
 
     def test_a_misspelt_option_is_a_usage_error(self):
-        done = cie("verify", self.isolated, "--sepc", self.spec)
+        done = options.cie.run("verify", self.isolated, "--sepc", self.spec)
         self.assertEqual(done.returncode, 2)
         self.assertIn("--spec", done.stderr)
-        self.assertEqual(cie("verfy", self.isolated).returncode, 2)
-        self.assertEqual(cie("verify", self.isolated, "--spec", scratch / "no.yaml").returncode, 2)
+        self.assertEqual(options.cie.run("verfy", self.isolated).returncode, 2)
+        self.assertEqual(options.cie.run("verify", self.isolated, "--spec", scratch / "no.yaml").returncode, 2)
 
     def test_numbers_equal_an_independent_recomputation(self):
         sys.path.insert(0, str(options.oracle))
         from oracle import check, difference  # pylint: disable=import-outside-toplevel
         for directory in (self.isolated, self.multi):
             again = check.recompute([str(directory)], str(self.spec))
-            report = json.loads(cie("report", directory, "--spec", self.spec, "--format",
+            report = json.loads(options.cie.run("report", directory, "--spec", self.spec, "--format",
                                     "json").stdout)
             self.assertEqual(difference.compare(again["report"], report), [])
             self.assertEqual(
-                difference.compare_text(again["instances"], cie("instances", directory).stdout,
+                difference.compare_text(again["instances"], options.cie.run("instances", directory).stdout,
                                         "instances.csv"), [])
 
     def test_report_and_instances_have_the_contracts_shape(self):
-        report = json.loads(cie("report", self.isolated, "--format", "json").stdout)
+        report = options.cie.json("report", self.isolated)
         self.assertEqual(list(report), ["schema", "tool", "trace", "defects", "processes",
                                         "callbacks", "threads", "chains", "edges"])
         self.assertEqual(report["schema"], "cie.report/2")
@@ -213,7 +208,7 @@ class Demo(unittest.TestCase):
             self.assertEqual(callback["release_source"], "exact", callback["logical_id"])
         self.assertTrue(report["trace"]["complete"])
 
-        rows = list(csv.DictReader(io.StringIO(cie("instances", self.isolated).stdout)))
+        rows = list(csv.DictReader(io.StringIO(options.cie.run("instances", self.isolated).stdout)))
         self.assertEqual(list(rows[0]), [
             "logical_id", "pid", "tid", "seq", "release_ns", "wakeup_ns", "start_ns", "end_ns",
             "cpu_start", "cpu_end", "execution_ns", "preempted_ns", "blocked_ns", "release_source",
@@ -226,7 +221,7 @@ class Demo(unittest.TestCase):
         done = run(["babeltrace2", "--plugin-path", options.plugins, self.isolated, "-c",
                     "sink.cie.report", "-p", 'format="json"'])
         self.assertEqual(done.returncode, 0, done.stderr)
-        ours = json.loads(cie("report", self.isolated, "--format", "json").stdout)
+        ours = options.cie.json("report", self.isolated)
         theirs = json.loads(done.stdout)
         for report in (ours, theirs):
             del report["trace"]["paths"]
@@ -237,16 +232,16 @@ class Demo(unittest.TestCase):
 
     def test_a_viewer_file_is_written_whole_or_not_at_all(self):
         target = scratch / "isolated.pftrace"
-        done = cie("export", self.isolated, "--to", "perfetto", "-o", target)
+        done = options.cie.run("export", self.isolated, "--to", "perfetto", "-o", target)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertGreater(target.stat().st_size, 10_000)
         missing = scratch / "missing" / "file.pftrace"
         self.assertEqual(
-            cie("export", self.isolated, "--to", "perfetto", "-o", missing).returncode, 4)
+            options.cie.run("export", self.isolated, "--to", "perfetto", "-o", missing).returncode, 4)
         self.assertFalse(missing.parent.exists())
 
     def test_the_recording_is_sealed(self):
-        manifest = json.loads((self.isolated / "manifest.json").read_text())
+        manifest = manifest_of(self.isolated)
         named = {f["path"]: f for f in manifest["files"]}
         for path in self.streams(self.isolated):
             self.assertEqual(named[str(path.relative_to(self.isolated))]["size"],
@@ -269,16 +264,16 @@ class Trouble(unittest.TestCase):
         starts = text.count("cie:callback_start:")
         recorded = starts + text.count("cie:callback_end:")
         discarded = sum(c["discarded_events"] for c in
-                        json.loads((directory / "manifest.json").read_text())["channels"])
+                        manifest_of(directory)["channels"])
         self.assertGreater(discarded, 0)
         self.assertEqual(emitted, recorded + discarded)
         self.assertIn("LOST", done.stderr)
-        report = json.loads(cie("report", directory, "--format", "json").stdout)
+        report = options.cie.json("report", directory)
         self.assertFalse(report["trace"]["complete"])
         code, verdict = verdicts(directory)
         self.assertEqual((code, verdict["verdict"]), (3, "INCONCLUSIVE"))
         for name in ("T2", "M2", "M3", "E1"):
-            self.assertEqual(rule(verdict, name)["verdict"], "INCONCLUSIVE", name)
+            self.assertEqual(rules_of(verdict)[name]["verdict"], "INCONCLUSIVE", name)
         # Numbers have holes only if starts (or ends) were discarded before others that were recorded, or an end
         # is there whose start is not: it is shorter and fits where the start did not.
         numbers = {}
@@ -287,7 +282,7 @@ class Trouble(unittest.TestCase):
         self.assertEqual(sum(len(of) for both in numbers.values() for of in both.values()), recorded)
         has_holes = any(max(of, default=-1) + 1 != len(of) for both in numbers.values() for of in both.values()) or any(
             max(both["end"], default=-1) > max(both["start"], default=-1) for both in numbers.values())
-        self.assertEqual(rule(verdict, "T3")["verdict"], "INCONCLUSIVE" if has_holes else "PASS")
+        self.assertEqual(rules_of(verdict)["T3"]["verdict"], "INCONCLUSIVE" if has_holes else "PASS")
 
     def test_kill_9_in_mid_recording(self):
         pid_file = scratch / "killed.pid"
@@ -298,38 +293,38 @@ class Trouble(unittest.TestCase):
                  'echo $$ > "$0" && exec "$@"', pid_file, *command],
                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as recorder:
             def instances():
-                done = cie("report", directory, "--format", "json")
+                done = options.cie.run("report", directory, "--format", "json")
                 return sum(c["instances"] for c in json.loads(done.stdout)["callbacks"]) if done.returncode == 0 else 0
             isolated_main.wait_for(lambda: pid_file.exists() and pid_file.read_text().strip(), "the application's start")
             isolated_main.wait_for(lambda: instances() > 50, "its first instances")
             os.kill(int(pid_file.read_text()), signal.SIGKILL)
             _, err = recorder.communicate(timeout=200)
             self.assertEqual(recorder.returncode, 0, err)
-        report = json.loads(cie("report", directory, "--format", "json").stdout)
+        report = options.cie.json("report", directory)
         self.assertGreater(sum(c["instances"] for c in report["callbacks"]), 50)
         killed = int(pid_file.read_text())
         self.assertIn((killed, False), [(p["pid"], p["complete"]) for p in report["processes"]])
-        rows = list(csv.DictReader(io.StringIO(cie("instances", directory).stdout)))
+        rows = list(csv.DictReader(io.StringIO(options.cie.run("instances", directory).stdout)))
         still_open = [r for r in rows if not r["end_ns"]]
         self.assertEqual(len(still_open), sum(c["incomplete"] for c in report["callbacks"]))
         code, verdict = verdicts(directory)
         failing = {r["id"] for r in verdict["rules"] if r["verdict"] == "FAIL"}
         self.assertLessEqual(failing, TIMING)
         self.assertEqual(code, 1 if failing else 3)
-        self.assertEqual(rule(verdict, "T4")["verdict"], "INCONCLUSIVE")
-        self.assertIn("interrupted", json.dumps(rule(verdict, "T4")))
+        self.assertEqual(rules_of(verdict)["T4"]["verdict"], "INCONCLUSIVE")
+        self.assertIn("interrupted", json.dumps(rules_of(verdict)["T4"]))
 
     def test_the_instance_a_process_died_in_is_listed(self):
         directory, _ = record("died", command=[options.burst_app, "50", "--kill"])
         callbacks = {c["logical_id"]: c for c in
-                     json.loads(cie("report", directory, "--format", "json").stdout)["callbacks"]}
+                     options.cie.json("report", directory)["callbacks"]}
         died_in = callbacks["/burst@Timer(1)"]
         self.assertEqual((died_in["instances"], died_in["incomplete"]), (50, 1))
-        rows = list(csv.DictReader(io.StringIO(cie("instances", directory).stdout)))
+        rows = list(csv.DictReader(io.StringIO(options.cie.run("instances", directory).stdout)))
         open_rows = [(r["logical_id"], r["seq"]) for r in rows if not r["end_ns"]]
         self.assertIn(("/burst@Timer(1)", "50"), open_rows)
         _, verdict = verdicts(directory)
-        self.assertIn("interrupted", json.dumps(rule(verdict, "T4")))
+        self.assertIn("interrupted", json.dumps(rules_of(verdict)["T4"]))
 
 
 def begin(directory):
@@ -343,6 +338,7 @@ def main():
     for name in ("programs", "burst-app", "plugins", "examples", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
+    options.cie = Cie(options.programs / "cie")
     isolated_main.main("main-job", rest, begin)
 
 

@@ -19,6 +19,9 @@ import time
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from cie import Cie, rules_of  # noqa: E402  pylint: disable=wrong-import-position
+
 options: argparse.Namespace
 SENSOR_20, SENSOR_50 = "/car/sensor@Timer(20000000)", "/car/sensor@Timer(50000000)"
 LIDAR, CAMERA = "/car/fusion@Subscription(/car/lidar)", "/car/fusion@Subscription(/car/camera)"
@@ -38,15 +41,14 @@ class Recorded:
 
     def __init__(self, folder, code, output):
         self.folder, self.code, self.output = folder, code, output
-        self.report = json.loads(cie("report", folder, "-f", "json").stdout)
+        self.report = cie().json("report", folder)
         self.callbacks = {row["logical_id"]: row for row in self.report["callbacks"]}
 
     def runs(self, logical_id):
         return self.callbacks[logical_id]["instances"]
 
-    def verdicts(self, *arguments):
-        done = cie("verify", self.folder, "-f", "json", *arguments)
-        return {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    def rules(self, *arguments):
+        return rules_of(cie().json("verify", self.folder, *arguments))
 
 
 def environment():
@@ -54,11 +56,10 @@ def environment():
             "ROS_DOMAIN_ID": str(40 + os.getpid() % 60), "CYCLONEDDS_URI": LOOPBACK}
 
 
-def cie(*arguments):
-    """cie itself runs without ROS 2's libraries, which may be other versions of ours."""
+def cie():
+    """Without ROS 2's libraries, which may be other versions of ours."""
     ours = {name: value for name, value in environment().items() if name != "LD_LIBRARY_PATH"}
-    return subprocess.run([options.programs / "cie", *map(str, arguments)], env=ours, capture_output=True, text=True,
-                          timeout=300, check=False)
+    return Cie(options.programs / "cie", env=ours, timeout=300)
 
 
 def wait_for_thread(session, name):
@@ -95,7 +96,7 @@ class Application(unittest.TestCase):
 
     def assert_verdicts(self, recorded, failing=(), arguments=()):
         """Every rule that is not about time holds, but those that are meant to fail."""
-        for rule_id, rule in recorded.verdicts(*arguments).items():
+        for rule_id, rule in recorded.rules(*arguments).items():
             if rule_id in TIME_RULES or rule["verdict"] == "NOT_APPLICABLE":
                 continue
             expected = "FAIL" if rule_id in failing else "PASS"
@@ -106,7 +107,7 @@ class Application(unittest.TestCase):
         before the first run lies between no two."""
         period = row["period_ns"]
         runs = [(int(run["seq"]), int(run["release_ns"]), int(run["missed"]))
-                for run in csv.DictReader(cie("instances", recorded.folder).stdout.splitlines())
+                for run in csv.DictReader(cie().text("instances", recorded.folder).splitlines())
                 if run["logical_id"] == row["logical_id"]]
         self.assertEqual(len(runs), row["instances"])
         self.assertGreater(len(runs), 1)

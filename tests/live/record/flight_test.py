@@ -2,7 +2,6 @@
 """The flight recorder (`cie record --snapshot`): what makes it save, what it saves, and where it stops.
 Arguments: PROGRAMS APPLICATION (traced_app) LATE_APPLICATION (late_app)."""
 
-import json
 import os
 import re
 import signal
@@ -13,32 +12,19 @@ import time
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import PATIENCE, wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of, starts_of  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, APPLICATION, LATE_APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:4])
-CIE = PROGRAMS / "cie"
+cie = Cie(PROGRAMS / "cie")
 scratch: Path
 
 
 def run(*command):
     return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=PATIENCE, check=False)
-
-
-def verdicts_of(snapshot):
-    report = json.loads(run(CIE, "verify", snapshot, "-f", "json").stdout)
-    return {rule["id"]: rule["verdict"] for rule in report["rules"]}
-
-
-def manifest_of(snapshot):
-    return json.loads((snapshot / "manifest.json").read_text())
-
-
-def starts_of(snapshot):
-    """Numbers of the timer's instances, in order."""
-    text = run("babeltrace2", snapshot).stdout
-    return [int(seq) for seq in re.findall(r"cie:callback_start: .*?\{ callback_id = 0, seq = (\d+)", text)]
 
 
 def window_of(snapshot, streams):
@@ -66,7 +52,7 @@ class Flight(unittest.TestCase):
     def record(self, name, options, arguments, application=APPLICATION):
         """A recorder that runs in the background, and its directory."""
         directory = scratch / name
-        command = [CIE, "record", "-o", directory, "--snapshot", "5", *options, "--", application, *arguments]
+        command = [cie.program, "record", "-o", directory, "--snapshot", "5", *options, "--", application, *arguments]
         recorder = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                     text=True)
         self.addCleanup(recorder.stderr.close)
@@ -83,13 +69,13 @@ class Flight(unittest.TestCase):
         """Nothing of a snapshot is taken for a violation, or for lost, because its past was overwritten.
         The application violates M2: it runs two callbacks on one thread. At its end, it tells of samples that were
         overwritten (Q1)."""
-        verdicts = verdicts_of(snapshot)
+        verdicts = cie.verdicts(snapshot)
         timing = {"R1", "R2", "R3"}
         self.assertEqual({rule for rule, verdict in verdicts.items() if verdict == "FAIL"} - timing
                          - ({"Q1"} if may_have_ended else set()), {"M2"})
         for rule in ("T3", "T5", "M3", "E1", "E2", "E3"):
             self.assertEqual(verdicts[rule], "PASS", rule)
-        report = json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)
+        report = cie.json("report", snapshot)
         self.assertEqual({callback["logical_id"] for callback in report["callbacks"]},
                          {"/test/node@Timer(1000000)", "/test/node@Subscription(/test/topic)"})
         self.assertEqual({callback["node"] for callback in report["callbacks"]}, {"/test/node"})
@@ -102,7 +88,7 @@ class Flight(unittest.TestCase):
             ["-c", str(one_cpu), APPLICATION, "--burst", "5000", "--until-signal", "--ready", str(scratch / "ready"),
              "--ready-after", "200"], application="taskset")
         wait_for((scratch / "ready").exists, "200 instances")
-        saved = run(CIE, "record", "--save", directory)
+        saved = cie.run("record", "--save", directory)
         self.assertEqual((saved.returncode, saved.stdout), (0, f"{directory}/snapshot-001\n"), saved.stderr)
         snapshot = directory / "snapshot-001"
         self.check_complete(snapshot)
@@ -111,14 +97,14 @@ class Flight(unittest.TestCase):
         self.assertGreater(len(starts), 20)
         self.assertEqual(manifest_of(snapshot)["snapshot"]["reason"], "on command")
         held = manifest_of(snapshot)["snapshot"]["held_ns"]
-        report = json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)
+        report = cie.json("report", snapshot)
         # Readers' window ends with the first channel to end; what is held, with the first stream of hot events.
         begin, end = window_of(snapshot, "events_*")
         self.assertEqual(held, end - begin)
         begin, end = window_of(snapshot, "*_[0-9]*")
         self.assertEqual((report["trace"]["begin_ns"], report["trace"]["end_ns"]), (begin, end))
         # Whoever asks may say why; control characters do not reach the terminal.
-        saved = run(CIE, "record", "--save", directory, "--reason", "the brake, \x1b[1m late\nsecond line")
+        saved = cie.run("record", "--save", directory, "--reason", "the brake, \x1b[1m late\nsecond line")
         self.assertEqual(saved.returncode, 0, saved.stderr)
         self.assertEqual(manifest_of(directory / "snapshot-002")["snapshot"]["reason"],
                          "on command: the brake, ?[1m late")
@@ -150,7 +136,7 @@ class Flight(unittest.TestCase):
         self.assertFalse((directory / "snapshot-002").exists())
         self.assertRegex(text, r"saved 1 snapshot in .*; \d+ times? more there was a reason to")
         self.check_complete(snapshot, may_have_ended=True)
-        self.assertEqual(verdicts_of(snapshot)["R3"], "FAIL", "it shows what happened")
+        self.assertEqual(cie.verdicts(snapshot)["R3"], "FAIL", "it shows what happened")
         self.assertGreater(starts_of(snapshot)[-1], late - 1, "and what came after it")
 
     def test_an_executors_callback_that_is_late_is_told_as_soon_as_it_ends(self):
@@ -158,7 +144,7 @@ class Flight(unittest.TestCase):
         self.end(recorder)
         reason = manifest_of(directory / "snapshot-001")["snapshot"]["reason"]
         self.assertRegex(reason, r"^callback \d+ missed its deadline: responded after \d+\.\d+ ms instead of 5\.000 ms$")
-        late = verdicts_of(directory / "snapshot-001")
+        late = cie.verdicts(directory / "snapshot-001")
         self.assertEqual(late["R3"], "FAIL")
         self.assertEqual(late["M2"], "PASS")
 
@@ -189,7 +175,7 @@ class Flight(unittest.TestCase):
         self.addCleanup(recorder.terminate)  # which ends the application, too
         time.sleep(1)
         for number in (1, 2):  # what one snapshot took is there for the next one, too
-            saved = run(CIE, "record", "--save", directory)
+            saved = cie.run("record", "--save", directory)
             self.assertEqual(saved.returncode, 0, saved.stderr)
             self.check_kernel(directory / f"snapshot-00{number}")
         os.kill(int(ready.read_text()), signal.SIGTERM)
@@ -206,7 +192,7 @@ class Flight(unittest.TestCase):
         self.assertEqual(sum(": { cpu_id" in line and " sched_" in line for line in text), manifest["kernel"]["events"])
         self.assertLess(instances[len(instances) // 2], switches[-1], "they are of the same time")
         self.assertGreater(instances[-1], switches[len(switches) // 2])
-        timer, = (callback for callback in json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)["callbacks"]
+        timer, = (callback for callback in cie.json("report", snapshot)["callbacks"]
                   if callback["kind"] == "timer")
         # Each instance works for 2 ms of its thread's processor time, which the kernel counts from a little before each
         # switch is told. Some kernels do not tell every switch.
@@ -223,7 +209,7 @@ class Flight(unittest.TestCase):
                 (2, "do not fit into memory", ["--snapshot", "3600", "--event-rate", "100000000", "--", "true"]),
                 (4, "/dev/shm has", ["--snapshot", "3600", "--subbuf-size", "256g", "-o", scratch / "much", "--",
                                      "true"])):
-            done = run(CIE, "record", *arguments)
+            done = cie.run("record", *arguments)
             self.assertEqual(done.returncode, status, done.stderr)
             self.assertIn(wanted, done.stderr)
         self.assertFalse((scratch / "much").exists())

@@ -2,7 +2,6 @@
 """What a recording says of itself holds: of recordings of every kind, of what runs for a moment only, and of
 recorders that fail. Arguments: PROGRAMS APPLICATION (traced_app)."""
 
-import json
 import os
 import resource
 import shutil
@@ -13,34 +12,28 @@ import time
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import session_daemon, wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie, rules_of, verdicts_of  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
-CIE = PROGRAMS / "cie"
+cie = Cie(PROGRAMS / "cie")
 MARK = "CIE_MANIFEST_TEST"  # in the environment of what a test starts
 scratch: Path
 
 
-def run(*command, **keywords):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=120, check=False, **keywords)
-
-
-def manifest_of(recording):
-    return json.loads((recording / "manifest.json").read_text())
-
-
 def verified(*traces):
     """Verdicts by rule, and everything that T1 and T2 say."""
-    done = run(CIE, "verify", *traces, "-f", "json", "--check")
-    rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    judged = cie.json("verify", *traces, "--check")
+    rules = rules_of(judged)
     notes = [item["note"] for rule in ("T1", "T2") for subject in rules[rule]["subjects"] for item in subject["evidence"]]
-    return {name: rule["verdict"] for name, rule in rules.items()}, notes
+    return verdicts_of(judged), notes
 
 
 def pids_of(trace):
-    report = json.loads(run(CIE, "report", trace, "-f", "json").stdout)
+    report = cie.json("report", trace)
     return {process["pid"] for process in report["processes"]}
 
 
@@ -77,7 +70,7 @@ class Manifest(unittest.TestCase):
     def test_short_processes_are_named_however_many(self):
         directory = scratch / "short"
         script = 'seq 40 | xargs -P 4 -I @@ "$1" --instances 1'
-        done = run(CIE, "record", "-o", directory, "--kernel=no", "--", "sh", "-c", script, "sh", APPLICATION)
+        done = cie.run("record", "-o", directory, "--kernel=no", "--", "sh", "-c", script, "sh", APPLICATION)
         self.assertEqual(done.returncode, 0, done.stderr)
         manifest = manifest_of(directory)
         self.assertEqual(len(manifest["processes"]), 40)
@@ -87,7 +80,7 @@ class Manifest(unittest.TestCase):
 
     def test_one_that_runs_on_is_named_by_its_name(self):
         directory = scratch / "named"
-        run(CIE, "record", "-o", directory, "--kernel=no", "--", APPLICATION, "--instances", "300")
+        cie.run("record", "-o", directory, "--kernel=no", "--", APPLICATION, "--instances", "300")
         process, = manifest_of(directory)["processes"]
         self.assertEqual(process["name"], APPLICATION.name[:15])
         self.assert_holds(directory)
@@ -96,14 +89,14 @@ class Manifest(unittest.TestCase):
         session_daemon(self)
         application = self.background(APPLICATION, "--until-signal")
         directory = scratch / "attached"
-        done = run(CIE, "record", "-o", directory, "--attach", "--duration", "2", "--kernel=no")
+        done = cie.run("record", "-o", directory, "--attach", "--duration", "2", "--kernel=no")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(named(manifest_of(directory)), {application.pid})
         self.assert_holds(directory)
 
     def test_kernel_events_that_are_there_are_seen(self):
         directory = scratch / "kernel"
-        done = run(CIE, "record", "-o", directory, "--kernel=yes", "--", APPLICATION, "--instances", "300")
+        done = cie.run("record", "-o", directory, "--kernel=yes", "--", APPLICATION, "--instances", "300")
         if "--kernel=yes: " in done.stderr:
             self.skipTest(f"not possible here: {done.stderr}")
         verdicts, notes = verified(directory)
@@ -118,7 +111,7 @@ class Manifest(unittest.TestCase):
     def rotated(self, name, *options):
         directory = scratch / name
         ready = scratch / f"{name}.ready"
-        recorder = self.background(CIE, "record", "-o", directory, "--rotate", "1", "--kernel=no", *options, "--", "sh", "-c",
+        recorder = self.background(cie.program, "record", "-o", directory, "--rotate", "1", "--kernel=no", *options, "--", "sh", "-c",
                                    '"$1" --instances 1; "$1" --until-signal --ready "$2" & '
                                    'trap "kill $!" TERM; wait; wait', "sh", APPLICATION, ready)
         wait_for(lambda: (directory / "chunk-000004").exists() or recorder.poll() is not None, "four chunks")
@@ -138,7 +131,7 @@ class Manifest(unittest.TestCase):
                 self.assert_holds(chunk)
         self.assertEqual(named(manifest_of(directory)), pids_of(directory))
         self.assertEqual(len(named(manifest_of(directory))), 2)
-        report = json.loads(run(CIE, "report", directory, "-f", "json").stdout)
+        report = cie.json("report", directory)
         self.assertTrue(report["trace"]["complete"], report["defects"])
         shutil.rmtree(chunks[0])
         verdicts, notes = verified(directory)
@@ -152,7 +145,7 @@ class Manifest(unittest.TestCase):
         first = int(chunks[0].name.removeprefix("chunk-"))
         self.assertEqual(manifest_of(directory)["removed_chunks"], first - 1)
         self.assertEqual(len(named(manifest_of(directory))), 1)  # the other one's chunk is gone
-        report = json.loads(run(CIE, "report", directory, "-f", "json").stdout)
+        report = cie.json("report", directory)
         self.assertFalse(report["trace"]["complete"])
         self.assertEqual(report["recordings"][0]["first_chunk"], first)
         self.assertEqual(report["recordings"][0]["begin_ns"], manifest_of(chunks[0])["begin"]["monotonic_ns"])
@@ -160,13 +153,13 @@ class Manifest(unittest.TestCase):
     def test_snapshots(self):
         directory = scratch / "snapshots"
         ready = scratch / "snapshots.ready"
-        recorder = self.background(CIE, "record", "-o", directory, "--snapshot", "2", "--", "sh", "-c",
+        recorder = self.background(cie.program, "record", "-o", directory, "--snapshot", "2", "--", "sh", "-c",
                                    '"$1" --instances 1; exec "$1" --until-signal --ready "$2"', "sh", APPLICATION, ready)
         wait_for(lambda: ready.exists() or recorder.poll() is not None, "the application runs")
         time.sleep(1)
         application = {int(ready.read_text())}
         for _ in range(20):  # a busy machine may take longer to describe itself than a snapshot waits
-            snapshot = Path(run(CIE, "record", "--save", directory).stdout.strip())
+            snapshot = Path(cie.run("record", "--save", directory).stdout.strip())
             self.assertLessEqual(named(manifest_of(snapshot)), application)
             if named(manifest_of(snapshot)) == application:
                 break
@@ -181,12 +174,12 @@ class Manifest(unittest.TestCase):
         there = scratch / "there"
         log = scratch / "collect.log"
         with open(log, "wb") as file:
-            collector = subprocess.Popen([CIE, "collect", "-o", there, "--listen", "0"], stderr=file)
+            collector = subprocess.Popen([cie.program, "collect", "-o", there, "--listen", "0"], stderr=file)
         self.addCleanup(isolated_main.end, collector)
         wait_for(lambda: "--to " in log.read_text(), "it listens")
         address = log.read_text().split("--to ")[1].split()[0]
         directory = scratch / "relayed"
-        done = run(CIE, "record", "-o", directory, "--to", address, "--", APPLICATION, "--instances", "500")
+        done = cie.run("record", "-o", directory, "--to", address, "--", APPLICATION, "--instances", "500")
         self.assertEqual(done.returncode, 0, done.stderr)
         collector.send_signal(signal.SIGINT)
         collector.wait(60)
@@ -196,7 +189,7 @@ class Manifest(unittest.TestCase):
 
     def test_an_application_that_is_killed_while_it_registers_is_not_recorded(self):
         directory = scratch / "killed"
-        done = run(CIE, "record", "-o", directory, "--kernel=no", "--", APPLICATION, "--leave-by", "kill")
+        done = cie.run("record", "-o", directory, "--kernel=no", "--", APPLICATION, "--leave-by", "kill")
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("nothing was recorded", done.stderr)
         self.assertNotIn("\nrecorded ", done.stderr)
@@ -208,7 +201,7 @@ class Manifest(unittest.TestCase):
                 directory = scratch / f"wanted{is_there}"
                 if is_there:
                     directory.mkdir()
-                recorders = [self.background(CIE, "record", "-o", directory, "--kernel=no", "--", APPLICATION,
+                recorders = [self.background(cie.program, "record", "-o", directory, "--kernel=no", "--", APPLICATION,
                                              "--instances", "300") for _ in range(6)]
                 said = [recorder.communicate(timeout=120)[1] for recorder in recorders]
                 self.assertEqual(sorted(r.returncode for r in recorders), [0, 2, 2, 2, 2, 2], said)
@@ -226,7 +219,7 @@ class Manifest(unittest.TestCase):
             return sorted(path.name for path in runtime.glob("cie-record-*"))
 
         def recorder(name):
-            process = self.background(CIE, "record", "-o", scratch / name, "--kernel=no", "--", APPLICATION,
+            process = self.background(cie.program, "record", "-o", scratch / name, "--kernel=no", "--", APPLICATION,
                                       "--until-signal", "--ready", scratch / f"{name}.ready", env=environment)
             wait_for(lambda: (scratch / f"{name}.ready").exists() or process.poll() is not None, "the application runs")
             return process
@@ -242,7 +235,7 @@ class Manifest(unittest.TestCase):
         killed.wait(60)
         os.kill(application, signal.SIGKILL)
         self.assertEqual(homes(), before)
-        after = run(CIE, "record", "-o", scratch / "next", "--kernel=no", "--", APPLICATION, env=environment)
+        after = cie.run("record", "-o", scratch / "next", "--kernel=no", "--", APPLICATION, env=environment)
         self.assertEqual(after.returncode, 0, after.stderr)
         self.assertEqual(len(homes()), 2, (before, homes()))
         wait_for(lambda: not is_running(daemon), "the daemon that hung is killed")
@@ -260,7 +253,7 @@ class Manifest(unittest.TestCase):
             with self.subTest(options=options):
                 environment = os.environ | {MARK: str(attempt)}
                 command = options or ("--", APPLICATION)
-                done = run(CIE, "record", "-o", scratch / f"few{attempt}", "--kernel=no", *command, env=environment,
+                done = cie.run("record", "-o", scratch / f"few{attempt}", "--kernel=no", *command, env=environment,
                            preexec_fn=few_descriptors)
                 self.assertEqual(done.returncode, 4, done.stderr)
                 self.assertEqual(marked(attempt), [], done.stderr)

@@ -4,7 +4,6 @@ Arguments: PROGRAMS APPLICATION (traced_app)."""
 
 import contextlib
 import hashlib
-import json
 import os
 import re
 import signal
@@ -13,12 +12,14 @@ import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of, starts_of  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
-CIE = PROGRAMS / "cie"
+cie = Cie(PROGRAMS / "cie")
 # Rules that a busy machine violates, and what the application says at its end that it lost.
 OTHERS = {"R1", "R2", "R3", "Q1"}
 scratch: Path
@@ -26,24 +27,6 @@ scratch: Path
 
 def run(*command):
     return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=60, check=False)
-
-
-def verdicts_of(trace):
-    return {rule["id"]: rule["verdict"] for rule in json.loads(run(CIE, "verify", trace, "-f", "json").stdout)["rules"]}
-
-
-def report_of(trace):
-    return json.loads(run(CIE, "report", trace, "-f", "json").stdout)
-
-
-def manifest_of(recording):
-    return json.loads((recording / "manifest.json").read_text())
-
-
-def starts_of(trace):
-    """Numbers of the timer's instances, by another reader."""
-    text = run("babeltrace2", trace).stdout
-    return [int(seq) for seq in re.findall(r"cie:callback_start: .*?\{ callback_id = 0, seq = (\d+)", text)]
 
 
 def chunks_of(directory):
@@ -60,7 +43,7 @@ class Rotate(unittest.TestCase):
         directory = scratch / name
         ready = scratch / f"{name}.ready"
         recorder = subprocess.Popen(
-            [str(part) for part in (CIE, "record", "-o", directory, "--rotate", "1", *options, "--", APPLICATION,
+            [str(part) for part in (cie.program, "record", "-o", directory, "--rotate", "1", *options, "--", APPLICATION,
                                     "--until-signal", "--burst", burst, "--period-us", period_us, "--ready", ready)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(recorder.stdout.close)
@@ -94,11 +77,11 @@ class Rotate(unittest.TestCase):
     def check_alone(self, chunk):
         """The application violates M2: it runs two callbacks on one thread. Nothing else is taken for a violation,
         and everything is known by its name, because each chunk begins with a description."""
-        verdicts = verdicts_of(chunk)
+        verdicts = cie.verdicts(chunk)
         self.assertEqual({rule for rule, verdict in verdicts.items() if verdict == "FAIL"} - OTHERS, {"M2"})
         for rule in ("T1", "T2", "T3", "T5", "E1", "E2", "E3"):
             self.assertEqual(verdicts[rule], "PASS", rule)
-        self.assertEqual({callback["logical_id"] for callback in report_of(chunk)["callbacks"]},
+        self.assertEqual({callback["logical_id"] for callback in cie.json("report", chunk)["callbacks"]},
                          {"/test/node@Timer(1000000)", "/test/node@Subscription(/test/topic)"})
 
     def test_chunks_can_be_read_alone_and_lack_nothing_together(self):
@@ -121,8 +104,8 @@ class Rotate(unittest.TestCase):
         self.assertEqual([file["path"] for file in manifest_of(directory)["files"]],
                          [f"{chunk.name}/manifest.json" for chunk in chunks])
         self.assertEqual(starts_of(directory), list(range(instances)))
-        self.assertEqual([callback["instances"] for callback in report_of(directory)["callbacks"]], [instances] * 2)
-        whole = verdicts_of(directory)
+        self.assertEqual([callback["instances"] for callback in cie.json("report", directory)["callbacks"]], [instances] * 2)
+        whole = cie.verdicts(directory)
         self.assertEqual({rule for rule, verdict in whole.items() if verdict == "FAIL"} - OTHERS, {"M2"})
         self.assertEqual((whole["T3"], whole["T4"], whole["T5"]), ("PASS",) * 3)
 
@@ -141,13 +124,13 @@ class Rotate(unittest.TestCase):
 
     def test_what_ends_before_its_first_chunk_is_one(self):
         directory = scratch / "short"
-        done = run(CIE, "record", "-o", directory, "--rotate", "1000", "--", APPLICATION, "--instances", "50")
+        done = cie.run("record", "-o", directory, "--rotate", "1000", "--", APPLICATION, "--instances", "50")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([chunk.name for chunk in chunks_of(directory)], ["chunk-000001"])
         self.assertEqual(starts_of(directory), list(range(50)))
         self.check_sealed(directory)
         self.check_sealed(directory / "chunk-000001")
-        self.assertEqual(verdicts_of(directory)["T4"], "PASS")
+        self.assertEqual(cie.verdicts(directory)["T4"], "PASS")
 
     def test_losses_are_told_in_the_chunk_that_has_them(self):
         # The burst, 100 kB of events per 1000 instances, overflows buffers of 8 KiB that are emptied every 20 ms.
@@ -189,7 +172,7 @@ class Rotate(unittest.TestCase):
         self.assertEqual(instances, list(range(len(instances))))
 
     def test_kernel_events_are_in_the_chunk_of_their_time(self):
-        probe = run(CIE, "record", "-o", scratch / "probe", "--kernel", "yes", "--", "true")
+        probe = cie.run("record", "-o", scratch / "probe", "--kernel", "yes", "--", "true")
         if "--kernel=yes: " in probe.stderr:
             self.skipTest(f"not possible here: {probe.stderr}")
         recorder, directory = self.record("kernel", "--kernel", "yes", "--keep", "100")
@@ -215,12 +198,12 @@ class Rotate(unittest.TestCase):
         self.assertEqual((whole.returncode, whole.stderr), (0, ""))
         self.assertEqual(len(whole.stdout.splitlines()),
                          sum(len(run("babeltrace2", chunk).stdout.splitlines()) for chunk in chunks))
-        timer, = (callback for callback in report_of(directory)["callbacks"] if callback["kind"] == "timer")
+        timer, = (callback for callback in cie.json("report", directory)["callbacks"] if callback["kind"] == "timer")
         self.assertGreater(timer["execution_time_ns"]["count"], 0)
         self.assertEqual({path.name for path in directory.iterdir()}, {chunk.name for chunk in chunks} | {"manifest.json"})
 
     def test_a_recording_of_nothing_is_none(self):
-        done = run(CIE, "record", "-o", scratch / "nothing", "--rotate", "1", "--", "sleep", "1.5")
+        done = cie.run("record", "-o", scratch / "nothing", "--rotate", "1", "--", "sleep", "1.5")
         self.assertEqual(done.returncode, 4)
         self.assertIn("nothing was recorded", done.stderr)
         self.assertEqual(chunks_of(scratch / "nothing"), [])

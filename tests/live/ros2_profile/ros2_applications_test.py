@@ -7,10 +7,13 @@ import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from cie import Cie  # noqa: E402  pylint: disable=wrong-import-position
+from recording import manifest_of  # noqa: E402  pylint: disable=wrong-import-position
 
 PROGRAMS, ROS2_APP, CIE_APP = (Path(argument).resolve() for argument in sys.argv[1:4])
+cie = Cie(PROGRAMS / "cie")
 scratch: Path
 
 
@@ -20,14 +23,13 @@ def run(*command, **options):
 
 
 def record(name, *arguments):
-    done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / name, *arguments)
+    done = cie.run("record", "--kernel", "no", "-o", scratch / name, *arguments)
     assert done.returncode == 0, done
-    return json.loads((scratch / name / "manifest.json").read_text(encoding="utf-8")), done.stderr
+    return manifest_of(scratch / name), done.stderr
 
 
 def callbacks(name):
-    done = run(PROGRAMS / "cie", "report", scratch / name, "-f", "json")
-    return {row["logical_id"]: row["instances"] for row in json.loads(done.stdout)["callbacks"]}
+    return {row["logical_id"]: row["instances"] for row in cie.json("report", scratch / name)["callbacks"]}
 
 
 def live_callbacks(lines):
@@ -36,8 +38,7 @@ def live_callbacks(lines):
 
 
 def verdict(name, rule):
-    done = run(PROGRAMS / "cie", "verify", scratch / name, "-f", "json")
-    return next(row["verdict"] for row in json.loads(done.stdout)["rules"] if row["id"] == rule)
+    return cie.verdicts(scratch / name)[rule]
 
 
 class Ros2(unittest.TestCase):
@@ -74,7 +75,7 @@ class Ros2(unittest.TestCase):
             app.wait(timeout=200)
             said = recorder.communicate(timeout=200)[1]
         self.assertEqual(recorder.returncode, 0, said)
-        manifest = json.loads((scratch / "attached" / "manifest.json").read_text(encoding="utf-8"))
+        manifest = manifest_of(scratch / "attached")
         self.assertEqual([(process["pid"], process["name"]) for process in manifest["processes"]],
                          [(app.pid, "live_ros2_app")])
         self.assertGreaterEqual(manifest["end"]["monotonic_ns"] - manifest["begin"]["monotonic_ns"], 8_000_000_000)
@@ -97,7 +98,7 @@ class Ros2(unittest.TestCase):
         self.lttng("destroy", "runs")
         self.lttng("destroy", "objects")
         self.assertEqual(callbacks("dual"), {"/robot/leg@Timer(20000000)": 5})
-        report = json.loads(run(PROGRAMS / "cie", "report", folder, "-f", "json").stdout)
+        report = cie.json("report", folder)
         gap = next(defect for defect in report["defects"] if defect["kind"] == "host-gap")
         self.assertIn("what its applications made, and nothing in between", gap["advice"])
         self.assertEqual(verdict("dual", "M3"), "INCONCLUSIVE", "a client may have been made in between")
@@ -127,7 +128,7 @@ class Ros2(unittest.TestCase):
         self.lttng("start", name)
 
     def test_live_shows_a_command(self):
-        done = run(PROGRAMS / "cie", "live", "--ros2", "--json", "--interval", "0.2", "--", ROS2_APP)
+        done = cie.run("live", "--ros2", "--json", "--interval", "0.2", "--", ROS2_APP)
         self.assertEqual(done.returncode, 0, done)
         self.assertEqual(live_callbacks(done.stdout), {"/robot/leg@Timer(20000000)": 5})
 
@@ -151,16 +152,16 @@ class Ros2(unittest.TestCase):
             app.wait(timeout=200)
 
     def test_live_goes_without_a_session(self):
-        done = run(PROGRAMS / "cie", "live", "--ros2", "net://localhost")
+        done = cie.run("live", "--ros2", "net://localhost")
         self.assertEqual((done.returncode, "--ros2" in done.stderr), (2, True), done)
 
     def test_goes_without_the_profile(self):
-        done = run(PROGRAMS / "cie", "record", "--ros2", "--profile", "ros2", "--", "true")
+        done = cie.run("record", "--ros2", "--profile", "ros2", "--", "true")
         self.assertEqual(done.returncode, 2, done)
 
 
 def run_without():
-    done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / "without", "--registration-timeout", "0.2", "--",
+    done = cie.run("record", "--kernel", "no", "-o", scratch / "without", "--registration-timeout", "0.2", "--",
                "sh", "-c", f"'{ROS2_APP}'; sleep 1")
     return done.returncode, done.stderr
 

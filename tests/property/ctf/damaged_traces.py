@@ -21,6 +21,7 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from cie import verdicts_of  # noqa: E402
 from ctf2_of_tsdl import convert  # noqa: E402
 
 TIMEOUT = 60  # seconds; cie itself gives up earlier
@@ -195,7 +196,7 @@ def run(cie, *arguments):
     return done.returncode, done.stdout.decode(errors="replace")
 
 
-def verdicts_of(cie, trace):
+def judgement_of(cie, trace):
     code, text = run(cie, "verify", str(trace), "-f", "json")
     if code == 4:
         return None
@@ -204,7 +205,7 @@ def verdicts_of(cie, trace):
     for rule in told["rules"]:
         for subject in rule["subjects"]:
             rules[rule["id"], subject["subject"]] = subject["verdict"]
-    return told["verdict"], {rule["id"]: rule["verdict"] for rule in told["rules"]}, rules
+    return told["verdict"], verdicts_of(told), rules
 
 
 def instances_of(cie, trace):
@@ -247,7 +248,7 @@ def check(cie, original, seed, keep):
 
 def compare(cie, folder, whole, is_faithful):
     verdicts, instances = whole
-    now = verdicts_of(cie, folder)
+    now = judgement_of(cie, folder)
     if now is None:
         return
     if now[0] == "PASS" and verdicts[0] != "PASS":
@@ -281,7 +282,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep")
     options = parser.parse_args()
-    originals = [(trace, (verdicts_of(options.cie, trace), instances_of(options.cie, trace)),
+    originals = [(trace, (judgement_of(options.cie, trace), instances_of(options.cie, trace)),
                   {file.relative_to(trace): convert(file.read_bytes()) for file in Path(trace).rglob("metadata")})
                  for trace in options.recordings]
     for trace, (verdicts, instances), _ in originals:
