@@ -1,8 +1,9 @@
 // The events of traces themselves, of every class, with the fields that the traces declare.
 #pragma once
 
-#include <cie/analysis/event.hpp>
+#include <cie/analysis/other_event.hpp>
 #include <cie/analysis/progress.hpp>
+#include <cie/analysis/time.hpp>
 
 #include <cstdint>
 #include <filesystem>
