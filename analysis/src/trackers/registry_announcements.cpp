@@ -154,7 +154,7 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
 
 bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts,
                              bool is_announcement) {
-  if (!facts.is_accounted || !facts.is_identified || !event.is_identified) return false;
+  if (!facts.is_accounted || !facts.is_identified || !event.inferred.is_identified) return false;
   const auto started = facts.starts.last;  // which a repeated state counts
   if (!is_announcement && started && event.next_seq <= *started) return true;
   return event.logical_id != facts.logical_id || event.kind != facts.kind ||
@@ -190,8 +190,8 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.may_repeat = announcements != 0 && !is_by_other;
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
-  facts.is_identified = event.is_identified;
-  facts.is_after_rcl_init = event.is_after_rcl_init;
+  facts.is_identified = event.inferred.is_identified;
+  facts.is_after_rcl_init = event.inferred.is_after_rcl_init;
   facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);
@@ -206,14 +206,15 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
                             ? nullptr
                             : spec_->find_callback(facts.logical_id, facts.period_ns),
                         event.deadline_ns);
-  facts.first_expiry = event.first_expiry;
-  facts.grid.spread = event.expiry_spread;
+  facts.first_expiry = event.inferred.first_expiry;
+  facts.grid.spread = event.inferred.expiry_spread;
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;
     model_.groups[group(*process, event.group, head)].callbacks.push_back(index);
   }
-  if (event.shares_address) note_shared_address(head, index);
-  if (event.former != kNoCallback) note_shared_address(head, callback(*process, event.former));
+  if (event.inferred.shares_address) note_shared_address(head, index);
+  if (event.inferred.former != kNoCallback)
+    note_shared_address(head, callback(*process, event.inferred.former));
 }
 
 void Registry::apply(const EventHead& head, const CallbackFini& event) {

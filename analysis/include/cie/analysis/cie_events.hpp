@@ -52,6 +52,20 @@ struct GroupInit {
   NodeId node{};
   std::optional<GroupType> type;
 };
+// What a translator infers of a callback from other events: of ROS 2's alone. An event of the contract
+// says all of its callback itself.
+struct InferredCallback {
+  std::optional<Timestamp> first_expiry{};  // of rcl's timers, from which their others follow
+  Duration expiry_spread{};                 // all of them may be earlier by up to that
+  // False: what makes its logical id was recorded in part only; others may have that id, too.
+  bool is_identified = true;
+  // It was made since an rcl_init that was not the first sign of its pid, perhaps in another process.
+  bool is_after_rcl_init = false;
+  // Since such an rcl_init it and another one have an address one after the other: instances of one may
+  // be told as the other's. `former`: the one before it; kNoCallback: none, or not told.
+  bool shares_address = false;
+  CallbackId former = kNoCallback;
+};
 struct CallbackInit {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "callback_init";
@@ -66,16 +80,7 @@ struct CallbackInit {
   std::uint32_t queue_depth = 0;
   std::uint64_t deadline_ns = 0;
   std::uint64_t next_seq = 0;
-  std::optional<Timestamp> first_expiry{};  // of rcl's timers, from which their others follow
-  Duration expiry_spread{};                 // all of them may be earlier by up to that
-  // False: what makes its logical id was recorded in part only; others may have that id, too.
-  bool is_identified = true;
-  // It was made since an rcl_init that was not the first sign of its pid, perhaps in another process.
-  bool is_after_rcl_init = false;
-  // Since such an rcl_init it and another one have an address one after the other: instances of one may
-  // be told as the other's. `former`: the one before it; kNoCallback: none, or not told.
-  bool shares_address = false;
-  CallbackId former = kNoCallback;
+  InferredCallback inferred{};
 };
 struct CallbackFini {
   static constexpr EventCategory kCategory = EventCategory::state;
@@ -165,7 +170,7 @@ struct CallbackStart {
   // One of the publications that were recorded may be the message taken; which is not told.
   bool is_writer_undecided = false;
   // Its callback is known by an address, of which events that were lost since may have told that it is
-  // another one's by now; or CallbackInit::shares_address.
+  // another one's by now; or InferredCallback::shares_address.
   bool may_be_another = false;
   // The next event of all, in the same stream, was its end, then. It is told by this alone: of ROS
   // 2's callbacks two of three end so.

@@ -39,21 +39,22 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
   const auto logical_id = process.directory.logical_id(callback);
   const auto* const former = callback.former;
   emit(head,
-       CallbackInit{.callback = callback.id,
-                    .group = group.value_or(kNoGroup),
-                    .node = callback.node.value_or(kNoNode),
-                    .kind = callback.kind,
-                    .logical_id = logical_id,
-                    .source = callback.source,
-                    .symbol = callback.symbol,
-                    .period_ns = callback.period_ns.value_or(0),
-                    .queue_depth = callback.queue_depth,
-                    .first_expiry = callback.first_expiry,
-                    .expiry_spread = callback.expiry_spread,
-                    .is_identified = callback.is_identified,
-                    .is_after_rcl_init = callback.is_after_rcl_init,
-                    .shares_address = Directory::shares_address(callback),
-                    .former = former != nullptr && former->is_told ? former->id : kNoCallback},
+       CallbackInit{
+           .callback = callback.id,
+           .group = group.value_or(kNoGroup),
+           .node = callback.node.value_or(kNoNode),
+           .kind = callback.kind,
+           .logical_id = logical_id,
+           .source = callback.source,
+           .symbol = callback.symbol,
+           .period_ns = callback.period_ns.value_or(0),
+           .queue_depth = callback.queue_depth,
+           .inferred = {.first_expiry = callback.first_expiry,
+                        .expiry_spread = callback.expiry_spread,
+                        .is_identified = callback.is_identified,
+                        .is_after_rcl_init = callback.is_after_rcl_init,
+                        .shares_address = Directory::shares_address(callback),
+                        .former = former != nullptr && former->is_told ? former->id : kNoCallback}},
        sink);
 }
 
