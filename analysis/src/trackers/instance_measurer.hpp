@@ -181,11 +181,11 @@ class InstanceMeasurer {
   };
 
   // It ended in a session that began when the one ended in which it began, or before: `window`.
-  bool goes_on_in_next(const Window& window, const PendingInstance& pending) const;
+  bool goes_on_in_next(const CoveredWindow& window, const PendingInstance& pending) const;
   // It is no part of one window, and counts all the same.
-  bool counts_outside(const Window& window, const PendingInstance& pending);
+  bool counts_outside(const CoveredWindow& window, const PendingInstance& pending);
   // No window has any of it, nor is any of it between sessions where that counts.
-  bool is_outside(const Window& window, const PendingInstance& pending) const;
+  bool is_outside(const CoveredWindow& window, const PendingInstance& pending) const;
   // It ended, and sessions recorded its process before and after it.
   bool is_between_sessions(const PendingInstance& pending) const;
   // It is recorded, and no part of one window. `has_part`: it lies in it partly.

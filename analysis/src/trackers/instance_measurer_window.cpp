@@ -3,7 +3,8 @@
 
 namespace cie::analysis {
 
-bool InstanceMeasurer::goes_on_in_next(const Window& window, const PendingInstance& pending) const {
+bool InstanceMeasurer::goes_on_in_next(const CoveredWindow& window,
+                                       const PendingInstance& pending) const {
   const auto& next = recording_.window_of(pending.end->stream);
   return window.contains(pending.start.time, pending.start.time) && window.end && next.begin &&
          *next.begin <= *window.end && next.contains(pending.end->time, pending.end->time);
@@ -15,7 +16,7 @@ bool InstanceMeasurer::is_between_sessions(const PendingInstance& pending) const
          recording_.is_recorded_after(pending.end->stream, pending.end->time);
 }
 
-bool InstanceMeasurer::counts_outside(const Window& window, const PendingInstance& pending) {
+bool InstanceMeasurer::counts_outside(const CoveredWindow& window, const PendingInstance& pending) {
   if (goes_on_in_next(window, pending)) return true;
   if (!is_between_sessions(pending)) return false;
   const auto& facts = *pending.callback_facts;
@@ -24,7 +25,8 @@ bool InstanceMeasurer::counts_outside(const Window& window, const PendingInstanc
   return false;
 }
 
-bool InstanceMeasurer::is_outside(const Window& window, const PendingInstance& pending) const {
+bool InstanceMeasurer::is_outside(const CoveredWindow& window,
+                                  const PendingInstance& pending) const {
   const auto start = pending.start.time;
   if (!pending.callback_facts->is_accounted) {
     return pending.end ? window.excludes(start, pending.end->time)

@@ -127,8 +127,8 @@ bool RecordingTracker::narrows(const StreamFacts& facts, const StreamState& stat
   return !is_empty && !is_flush_alone && !facts.is_left_out;
 }
 
-Window RecordingTracker::covered(const Channel& channel) const {
-  Window covered;
+CoveredWindow RecordingTracker::covered(const Channel& channel) const {
+  CoveredWindow covered;
   bool has_all_begun = true;
   for (const auto index : channel.streams) {
     const auto& facts = model_.streams[index];
@@ -329,8 +329,8 @@ RecordingTracker::KernelRecord& RecordingTracker::record_of(HostIndex host) cons
   return record;
 }
 
-Window RecordingTracker::kernel_record(HostIndex host, Timestamp time,
-                                       std::optional<std::int32_t> cpu) const {
+CoveredWindow RecordingTracker::kernel_record(HostIndex host, Timestamp time,
+                                              std::optional<std::int32_t> cpu) const {
   auto& record = record_of(host);
   const auto* stretches = &record.of_all_cpus;
   if (cpu && !record.are_cpus_alike) {
@@ -344,8 +344,8 @@ Window RecordingTracker::kernel_record(HostIndex host, Timestamp time,
   return {.begin = stretch.begin, .end = stretch.end};
 }
 
-Window RecordingTracker::kernel_window(HostIndex host, Timestamp time,
-                                       std::optional<std::int32_t> cpu) const {
+CoveredWindow RecordingTracker::kernel_window(HostIndex host, Timestamp time,
+                                              std::optional<std::int32_t> cpu) const {
   auto window = kernel_record(host, time, cpu);
   if (!asked_ || !window.begin) return window;
   window.begin = std::max(*window.begin, asked_->from);
@@ -380,7 +380,7 @@ namespace {
 // ran one after the other.
 class CommonWindow {
  public:
-  void add(Window window, Duration shift = {}) {
+  void add(CoveredWindow window, Duration shift = {}) {
     if (window.begin) {
       const auto begin = *window.begin + shift;
       common_.begin = std::max(common_.begin.value_or(begin), begin);
@@ -392,25 +392,25 @@ class CommonWindow {
       hull_.end = std::max(hull_.end.value_or(end), end);
     }
   }
-  Window result() const {
+  CoveredWindow result() const {
     const bool is_common = !common_.begin || !common_.end || *common_.begin <= *common_.end;
     return is_common ? common_ : hull_;
   }
-  Window hull() const { return hull_; }
+  CoveredWindow hull() const { return hull_; }
 
  private:
-  Window common_;
-  Window hull_;
+  CoveredWindow common_;
+  CoveredWindow hull_;
 };
 
 // Of a recording: what the channels of a session cover together, from the first session of a machine
 // to its last, and what machines have in common.
 class RecordedWindow {
  public:
-  void add(HostIndex host, std::uint32_t trace, Window channel, Duration shift) {
+  void add(HostIndex host, std::uint32_t trace, CoveredWindow channel, Duration shift) {
     hosts_[host][trace].add(channel, shift);
   }
-  Window result() const {
+  CoveredWindow result() const {
     CommonWindow all;
     for (const auto& [host, traces] : hosts_) {
       CommonWindow sessions;

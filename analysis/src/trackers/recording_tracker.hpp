@@ -4,6 +4,7 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/time.hpp>
 
+#include "covered_window.hpp"
 #include "kernel_coverage.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
@@ -18,21 +19,6 @@
 #include <vector>
 
 namespace cie::analysis {
-
-// Part of the time line that a channel covers in all its streams, as far as events in order of time
-// have shown it yet. An empty begin: not every stream has begun, so the window lies ahead. An empty
-// end: no stream has ended.
-struct Window {
-  std::optional<Timestamp> begin;
-  std::optional<Timestamp> end;
-
-  bool contains(Timestamp from, Timestamp to) const noexcept {
-    return begin && *begin <= from && (!end || to <= *end);
-  }
-  bool excludes(Timestamp from, Timestamp to) const noexcept {
-    return !begin || to < *begin || (end && from > *end);
-  }
-};
 
 class RecordingTracker {
  public:
@@ -63,8 +49,8 @@ class RecordingTracker {
   }
 
   // Window of the channel that a stream belongs to.
-  const Window& window_of(StreamIndex stream) const noexcept {
-    static constexpr Window kNone{};
+  const CoveredWindow& window_of(StreamIndex stream) const noexcept {
+    static constexpr CoveredWindow kNone{};
     const auto* state = states_.find(stream);
     return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
   }
@@ -81,9 +67,11 @@ class RecordingTracker {
   void note_between_sessions(ProcessIndex process, const EventRef& start, Timestamp end);
   // The time around `time` in which the kernel's traces that are evidence cover all of the host's CPUs, or
   // this one. Empty begin: they do not at that time, or are none.
-  Window kernel_window(HostIndex host, Timestamp time, std::optional<std::int32_t> cpu = {}) const;
+  CoveredWindow kernel_window(HostIndex host, Timestamp time,
+                              std::optional<std::int32_t> cpu = {}) const;
   // The same, whatever window was asked for: before and after it some CPU's record is missing.
-  Window kernel_record(HostIndex host, Timestamp time, std::optional<std::int32_t> cpu = {}) const;
+  CoveredWindow kernel_record(HostIndex host, Timestamp time,
+                              std::optional<std::int32_t> cpu = {}) const;
   // When it began to cover all of the host's CPUs; empty: it does not yet.
   std::optional<Timestamp> kernel_begin(HostIndex host) const;
   bool has_kernel(HostIndex host) const noexcept { return coverage_.has_kernel(host); }
@@ -101,7 +89,7 @@ class RecordingTracker {
     Domain domain = Domain::user;
     HostIndex host{};
     std::vector<std::uint32_t> streams;
-    Window window;
+    CoveredWindow window;
   };
   struct KernelRecord {
     std::uint64_t changes = 0;  // of channels and of their CPUs, when it was found out
@@ -127,7 +115,7 @@ class RecordingTracker {
   // What the stream does not cover is missing in its channel.
   bool narrows(const StreamFacts& facts, const StreamState& state) const;
   // What all streams of the channel cover; empty begin: some of them have not begun.
-  Window covered(const Channel& channel) const;
+  CoveredWindow covered(const Channel& channel) const;
   KernelRecord& record_of(HostIndex host) const;
   std::vector<KernelPart> kernel_parts(HostIndex host) const;
   std::optional<Stretch> covered(const std::vector<const Channel*>& channels) const;

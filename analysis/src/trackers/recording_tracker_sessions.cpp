@@ -19,7 +19,7 @@ bool RecordingTracker::is_any_other(StreamIndex stream, const IsSo& is_so) const
 
 bool RecordingTracker::is_recorded_before(StreamIndex stream, Timestamp time,
                                           const ProcessFacts& process) const {
-  const auto is_begun = [time](const Window& window) {
+  const auto is_begun = [time](const CoveredWindow& window) {
     return window.begin && *window.begin <= time;
   };
   if (is_begun(window_of(stream))) return true;
@@ -30,7 +30,9 @@ bool RecordingTracker::is_recorded_before(StreamIndex stream, Timestamp time,
 }
 
 bool RecordingTracker::is_recorded_after(StreamIndex stream, Timestamp time) const {
-  const auto goes_on = [time](const Window& window) { return !window.end || time <= *window.end; };
+  const auto goes_on = [time](const CoveredWindow& window) {
+    return !window.end || time <= *window.end;
+  };
   if (goes_on(window_of(stream))) return true;
   return this->stream(stream) != nullptr && is_any_other(stream, [&](const Channel& other) {
            return goes_on(other.window) && !is_idle(other);
