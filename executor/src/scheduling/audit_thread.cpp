@@ -1,4 +1,4 @@
-#include <cie/scheduling/audit_thread.hpp>
+#include "audit_thread.hpp"
 
 namespace cie::scheduling {
 

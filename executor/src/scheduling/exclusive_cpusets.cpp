@@ -1,7 +1,7 @@
 #include <cie/scheduling/exclusive_cpusets.hpp>
-#include <cie/scheduling/refusal.hpp>
 
 #include "base/file_descriptor.hpp"
+#include "refusal.hpp"
 
 #include <cerrno>
 #include <fstream>

@@ -1,6 +1,7 @@
-#include <cie/scheduling/audit_thread.hpp>
 #include <cie/scheduling/executor_core.hpp>
 #include <cie/scheduling/threads.hpp>
+
+#include "audit_thread.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include <cie/scheduling/refusal.hpp>
+#include "refusal.hpp"
 
 #include "sched_parameters.hpp"
 

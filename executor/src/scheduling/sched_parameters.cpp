@@ -1,6 +1,6 @@
 #include "sched_parameters.hpp"
 
-#include <cie/scheduling/refusal.hpp>
+#include "refusal.hpp"
 
 #include <algorithm>
 #include <iterator>

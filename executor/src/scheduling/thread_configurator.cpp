@@ -1,9 +1,9 @@
-#include <cie/scheduling/refusal.hpp>
 #include <cie/scheduling/thread_configurator.hpp>
 
 #include "base/text.hpp"
 #include "memory.hpp"
 #include "misspelt_ids.hpp"
+#include "refusal.hpp"
 #include "sched_parameters.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Each cause of a refusal is named, on machines that are written down here.
 #include <cie/scheduling/exclusive_cpusets.hpp>
-#include <cie/scheduling/refusal.hpp>
 
 #include "kernel_tree.hpp"
+#include "scheduling/refusal.hpp"
 
 #include <cerrno>
 #include <string>
