@@ -10,6 +10,7 @@
 #include "recording_facts.hpp"
 #include "thread_facts.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -62,5 +63,15 @@ struct Model {
   // What any of the streams that tell of runs covers, in the window that was asked for.
   std::optional<TimeWindow> covered_by_any{};
 };
+
+// Null: neither it nor one of a higher number has begun.
+inline const StreamFacts* find_stream(const Model& model, StreamIndex index) noexcept {
+  const auto place = static_cast<std::size_t>(index);
+  return place < model.streams.size() ? &model.streams[place] : nullptr;
+}
+inline StreamFacts* find_stream(Model& model, StreamIndex index) noexcept {
+  const auto place = static_cast<std::size_t>(index);
+  return place < model.streams.size() ? &model.streams[place] : nullptr;
+}
 
 }  // namespace cie::analysis

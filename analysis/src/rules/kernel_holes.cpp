@@ -122,7 +122,7 @@ bool is_record(const StreamFacts& stream) {
 
 // An idle CPU's packet has the begin of the last flush.
 bool tells_begin(const StreamFacts& stream) { return stream.events > 0; }
-// A flush alone may stand at the begin of a chunk (see RecordingTracker::covered).
+// A flush alone may stand at the begin of a chunk (see ChannelWindows::narrows).
 bool tells_end(const StreamFacts& stream) {
   return stream.events > 0 || stream.begin != stream.end;
 }

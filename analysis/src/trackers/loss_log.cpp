@@ -1,0 +1,129 @@
+#include "loss_log.hpp"
+
+#include "model/host_gaps.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+constexpr std::size_t kMaxLosses = 100'000;
+// Of a live system every loss is looked at again and again.
+constexpr std::size_t kMaxLiveLosses = 1'000;
+// Of the kernel's, so that they leave room for losses in user space, of which each one counts.
+constexpr std::size_t kMaxKernelLosses = kMaxLosses / 2;
+}  // namespace
+
+void LossLog::add(Loss loss) {
+  const bool is_damage =
+      loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+  if (asked_ && !is_damage && loss.begin > asked_->to) return;
+  if (asked_ && !is_damage && loss.end < asked_->from) {
+    note_before(std::move(loss));
+    return;
+  }
+  const bool is_kernel = loss.domain == Domain::kernel;
+  const auto kernel_limit = is_live_ ? kMaxLiveLosses / 2 : kMaxKernelLosses;
+  if (is_kernel && kernel_losses_ >= kernel_limit && merge(loss)) return;
+  if (model_.losses.size() >= (is_live_ ? kMaxLiveLosses : kMaxLosses)) {
+    if (!merge(loss)) ++model_.losses_dropped;
+    return;
+  }
+  kernel_losses_ += is_kernel ? 1 : 0;
+  model_.losses.push_back(std::move(loss));
+}
+
+void LossLog::note_before(Loss loss) {
+  const auto same = std::ranges::find_if(model_.losses_before, [&loss](const Loss& other) {
+    return other.host == loss.host && other.domain == loss.domain;
+  });
+  if (same == model_.losses_before.end()) {
+    model_.losses_before.push_back(std::move(loss));
+  } else if (same->end < loss.end) {
+    *same = std::move(loss);
+  }
+}
+
+bool LossLog::merge(const Loss& loss) {
+  const auto same = std::find_if(model_.losses.rbegin(), model_.losses.rend(), [&](const Loss& l) {
+    return l.kind == loss.kind && l.host == loss.host && l.cpu == loss.cpu && l.note == loss.note &&
+           l.count.has_value() == loss.count.has_value();
+  });
+  if (same == model_.losses.rend()) return false;
+  same->begin = std::min(same->begin, loss.begin);
+  same->end = std::max(same->end, loss.end);
+  if (loss.count) *same->count += *loss.count;
+  ++same->times;
+  return true;
+}
+
+void LossLog::note_user_loss(const EventHead& head, Timestamp begin, Timestamp end) {
+  const auto* facts = find_stream(model_, head.stream);
+  const bool is_kernel = facts != nullptr && facts->domain == Domain::kernel;
+  if (is_kernel || !coverage_.is_evidence(head.stream)) return;
+  times_.add(registry_.host_of(head), begin, end);
+}
+
+void LossLog::apply(const EventHead& head, const Discarded& event) {
+  note_user_loss(head, event.begin, event.end);
+  const auto* facts = find_stream(model_, head.stream);
+  add(Loss{.kind = event.packets ? LossKind::discarded_packets : LossKind::discarded_events,
+           .domain = facts != nullptr ? facts->domain : Domain::user,
+           .host = registry_.host_of(head),
+           .begin = event.begin,
+           .end = event.end,
+           .count = event.count,
+           .cpu = head.cpu,
+           .note = facts != nullptr ? facts->path : std::string{},
+           .is_evidence = coverage_.costs(head, event.end)});
+}
+
+void LossLog::apply(const EventHead& head, const DamagedPacket& event) {
+  const auto begin = event.begin.value_or(head.time);
+  const auto end = event.end.value_or(head.time);
+  if (!event.has_foreign_metadata) note_user_loss(head, begin, end);
+  const auto* facts = find_stream(model_, head.stream);
+  add(Loss{
+      .kind = event.has_foreign_metadata ? LossKind::foreign_metadata : LossKind::damaged_packet,
+      .domain = facts != nullptr ? facts->domain : Domain::user,
+      .host = registry_.host_of(head),
+      .begin = begin,
+      .end = end,
+      .count = std::nullopt,
+      .cpu = head.cpu,
+      .note = std::string(event.reason),
+      .is_evidence = coverage_.costs(head, end)});
+}
+
+// Whether a process went on is known at the end alone. Who asks for losses between two events of one
+// thread knows that it did.
+void LossLog::apply(const EventHead& head, const SessionGap& event) {
+  note_user_loss(head, event.begin, event.end);
+  if (model_.session_gaps.size() >= kMaxLosses) return;
+  model_.session_gaps.push_back({.host = registry_.host_of(head),
+                                 .from = event.begin,
+                                 .to = event.end,
+                                 .is_before_runs = event.is_before_runs});
+}
+
+void LossLog::apply(const EventHead& head, const TimeRegression& event) {
+  auto& facts = model_.time_regressions;
+  ++facts.count;
+  if (facts.first) return;
+  facts.first = ref(head);
+  facts.first_previous = event.previous;
+}
+
+void LossLog::add_host_gaps() {
+  std::erase_if(model_.losses, [](const Loss& loss) { return loss.kind == LossKind::host_gap; });
+  for (const auto& gap : gaps_within_lives(model_)) {
+    add(Loss{.kind = LossKind::host_gap,
+             .host = gap.host,
+             .begin = gap.from,
+             .end = gap.to - Duration{1},  // the next session's first event was recorded
+             .note = "between two sessions"});
+  }
+}
+
+}  // namespace cie::analysis
