@@ -31,7 +31,7 @@ struct Analyzer::Pipeline {
         recording(model, registry, analysis_options.window, analysis_options.is_live),
         clocks(model),
         queues(model, registry),
-        chains(std::in_place, model, registry, clocks, recording.user_losses(), options.spec),
+        chains(std::in_place, model, registry, clocks, recording.loss_times(), options.spec),
         instances(std::in_place, model, registry, recording, timeline, clocks, *chains,
                   options.spec, observer),
         enforcement(model, registry, recording, timeline, *instances) {

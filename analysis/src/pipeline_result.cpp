@@ -18,7 +18,7 @@ void Analyzer::Pipeline::name_events() {
 
 AnalysisResult Analyzer::Pipeline::judge() {
   name_events();
-  registry.doubt_told_again(recording.user_losses());
+  registry.doubt_told_again(recording.loss_times());
   doubt_numbered_ids(model);
   AnalysisResult result;
   const RuleContext context(model, options);

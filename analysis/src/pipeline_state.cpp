@@ -83,7 +83,7 @@ void Analyzer::Pipeline::meet(const Event& event) {
   if (const auto* begin = std::get_if<RunBegin>(&event.body)) {
     registry.meet(event.head, *begin);
   } else if (registry.has_any_ended()) {
-    registry.meet_after_end(event.head, event.body, recording.user_losses());
+    registry.meet_after_end(event.head, event.body, recording.loss_times());
   }
 }
 

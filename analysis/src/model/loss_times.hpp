@@ -1,4 +1,5 @@
-// When events of applications were lost, as far as the trace has been read.
+// When events of applications were lost, as far as the trace has been read: for whoever pairs events
+// meanwhile. Whoever judges afterwards takes UserLosses (user_losses.hpp), which has evidence of each loss.
 #pragma once
 
 #include <cie/analysis/event.hpp>

@@ -1,4 +1,5 @@
-// Where events of applications were lost: what is not numbered may have been among them.
+// Where events of applications were lost, when all of the trace has been read: what is not numbered may have
+// been among them. While it is being read there is LossTimes (loss_times.hpp), which has no witnesses.
 #pragma once
 
 #include "facts.hpp"

@@ -63,11 +63,11 @@ bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who
   // On a thread that never ran a callback none is missing.
   return on_thread.unseen > 0 ||
          (on_thread.last_activity &&
-          recording_.user_losses().any_between(who.host, *on_thread.last_activity, head.time));
+          recording_.loss_times().any_between(who.host, *on_thread.last_activity, head.time));
 }
 
 bool InstanceBuilder::may_have_ended(const EventHead& head, const PendingInstance& pending) const {
-  const auto& losses = recording_.user_losses();
+  const auto& losses = recording_.loss_times();
   const auto start = pending.start.time;
   return losses.any_bound_between(pending.host, start, head.time) ||
          (pending.stream != head.stream && losses.any_between(pending.host, start, head.time));

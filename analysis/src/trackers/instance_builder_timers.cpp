@@ -35,7 +35,7 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
   const auto now = started.time;
   const auto before = std::exchange(callback.last_start, started);
   // Here a loss counts for all of its packet.
-  const bool may_lack = before && (recording_.user_losses().any_between(host, before->time, now) ||
+  const bool may_lack = before && (recording_.loss_times().any_between(host, before->time, now) ||
                                    started.seq != before->seq + 1);
   if (!grid) {
     const Duration period{static_cast<std::int64_t>(facts.period_ns)};

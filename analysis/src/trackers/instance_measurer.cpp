@@ -177,7 +177,7 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
 
 bool InstanceMeasurer::is_left(const PendingInstance& pending) const {
   const auto& until = pending.left_before;
-  return until && !recording_.user_losses().any_between(pending.host, pending.start.time, *until);
+  return until && !recording_.loss_times().any_between(pending.host, pending.start.time, *until);
 }
 
 void InstanceMeasurer::prefetch(const PendingInstance& pending) const noexcept {
@@ -431,7 +431,7 @@ void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measur
 inline bool InstanceMeasurer::are_in_a_row(const CallbackFacts& facts, HostIndex host,
                                            const Arrival& one, const Arrival& other) const {
   return facts.is_accounted ||
-         !recording_.user_losses().any_between(host, other.start.time, one.start.time);
+         !recording_.loss_times().any_between(host, other.start.time, one.start.time);
 }
 
 void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,

@@ -91,7 +91,7 @@ class RecordingTracker {
   const KernelCoverage& coverage() const noexcept { return coverage_; }
   bool is_kernel(StreamIndex stream) const;
   // Of the streams of applications that are evidence.
-  const LossTimes& user_losses() const noexcept { return losses_.times(); }
+  const LossTimes& loss_times() const noexcept { return losses_.times(); }
   void finish();
   // After that, and when all instances were measured.
   void finish_runs();
