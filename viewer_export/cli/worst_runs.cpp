@@ -1,6 +1,6 @@
 #include "worst_runs.hpp"
 
-#include <cie/analysis/deadline.hpp>
+#include <cie/analysis/response_time.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include "monitor.hpp"
 
-#include <cie/analysis/deadline.hpp>
 #include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/response_time.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "names.hpp"

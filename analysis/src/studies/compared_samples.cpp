@@ -1,6 +1,6 @@
 #include <cie/analysis/comparison.hpp>
-#include <cie/analysis/deadline.hpp>
 #include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/response_time.hpp>
 
 #include <algorithm>
 #include <map>

@@ -1,7 +1,5 @@
 #include "timer_grid.hpp"
 
-#include <cie/analysis/deadline.hpp>
-
 #include <algorithm>
 #include <limits>
 

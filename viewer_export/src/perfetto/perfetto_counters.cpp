@@ -1,6 +1,6 @@
 #include "perfetto_counters.hpp"
 
-#include <cie/analysis/deadline.hpp>
+#include <cie/analysis/response_time.hpp>
 
 #include <string>
 

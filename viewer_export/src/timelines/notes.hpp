@@ -2,8 +2,8 @@
 // in every format.
 #pragma once
 
-#include <cie/analysis/deadline.hpp>
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/response_time.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include <algorithm>
