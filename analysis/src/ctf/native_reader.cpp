@@ -18,7 +18,6 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -120,10 +119,8 @@ class TraceReader::Streams {
     for (const auto& [stream, reason] : salvaged_) {
       auto& event = writer.add();
       event.head = {.time = {}, .stream = stream, .cpu = {}, .pid = {}, .tid = {}};
-      event.body = DamagedPacket{.reason = reason,
-                                 .begin = Timestamp{},
-                                 .end = Timestamp{std::numeric_limits<std::int64_t>::max()},
-                                 .has_foreign_metadata = true};
+      event.body = DamagedPacket{
+          .reason = reason, .begin = Timestamp{}, .end = kLatest, .has_foreign_metadata = true};
       writer.keep(event);
     }
     merge(writer);
@@ -328,7 +325,7 @@ class TraceReader::Streams {
 
   // `idle` streams cover everything up to their ends.
   void leave_out(std::span<Stream* const> busy, std::span<Stream* const> idle) {
-    Timestamp latest{std::numeric_limits<std::int64_t>::min()};
+    Timestamp latest = kEarliest;
     for (const auto* stream : busy) {
       const auto& first = *stream->first.front().first;
       latest = std::max(latest, first.stream->clock.time_of(*first.begin));

@@ -5,20 +5,16 @@
 #include <cie/analysis/time.hpp>
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <set>
 #include <vector>
 
 namespace cie::analysis {
 
-inline constexpr Timestamp kNever{std::numeric_limits<std::int64_t>::min()};
-inline constexpr Timestamp kEndless{std::numeric_limits<std::int64_t>::max()};
-
 // Edges included.
 struct Stretch {
   Timestamp begin;
-  Timestamp end = kEndless;
+  Timestamp end = kLatest;
 
   bool operator==(const Stretch&) const = default;
 };

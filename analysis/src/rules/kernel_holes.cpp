@@ -144,13 +144,13 @@ struct Record {
   bool has_inheritance = false;
   std::set<std::int32_t> cpus;
   std::optional<Timestamp> first_begin;
-  Timestamp last_begin = kNever;
-  Timestamp first_end = kEndless;
-  Timestamp last_end = kNever;
+  Timestamp last_begin = kEarliest;
+  Timestamp first_end = kLatest;
+  Timestamp last_end = kEarliest;
 
   void add(const StreamFacts& stream) {
     if (stream.cpu) cpus.insert(*stream.cpu);
-    const auto end = stream.has_ended ? stream.end.value_or(kEndless) : kEndless;
+    const auto end = stream.has_ended ? stream.end.value_or(kLatest) : kLatest;
     if (tells_end(stream)) first_end = std::min(first_end, end);
     if (!tells_begin(stream)) return;
     has_switches = stream.has_inheritance.has_value();
@@ -161,7 +161,7 @@ struct Record {
   }
   KernelPart part() const {
     KernelPart part{.has_switches = has_switches, .cpus = cpus};
-    const auto end = last_end == kEndless ? kEndless : first_end;
+    const auto end = last_end == kLatest ? kLatest : first_end;
     if (last_begin <= end) part.covers = {.begin = last_begin, .end = end};
     return part;
   }
@@ -180,8 +180,8 @@ void KernelHoles::find_edges(Holes& holes) {
   for (const auto& [host, records] : hosts) {
     std::vector<KernelPart> parts;
     std::vector<KernelPart> parts_with_inheritance;
-    Stretch all{.begin = kEndless, .end = kNever};
-    auto last_begin = kNever;
+    Stretch all{.begin = kLatest, .end = kEarliest};
+    auto last_begin = kEarliest;
     for (const auto& [trace, record] : records) {
       if (!record.first_begin) continue;
       parts.push_back(record.part());
@@ -198,7 +198,7 @@ void KernelHoles::find_edges(Holes& holes) {
     if (without_inheritance_.contains(host))
       with_inheritance_[host] = recorded(parts_with_inheritance);
     begins_[host] = stretches.empty() ? last_begin : stretches.front().begin;
-    if (all.end != kEndless) ends_[host] = all.end;
+    if (all.end != kLatest) ends_[host] = all.end;
     add_holes(host, all, stretches, holes[host]);
   }
 }
@@ -218,7 +218,7 @@ void KernelHoles::add_holes(HostIndex host, Stretch all, const std::vector<Stret
   auto begin = all.begin;
   for (const auto& stretch : stretches) {
     if (begin < stretch.begin) add(begin, stretch.begin - one);
-    if (stretch.end == kEndless) return;
+    if (stretch.end == kLatest) return;
     begin = stretch.end + one;
   }
   if (begin <= all.end) add(begin, all.end);

@@ -21,7 +21,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -230,7 +229,7 @@ class InstanceBuilder {
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
-  Timestamp window_begin_{std::numeric_limits<std::int64_t>::min()};
+  Timestamp window_begin_ = kEarliest;
   std::vector<UndecidedPublication> undecided_;
   HeldPublications held_publications_;
 };

@@ -140,8 +140,8 @@ std::optional<std::int32_t> KernelCoverage::begin_packet(const EventHead& head) 
   set_open(*stream, true);
   if (was_open || !stream->is_open || !stream->cpu) return std::nullopt;
   each_kernel_stream([stream](const Stream& other) {
-    if (other.trace == stream->trace || other.told_until == kEndless) return;
-    if (are_beside(*stream, other)) stream->told_until = kEndless;
+    if (other.trace == stream->trace || other.told_until == kLatest) return;
+    if (are_beside(*stream, other)) stream->told_until = kLatest;
   });
   const auto* cpu = cpu_of(hosts_[stream->host], *stream->cpu);
   const bool is_anew = cpu != nullptr && cpu->open == 1 && cpu->ended &&
@@ -152,7 +152,7 @@ std::optional<std::int32_t> KernelCoverage::begin_packet(const EventHead& head) 
 void KernelCoverage::end(StreamIndex index, Timestamp time) {
   auto* ended = streams_.find(index);
   if (ended == nullptr || !ended->is_open) return;
-  if (ended->told_until != kEndless) hand_over(*ended);
+  if (ended->told_until != kLatest) hand_over(*ended);
   set_open(*ended, false);
   auto* cpu = ended->cpu ? cpu_of(hosts_[ended->host], *ended->cpu) : nullptr;
   if (cpu == nullptr) return;
@@ -168,7 +168,7 @@ void KernelCoverage::hand_over(const Stream& ended) {
   if (!next) return;
   each_kernel_stream([&](Stream& other) {
     if (are_beside(ended, other)) {
-      other.told_until = other.trace == *next ? ended.last_switch : kEndless;
+      other.told_until = other.trace == *next ? ended.last_switch : kLatest;
     }
   });
 }

@@ -97,9 +97,9 @@ class KernelCoverage {
     HostIndex host{};
     std::uint32_t channel = 0;
     std::uint32_t trace = 0;
-    Timestamp last_switch = kNever;
+    Timestamp last_switch = kEarliest;
     // Another trace's stream tells, or told, of the same until then.
-    Timestamp told_until = kNever;
+    Timestamp told_until = kEarliest;
     std::optional<std::int32_t> cpu;
   };
   struct Channel {

@@ -13,13 +13,13 @@ namespace cie::analysis {
 std::optional<Stretch> KernelRecords::covered(
     const std::vector<const ChannelWindows::Channel*>& channels) const {
   std::optional<Stretch> all;
-  auto end = kEndless;
+  auto end = kLatest;
   for (const auto* channel : channels) {
     const auto window = windows_.covered(*channel);
     if (!window.begin && !windows_.is_idle(*channel)) return std::nullopt;
     if (window.begin)
       all = Stretch{.begin = std::max(all.value_or(Stretch{*window.begin}).begin, *window.begin)};
-    end = std::min(end, window.end.value_or(kEndless));
+    end = std::min(end, window.end.value_or(kLatest));
   }
   if (all) all->end = end;
   return all && all->begin <= end ? all : std::nullopt;

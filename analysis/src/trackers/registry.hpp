@@ -15,7 +15,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -318,7 +317,7 @@ class Registry {
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
   std::uint32_t publishers_told_ = 0;
-  Timestamp last_publisher_told_{std::numeric_limits<std::int64_t>::min()};
+  Timestamp last_publisher_told_ = kEarliest;
   std::uint32_t awaited_publishers_ = 0;  // those with awaited_since
   Timestamp last_awaited_;                // the latest of these times
   bool is_any_ended_ = false;             // by a run_end

@@ -61,10 +61,14 @@ constexpr Duration operator-(Duration a, Duration b) noexcept {
 }
 constexpr Duration& operator+=(Duration& a, Duration b) noexcept { return a = a + b; }
 
+// The ends of time, for bounds of what has none. Whether there is a time at all is told by an optional.
+inline constexpr Timestamp kEarliest{std::numeric_limits<std::int64_t>::min()};
+inline constexpr Timestamp kLatest{std::numeric_limits<std::int64_t>::max()};
+
 // A part of a recording, its ends included, in nanoseconds of CLOCK_MONOTONIC.
 struct TimeWindow {
-  Timestamp from{std::numeric_limits<std::int64_t>::min()};
-  Timestamp to{std::numeric_limits<std::int64_t>::max()};
+  Timestamp from = kEarliest;
+  Timestamp to = kLatest;
   friend bool operator==(const TimeWindow&, const TimeWindow&) = default;
 };
 

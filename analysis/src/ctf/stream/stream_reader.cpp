@@ -1,15 +1,9 @@
 #include "stream_reader.hpp"
 
-#include <limits>
 #include <string_view>
 #include <utility>
 
 namespace cie::analysis::ctf {
-namespace {
-
-constexpr Timestamp kForever{std::numeric_limits<std::int64_t>::max()};
-
-}  // namespace
 
 StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity)
     : files_(std::move(files)), identity_(identity) {
@@ -181,13 +175,13 @@ void StreamReader::emit_gap(EventWriter& writer) {
     emit(writer, here,
          DamagedPacket{.reason = damage.reason,
                        .begin = from.value_or(Timestamp{}),
-                       .end = packet_ ? next_begin.value_or(here) : kForever});
+                       .end = packet_ ? next_begin.value_or(here) : kLatest});
   }
   if (gap_.foreign) {
     emit(writer, here,
          DamagedPacket{.reason = *gap_.foreign,
                        .begin = next_begin.value_or(here),
-                       .end = next_end.value_or(kForever),
+                       .end = next_end.value_or(kLatest),
                        .has_foreign_metadata = true});
   }
   if (gap_.discarded_events) {
@@ -232,7 +226,7 @@ bool StreamReader::look_ahead() {
   end_ahead_ = 0;
   if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
   // Of its own, so that nothing that is written could change it.
-  auto last = last_time_.value_or(Timestamp{std::numeric_limits<std::int64_t>::min()});
+  auto last = last_time_.value_or(kEarliest);
   auto* next = ahead_.data();
   const auto* const end = next + ahead_.size();
   std::uint64_t counted = 0;
@@ -272,7 +266,7 @@ void StreamReader::find_event() {
 void StreamReader::emit_event(EventWriter& writer) {
   const auto time = has_times_ ? time_of(cursor_->clock()) : Timestamp{};
   if (!cursor_->read_body(shown_)) {
-    emit(writer, time, DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kForever});
+    emit(writer, time, DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kLatest});
     step_ = Step::packet_end;
     return;
   }

@@ -43,7 +43,6 @@ class EventTranslator final : public Translator {
   void finish(EventBatch& batch) override;
 
  private:
-  static constexpr Timestamp kNever{std::numeric_limits<std::int64_t>::max()};
   static constexpr StreamIndex kNone{std::numeric_limits<std::uint32_t>::max()};
   // Events of a stream are lost somewhere between these two.
   struct Loss {
@@ -56,11 +55,11 @@ class EventTranslator final : public Translator {
     bool has_clock = false;
     std::int64_t realtime_ahead = 0;  // of what tracers read of CLOCK_REALTIME: it was set since
     std::vector<Loss> losses{};       // that have not ended
-    Timestamp next_bound = kNever;    // of these, to come
+    Timestamp next_bound = kLatest;   // of these, to come
     bool is_losing = false;           // one has begun
     StreamIndex only_loser = kNone;   // the one stream that does, if there is no other
     // From when on an event has to be looked at for losses: from each, while something is lost.
-    Timestamp next_look = kNever;
+    Timestamp next_look = kLatest;
     Timestamp session_begin{};  // after a gap; what spoke before and speaks again went on meanwhile
     std::uint32_t number = 0;
     std::optional<std::uint32_t> trace{};  // of an application, the first one

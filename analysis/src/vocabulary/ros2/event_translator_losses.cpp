@@ -2,13 +2,10 @@
 #include "event_translator.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace cie::analysis {
 namespace {
-
-constexpr Timestamp kAlways{std::numeric_limits<std::int64_t>::min()};
 
 // What it was writing was written some time before it is seen again.
 void forget(ros2::Thread& thread) {
@@ -44,7 +41,7 @@ void EventTranslator::lose(const EventHead& head, Timestamp from, Timestamp unti
 
 void EventTranslator::pass_bounds(Host& host, Timestamp now) {
   std::erase_if(host.losses, [now](const Loss& loss) { return loss.until <= now; });
-  host.next_bound = kNever;
+  host.next_bound = kLatest;
   host.is_losing = false;
   for (const auto& loss : host.losses) {
     const bool has_begun = loss.from <= now;
@@ -54,7 +51,7 @@ void EventTranslator::pass_bounds(Host& host, Timestamp now) {
     host.only_loser = is_only ? loss.stream : kNone;
     host.is_losing = true;
   }
-  host.next_look = host.is_losing ? kAlways : host.next_bound;
+  host.next_look = host.is_losing ? kEarliest : host.next_bound;
   forget_what_runs(host);
 }
 
@@ -146,14 +143,14 @@ void EventTranslator::end_stream(const EventHead& head) {
     links_.end_channel(stream.channel, detail::wrapping_add(head.time.ns, stream.offset_ns));
     end_losses(*stream.host, stream.channel, head.time);
   } else if (!is_told_beside(stream)) {
-    lose(head, head.time, kNever);
+    lose(head, head.time, kLatest);
   }
 }
 
 void EventTranslator::end_losses(Host& host, std::uint32_t channel, Timestamp time) const {
   for (auto& loss : host.losses) {
     const bool is_its =
-        loss.until == kNever && streams_[static_cast<std::size_t>(loss.stream)].channel == channel;
+        loss.until == kLatest && streams_[static_cast<std::size_t>(loss.stream)].channel == channel;
     if (!is_its) continue;
     loss.until = time;
     host.next_bound = std::min(host.next_bound, time);
