@@ -142,11 +142,13 @@ struct HostReport {
 struct ProcessReport {
   ProcessIndex index{};
   std::string host;
-  std::string boot_id{};     // these two of run_begin, empty and 0 without; not part of the JSON
+  // These two are of run_begin, empty and 0 without; not part of the JSON.
+  std::string boot_id{};
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
   bool has_ended = false;    // its run_end was seen; not part of the JSON
-  TimeWindow lived{};        // from its run_begin to its run_end, where they were seen; neither
-  bool may_hide_callbacks = false;  // of which no event was seen; neither
+  // From its run_begin to its run_end, where they were seen; not part of the JSON.
+  TimeWindow lived{};
+  bool may_hide_callbacks = false;  // of which no event was seen; not part of the JSON
   std::int64_t pid = 0;
   std::string name;
   std::optional<std::string> executor;
@@ -155,7 +157,8 @@ struct ProcessReport {
   std::optional<std::string> tracetools{};  // their version
   std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
   HostIndex host_index{};                   // as observers are told it; not part of the JSON
-  std::vector<std::uint32_t> traces{};      // of its first event and each run_begin; neither
+  // Of its first event and each run_begin; not part of the JSON.
+  std::vector<std::uint32_t> traces{};
 };
 
 struct CallbackThread {
@@ -211,14 +214,13 @@ struct CallbackReport {
   std::uint64_t runs_not_seen = 0;
   // How many of these are recorded, where not all streams are. Empty: none.
   std::optional<std::uint64_t> outside_window{};
-  // These two are not part of the JSON. Of the runs in the recording some may not have been seen;
-  bool may_lack_runs = false;
-  // the longest that a run may have executed or been blocked for of which that is not known, cut
-  // ones included. Empty: it is known of all that ended.
+  bool may_lack_runs = false;  // some in the recording were perhaps not seen; not part of the JSON
+  // The longest that a run may have executed or been blocked for of which that is not known, cut
+  // ones included. Empty: it is known of all that ended. Not part of the JSON.
   std::optional<Duration> longest_unmeasured{};
   std::optional<OpenRun> longest_open{};  // of those that are open; not part of the JSON
   // From its callback_init, unless that repeats what may be older, to its callback_fini, where they were
-  // seen; neither.
+  // seen; not part of the JSON.
   TimeWindow lived{};
   // Between known releases that came in order, those of open runs included; not part of the JSON.
   std::optional<Duration> shortest_inter_arrival{};
@@ -301,10 +303,10 @@ struct ThreadReport {
   std::optional<ThreadSchedReport> sched;
   // What S1 judges, applied before that, if anything was; not part of the JSON.
   std::optional<ThreadSchedReport> applied{};
-  // What else its callbacks ran as before `sched`, as far as it was read back; neither.
+  // What else its callbacks ran as before `sched`, as far as it was read back; not part of the JSON.
   std::vector<ThreadSchedReport> former{};
   // It may have run with others, too: some may be missing; the kernel shows a priority or a CPU that
-  // none of them tells. Not part of the JSON.
+  // none of them tells. Neither is part of the JSON.
   bool may_lack_read_backs = false;
   bool is_contradicted = false;
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
