@@ -33,7 +33,7 @@ RuleChoice::RuleChoice(const std::string& only, const std::string& skip)
         "--only and --skip exclude each other: name the rules that count, or those "
         "that do not");
   }
-  const auto pages = analysis::rule_pages();
+  const auto& pages = analysis::rule_pages();
   if (std::ranges::none_of(pages,
                            [this](const auto& rule) { return is_chosen(std::string(rule.id)); }))
     throw UsageError("--skip leaves no rule: nothing would be checked");

@@ -44,18 +44,14 @@ std::string known_rule(std::string_view option, const std::string& id) {
   std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   });
-  for (const auto& rule : analysis::rule_pages()) {
-    if (rule.id == wanted) return wanted;
-  }
+  if (analysis::find_rule_page(wanted) != nullptr) return wanted;
   throw UsageError(fmt::format(
       "{}: there is no rule \"{}\"; cie verify --list-rules names them all", option, id));
 }
 
 std::string rule_page(const std::string& id, std::size_t columns) {
   const auto wanted = known_rule("--explain", id);
-  const auto pages = analysis::rule_pages();
-  const auto rule = std::find_if(pages.begin(), pages.end(),
-                                 [&wanted](const auto& page) { return page.id == wanted; });
+  const auto* rule = analysis::find_rule_page(wanted);
   return fmt::format("{} {}\n\n{}", rule->id, rule->name, wrapped(rule->page, columns));
 }
 

@@ -113,7 +113,8 @@ analysis::Duration Monitor::OfCallback::age(Timestamp now, steady_clock::time_po
 void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
                                  steady_clock::time_point time, Snapshot& snapshot) {
   const auto& report = result.report;
-  const auto missing_too_many = viewer_export::callbacks_violating(result.verdicts, "R2");
+  const auto missing_too_many =
+      viewer_export::callbacks_violating(result.verdicts, analysis::kNoMissedReleaseRule);
   const analysis::ReportRows rows(report);
   for (const auto& known : report.callbacks) {
     const auto& process = rows.process_of(known);

@@ -25,7 +25,7 @@ std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict&
   if (tell && verdict.verdict == Verdict::fail) {
     if (const auto told = tell(rule, verdict); !told.empty()) return verdict.subject + ": " + told;
   }
-  const auto at = viewer_export::first_telling(rule.id);
+  const auto at = viewer_export::main_evidence_of(rule.id);
   const auto& all = verdict.evidence;
   if (all.empty()) return verdict.subject;
   const auto& note = (at < all.size() ? all[at] : all.front()).note;
@@ -85,11 +85,12 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, anal
   // Subjects that are no longer judged need not be remembered.
   std::erase_if(known_, [this](const auto& entry) { return entry.second.round != round_; });
   std::ranges::stable_sort(noted.current, [](const VerdictView& a, const VerdictView& b) {
-    const auto rank = [](const VerdictView& v) { return viewer_export::rank_of(v.rule); };
-    return a.verdict != b.verdict ? a.verdict > b.verdict : rank(a) < rank(b);
+    const auto gravity = [](const VerdictView& v) { return viewer_export::gravity_of(v.rule); };
+    return a.verdict != b.verdict ? a.verdict > b.verdict : gravity(a) > gravity(b);
   });
-  std::ranges::stable_sort(noted.violations, {},
-                           [](const RuleViolations& v) { return viewer_export::rank_of(v.rule); });
+  std::ranges::stable_sort(noted.violations, std::ranges::greater{}, [](const RuleViolations& v) {
+    return viewer_export::gravity_of(v.rule);
+  });
   if (noted.current.size() > kMaxListed) {
     noted.left_out = noted.current.size() - kMaxListed;
     noted.current.resize(kMaxListed);

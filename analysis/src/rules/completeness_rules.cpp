@@ -1,5 +1,6 @@
 #include "completeness_rules.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
 #include <cie/tracepoints/nearest_name.hpp>
 
 #include "each_subject.hpp"
@@ -369,51 +370,61 @@ std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
 }  // namespace
 
 const Rule kSeqContiguous{
-    "T3",
-    "seq-contiguous",
-    "The numbers that each callback, publisher and thread counts its events with have no hole: "
-    "nothing was lost silently. Of a callback both starts and ends are numbered; an instance that "
-    "never ended has no end to lose. The first start of a callback carries the number its "
-    "announcement promised; an end below the first start belongs to an instance that the "
-    "recording's begin cut.\n"
-    "Why it matters: A tracer's own count of losses can be wrong or missing; contiguous numbers "
-    "cannot.\n"
-    "Inconclusive when a number jumps: the hole is named, and every rule that judges each "
-    "instance of that subject is INCONCLUSIVE as well.\n"
-    "Remedy: see T2; after a copy, compare the files with the recording's manifest.",
-    judge_seq_contiguous,
-    {.is_about_trace = true, .is_of_report = true}};
+    .id = "T3",
+    .name = "seq-contiguous",
+    .meaning =
+        "The numbers that each callback, publisher and thread counts its events with have no "
+        "hole: nothing was lost silently. Of a callback both starts and ends are numbered; an "
+        "instance that never ended has no end to lose. The first start of a callback carries the "
+        "number its announcement promised; an end below the first start belongs to an instance "
+        "that the recording's begin cut.",
+    .why_it_matters =
+        "A tracer's own count of losses can be wrong or missing; contiguous numbers cannot.",
+    .inconclusive_when =
+        "a number jumps: the hole is named, and every rule that judges each instance of that "
+        "subject is INCONCLUSIVE as well.",
+    .remedy = "see T2; after a copy, compare the files with the recording's manifest.",
+    .judge = judge_seq_contiguous,
+    .needs = {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kRunComplete{
-    "T4",
-    "run-complete",
-    "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
-    "threads, groups, publishers, instances started and ended, messages, read-backs) is what "
-    "the trace shows.\n"
-    "Why it matters: That something did not happen can only be said of a recording that is "
-    "known to be whole.\n"
-    "Inconclusive when run_begin or run_end is missing (the process was still running when the "
-    "recording ended, as in snapshots, chunks and where it was attached to; or it crashed), or a "
-    "total differs from what was seen. --allow-crash accepts a process without a run_end; the other "
-    "rules judge what was seen.\n"
-    "Remedy: start the recording before the application and end the application before the "
-    "recording, or judge with --allow-crash; where it crashed, find out why.",
-    judge_run_complete,
-    {.is_about_trace = true, .is_of_report = true}};
+    .id = "T4",
+    .name = "run-complete",
+    .meaning =
+        "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
+        "threads, groups, publishers, instances started and ended, messages, read-backs) is what "
+        "the trace shows.",
+    .why_it_matters =
+        "That something did not happen can only be said of a recording that is known to be whole.",
+    .inconclusive_when =
+        "run_begin or run_end is missing (the process was still running when the recording ended, "
+        "as in snapshots, chunks and where it was attached to; or it crashed), or a total differs "
+        "from what was seen. --allow-crash accepts a process without a run_end; the other rules "
+        "judge what was seen.",
+    .remedy =
+        "start the recording before the application and end the application before the recording, "
+        "or judge with --allow-crash; where it crashed, find out why.",
+    .judge = judge_run_complete,
+    .needs = {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kSpecifiedCallbackSeen{
-    "M1",
-    "specified-callback-seen",
-    "Every callback that the scheduling spec names exactly, in an entry or in a chain, was "
-    "registered and ran at least once (after a restart in one of its lifetimes, on several machines "
-    "on each), and every thread of non_ros_threads was announced.\n"
-    "Why it matters: A misspelt id configures nothing, and a chain with one is never judged, "
-    "silently: what was meant runs with default parameters and without bounds.\n"
-    "Inconclusive when it was not seen, and there is no proof that nothing is missing from the "
-    "trace, or ROS 2's events show that another executor has it.\n"
-    "Remedy: write the id that \"did you mean\" suggests, or take ids from cie spec template; let "
-    "the recording last until the callback has run; remove entries of what is gone.",
-    judge_specified_seen,
-    {.spec = true, .whole_recording = true}};
+    .id = kSpecifiedCallbackSeenRule,
+    .name = "specified-callback-seen",
+    .meaning =
+        "Every callback that the scheduling spec names exactly, in an entry or in a chain, was "
+        "registered and ran at least once (after a restart in one of its lifetimes, on several "
+        "machines on each), and every thread of non_ros_threads was announced.",
+    .why_it_matters =
+        "A misspelt id configures nothing, and a chain with one is never judged, silently: what "
+        "was meant runs with default parameters and without bounds.",
+    .inconclusive_when =
+        "it was not seen, and there is no proof that nothing is missing from the trace, or ROS "
+        "2's events show that another executor has it.",
+    .remedy =
+        "write the id that \"did you mean\" suggests, or take ids from cie spec template; let the "
+        "recording last until the callback has run; remove entries of what is gone.",
+    .violation = "of the spec never ran",
+    .judge = judge_specified_seen,
+    .needs = {.spec = true, .whole_recording = true}};
 
 }  // namespace cie::analysis

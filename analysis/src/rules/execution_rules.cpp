@@ -168,46 +168,59 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
 }  // namespace
 
 const Rule kStartEndPaired{
-    "E1",
-    "start-end-paired",
-    "Each instance that starts ends, once. FAIL when a cleanly ended process counts other "
-    "numbers of starts and ends, when an instance ends twice, or when more ends than started. "
-    "One that an exception ended is complete; PASS says how many. "
-    "Instances that the recording or a crash cuts are listed in the report, not judged.\n"
-    "Why it matters: A callback that never ends holds its thread; one that ends twice is not "
-    "recorded rightly, and its times mean nothing.\n"
-    "Inconclusive when a start or end stands alone and no totals tell whether its partner was "
-    "lost, when an instance never ended and the run_end, which would tell that from a crash, may be "
-    "lost, or when an end follows the totals: exit() was called while the callback ran.\n"
-    "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
-    "each tracepoint once.",
-    judge_paired,
-    {.instances = true, .totals = true}};
+    .id = "E1",
+    .name = "start-end-paired",
+    .meaning =
+        "Each instance that starts ends, once. FAIL when a cleanly ended process counts other "
+        "numbers of starts and ends, when an instance ends twice, or when more ends than started. "
+        "One that an exception ended is complete; PASS says how many. Instances that the "
+        "recording or a crash cuts are listed in the report, not judged.",
+    .why_it_matters =
+        "A callback that never ends holds its thread; one that ends twice is not recorded "
+        "rightly, and its times mean nothing.",
+    .inconclusive_when =
+        "a start or end stands alone and no totals tell whether its partner was lost, when an "
+        "instance never ended and the run_end, which would tell that from a crash, may be lost, "
+        "or when an end follows the totals: exit() was called while the callback ran.",
+    .remedy =
+        "look for a callback that blocks for ever or leaves by exit() or longjmp(); call each "
+        "tracepoint once.",
+    .violation = "had starts without ends",
+    .judge = judge_paired,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kNonReentrant{
-    "E2",
-    "non-reentrant",
-    "No two instances of one callback overlap in time.\n"
-    "Why it matters: User code is seldom written to run twice at once: what it shares with "
-    "itself is not protected.\n"
-    "Inconclusive when events of the callback were lost between the two, or a thread may have "
-    "served what ROS 2's events do not show (M2).\n"
-    "Remedy: put the callback into a mutually exclusive group.",
-    judge_non_reentrant,
-    {.instances = true, .totals = true}};
+    .id = "E2",
+    .name = "non-reentrant",
+    .meaning = "No two instances of one callback overlap in time.",
+    .why_it_matters =
+        "User code is seldom written to run twice at once: what it shares with itself is not "
+        "protected.",
+    .inconclusive_when =
+        "events of the callback were lost between the two, or a thread may have served what ROS "
+        "2's events do not show (M2).",
+    .remedy = "put the callback into a mutually exclusive group.",
+    .violation = "ran twice at once",
+    .judge = judge_non_reentrant,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kNoNesting{
-    "E3",
-    "no-nesting",
-    "No callback starts inside an instance of another on the same thread, as happens when user "
-    "code spins an executor inside a callback.\n"
-    "Why it matters: The inner callback runs at the outer one's priority and its time is "
-    "counted twice.\n"
-    "Inconclusive when events of a callback on that thread were lost, another callback may have been "
-    "lost with all of its instances, the context vtid is absent, or the thread may have served what ROS 2's events do not show (M2).\n"
-    "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
-    "callback of the client instead.",
-    judge_no_nesting,
-    {.instances = true, .totals = true}};
+    .id = "E3",
+    .name = "no-nesting",
+    .meaning =
+        "No callback starts inside an instance of another on the same thread, as happens when "
+        "user code spins an executor inside a callback.",
+    .why_it_matters =
+        "The inner callback runs at the outer one's priority and its time is counted twice.",
+    .inconclusive_when =
+        "events of a callback on that thread were lost, another callback may have been lost with "
+        "all of its instances, the context vtid is absent, or the thread may have served what ROS "
+        "2's events do not show (M2).",
+    .remedy =
+        "do not spin, and do not wait for a future by spinning, inside a callback; use a callback "
+        "of the client instead.",
+    .violation = "nested callbacks",
+    .judge = judge_no_nesting,
+    .needs = {.instances = true, .totals = true}};
 
 }  // namespace cie::analysis

@@ -1,5 +1,7 @@
 #include "mapping_rules.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -459,67 +461,88 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
 }  // namespace
 
 const Rule kOneCallbackPerThread{
-    "M2",
-    "one-callback-per-thread",
-    "Each thread ran one callback only. Threads are told apart by incarnation, so a reused tid "
-    "is another thread.\n"
-    "Why it matters: Callbacks that share a thread wait for each other whatever their "
-    "priorities: the urgent one is as late as the slowest before it.\n"
-    "Inconclusive when a registration of a callback on the thread was not seen, or one lost instances that "
-    "may have been another callback's, when a callback without a thread may have been lost with all "
-    "of its instances, or when the thread may have served a client or an action "
-    "of ROS 2, whose instances its events do not show, or ran a callback of another executor, which "
-    "they do show.\n"
-    "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
-    "group of its own.\n"
-    "Remedy with rclcpp: give each callback a callback group of its own and run each "
-    "group on an executor and thread of its own.",
-    judge_one_callback,
-    {.instances = true, .totals = true}};
+    .id = kOneCallbackPerThreadRule,
+    .name = "one-callback-per-thread",
+    .meaning =
+        "Each thread ran one callback only. Threads are told apart by incarnation, so a reused "
+        "tid is another thread.",
+    .why_it_matters =
+        "Callbacks that share a thread wait for each other whatever their priorities: the urgent "
+        "one is as late as the slowest before it.",
+    .inconclusive_when =
+        "a registration of a callback on the thread was not seen, or one lost instances that may "
+        "have been another callback's, when a callback without a thread may have been lost with "
+        "all of its instances, or when the thread may have served a client or an action of ROS 2, "
+        "whose instances its events do not show, or ran a callback of another executor, which "
+        "they do show.",
+    .remedy =
+        "use the isolated executor (--executor isolated), and give each callback a callback group "
+        "of its own.",
+    .remedy_rclcpp =
+        "give each callback a callback group of its own and run each group on an executor and "
+        "thread of its own.",
+    .violation = "ran several callbacks",
+    .gravity = 3,
+    .judge = judge_one_callback,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kOneThreadPerCallback{
-    "M3",
-    "one-thread-per-callback",
-    "Each callback ran on one thread at a time: it never ran on two threads that were alive "
-    "together, as their own events or, where its record is whole, the kernel's switches show.\n"
-    "Why it matters: A callback that wanders between threads has no priority and no CPU of its "
-    "own: what one thread was given does not hold on the next.\n"
-    "Inconclusive when the context vtid is absent, instances were lost, it cannot be told "
-    "whether the earlier thread still lived, or a thread may have served what ROS 2's events do "
-    "not show (M2).\n"
-    "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.\n"
-    "Remedy with rclcpp: give each callback a callback group of its own and run each "
-    "group on an executor and thread of its own.",
-    judge_one_thread,
-    {.instances = true, .totals = true}};
+    .id = kOneThreadPerCallbackRule,
+    .name = "one-thread-per-callback",
+    .meaning =
+        "Each callback ran on one thread at a time: it never ran on two threads that were alive "
+        "together, as their own events or, where its record is whole, the kernel's switches show.",
+    .why_it_matters =
+        "A callback that wanders between threads has no priority and no CPU of its own: what one "
+        "thread was given does not hold on the next.",
+    .inconclusive_when =
+        "the context vtid is absent, instances were lost, it cannot be told whether the earlier "
+        "thread still lived, or a thread may have served what ROS 2's events do not show (M2).",
+    .remedy = "use the isolated executor (--executor isolated) in place of a pool of threads.",
+    .remedy_rclcpp =
+        "give each callback a callback group of its own and run each group on an executor and "
+        "thread of its own.",
+    .violation = "ran on several threads",
+    .gravity = 2,
+    .judge = judge_one_thread,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kMappingPersistent{
-    "M4",
-    "mapping-persistent",
-    "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
-    "one (or reused its tid) without being registered anew.\n"
-    "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
-    "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini, a "
-    "callback_init in between or the run_begin by which one only repeats what is known may have "
-    "been, no callback_init of the callback was seen before, something else of its process was never "
-    "announced (a stream's file may be missing), or a thread may have served what ROS 2's events do "
-    "not show (M2).\n"
-    "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
-    "register the callback again and apply its parameters before it runs.",
-    judge_persistent,
-    {.instances = true, .totals = true}};
+    .id = "M4",
+    .name = "mapping-persistent",
+    .meaning =
+        "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
+        "one (or reused its tid) without being registered anew.",
+    .why_it_matters = "Parameters belong to threads, and a replaced thread starts without them.",
+    .inconclusive_when =
+        "the exit of a thread was lost, a new thread_init after a thread_fini, a callback_init in "
+        "between or the run_begin by which one only repeats what is known may have been, no "
+        "callback_init of the callback was seen before, something else of its process was never "
+        "announced (a stream's file may be missing), or a thread may have served what ROS 2's "
+        "events do not show (M2).",
+    .remedy =
+        "keep the thread for the life of the callback; where a thread must be replaced, register "
+        "the callback again and apply its parameters before it runs.",
+    .violation = "moved to another thread",
+    .judge = judge_persistent,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kUniqueLogicalId{
-    "M7", "unique-logical-id",
-    "No two callbacks of one process live under the same logical id.\n"
-    "Why it matters: With equal ids one entry of a spec configures whichever comes first, and "
-    "the other runs unconfigured.\n"
-    "Inconclusive when whether the earlier callback of the id still lived is unknown, for a "
-    "callback that was never seen to be registered, and where the process counts callbacks of "
-    "which no event was seen.\n"
-    "Remedy: give callbacks explicit names, or periods that differ.\n"
-    "Remedy with rclcpp: its callbacks have no names: give timers periods that differ, and what shares "
-    "a node and a topic or service nodes of its own.",
-    judge_unique_id};
+    .id = "M7",
+    .name = "unique-logical-id",
+    .meaning = "No two callbacks of one process live under the same logical id.",
+    .why_it_matters =
+        "With equal ids one entry of a spec configures whichever comes first, and the other runs "
+        "unconfigured.",
+    .inconclusive_when =
+        "whether the earlier callback of the id still lived is unknown, for a callback that was "
+        "never seen to be registered, and where the process counts callbacks of which no event "
+        "was seen.",
+    .remedy = "give callbacks explicit names, or periods that differ.",
+    .remedy_rclcpp =
+        "its callbacks have no names: give timers periods that differ, and what shares a node and "
+        "a topic or service nodes of its own.",
+    .violation = "had ids that others have",
+    .judge = judge_unique_id};
 
 }  // namespace cie::analysis

@@ -1,5 +1,7 @@
 #include "message_rules.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -325,35 +327,44 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
 }  // namespace
 
 const Rule kNoQueueOverflow{
-    "Q1", "no-queue-overflow",
-    "No sample was lost before a callback's queue, and no more were overwritten in it than "
-    "overwrites_allowed says (0 by default).\n"
-    "Why it matters: A lost sample is an input that the callback never sees, while everything "
-    "else looks well.\n"
-    "Inconclusive when the totals were not seen, as after a crash, when events of a process that "
-    "had not ended were lost, or when nothing tells which part of the totals lies in the "
-    "window.\n"
-    "Remedy: a deeper queue, a faster callback, or overwrites_allowed where only the newest "
-    "sample matters.",
-    judge_queues};
+    .id = kNoQueueOverflowRule,
+    .name = "no-queue-overflow",
+    .meaning =
+        "No sample was lost before a callback's queue, and no more were overwritten in it than "
+        "overwrites_allowed says (0 by default).",
+    .why_it_matters =
+        "A lost sample is an input that the callback never sees, while everything else looks well.",
+    .inconclusive_when =
+        "the totals were not seen, as after a crash, when events of a process that had not ended "
+        "were lost, or when nothing tells which part of the totals lies in the window.",
+    .remedy =
+        "a deeper queue, a faster callback, or overwrites_allowed where only the newest sample "
+        "matters.",
+    .violation = "lost messages",
+    .judge = judge_queues};
 
 const Rule kChainBounds{
-    "Q2",
-    "chain-bounds",
-    "Path latency, reaction time and data age of the chains in the spec stay within their "
-    "bounds.\n"
-    "Why it matters: What the vehicle does depends on the whole path from sensor to actuator: "
-    "every callback can be in time and the path too late.\n"
-    "Inconclusive when no instance of the chain could be linked (cie report --spec lists it with "
-    "0), nothing of what is bounded could be measured, the publish of a message on the chain was "
-    "not seen, its publisher or a callback of the chain was announced more than 3 s later, a callback "
-    "of it lost instances, or, for the path latency, the first release of an "
-    "instance is not known exactly (later ones need not be) and what is known of it does not "
-    "decide: it was not after the start, nor before the message's source timestamp or a timer's "
-    "calculated expiry; between hosts also when what their clocks may differ by decides.\n"
-    "Remedy: the hop table of cie report --spec shows which callback or message takes the time; "
-    "where nothing could be linked, M1 says whether its callbacks exist.",
-    judge_chains,
-    {.spec = true, .totals = true}};
+    .id = "Q2",
+    .name = "chain-bounds",
+    .meaning =
+        "Path latency, reaction time and data age of the chains in the spec stay within their "
+        "bounds.",
+    .why_it_matters =
+        "What the vehicle does depends on the whole path from sensor to actuator: every callback "
+        "can be in time and the path too late.",
+    .inconclusive_when =
+        "no instance of the chain could be linked (cie report --spec lists it with 0), nothing of "
+        "what is bounded could be measured, the publish of a message on the chain was not seen, "
+        "its publisher or a callback of the chain was announced more than 3 s later, a callback "
+        "of it lost instances, or, for the path latency, the first release of an instance is not "
+        "known exactly (later ones need not be) and what is known of it does not decide: it was "
+        "not after the start, nor before the message's source timestamp or a timer's calculated "
+        "expiry; between hosts also when what their clocks may differ by decides.",
+    .remedy =
+        "the hop table of cie report --spec shows which callback or message takes the time; where "
+        "nothing could be linked, M1 says whether its callbacks exist.",
+    .violation = "exceeded bounds",
+    .judge = judge_chains,
+    .needs = {.spec = true, .totals = true}};
 
 }  // namespace cie::analysis

@@ -353,53 +353,66 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
 }  // namespace
 
 const Rule kNoForeignWork{
-    "M6",
-    "no-foreign-work",
-    "An isolated thread works for its own callback alone: it starts no other, and its work "
-    "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one it "
-    "is not judged).\n"
-    "Why it matters: Work that no callback accounts for delays the callback at its own "
-    "priority, and no analysis of callbacks sees it.\n"
-    "Inconclusive when a callback on it lost instances, another one may have been lost with all of "
-    "its instances, the context vtid is absent, it may have "
-    "served what ROS 2's events do not show (M2), or (for the "
-    "budget) there are no kernel events, their record has a hole or begins after the thread, or "
-    "read-backs or the end of the thread were lost, or no callback was seen on it and no total tells that "
-    "none ran.\n"
-    "Remedy: register the callback to the thread that runs it; move other work to a thread of "
-    "its own (Executor::spawn_thread); record with --kernel.\n"
-    "Remedy with rclcpp: let the thread spin for the callback's group alone; move other work to a "
-    "thread of its own; record with --kernel.",
-    judge_foreign_work,
-    {.instances = true}};
+    .id = "M6",
+    .name = "no-foreign-work",
+    .meaning =
+        "An isolated thread works for its own callback alone: it starts no other, and its work "
+        "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one "
+        "it is not judged).",
+    .why_it_matters =
+        "Work that no callback accounts for delays the callback at its own priority, and no "
+        "analysis of callbacks sees it.",
+    .inconclusive_when =
+        "a callback on it lost instances, another one may have been lost with all of its "
+        "instances, the context vtid is absent, it may have served what ROS 2's events do not "
+        "show (M2), or (for the budget) there are no kernel events, their record has a hole or "
+        "begins after the thread, or read-backs or the end of the thread were lost, or no "
+        "callback was seen on it and no total tells that none ran.",
+    .remedy =
+        "register the callback to the thread that runs it; move other work to a thread of its own "
+        "(Executor::spawn_thread); record with --kernel.",
+    .remedy_rclcpp =
+        "let the thread spin for the callback's group alone; move other work to a thread of its "
+        "own; record with --kernel.",
+    .violation = "did other work",
+    .judge = judge_foreign_work,
+    .needs = {.instances = true}};
 
 const Rule kSingleCallbackGroup{
-    "M8", "single-callback-group",
-    "The group of an isolated thread has one callback at a time, and is not reentrant.\n"
-    "Why it matters: Callbacks of one group share its thread and so wait for each other, "
-    "although each looks isolated in the configuration; a reentrant group needs several "
-    "threads.\n"
-    "Inconclusive when the group, the callbacks in it, or the threads of its process were never "
-    "announced.\n"
-    "Remedy: create each callback with a callback group of its own, which is the default, "
-    "instead of handing several the same one.\n"
-    "Remedy with rclcpp: create a callback group for each callback: those created without one "
-    "share the node's.",
-    judge_groups};
+    .id = "M8",
+    .name = "single-callback-group",
+    .meaning = "The group of an isolated thread has one callback at a time, and is not reentrant.",
+    .why_it_matters =
+        "Callbacks of one group share its thread and so wait for each other, although each looks "
+        "isolated in the configuration; a reentrant group needs several threads.",
+    .inconclusive_when =
+        "the group, the callbacks in it, or the threads of its process were never announced.",
+    .remedy =
+        "create each callback with a callback group of its own, which is the default, instead of "
+        "handing several the same one.",
+    .remedy_rclcpp =
+        "create a callback group for each callback: those created without one share the node's.",
+    .violation = "held several callbacks",
+    .judge = judge_groups};
 
 const Rule kThreadKnown{
-    "M9",
-    "thread-known",
-    "Every thread that ran a callback was announced by the executor, and runs none after its "
-    "thread_fini unless it is announced anew (it may still publish).\n"
-    "Why it matters: Of a thread that nobody announced nobody knows the role or applied "
-    "parameters: its callbacks run by chance.\n"
-    "Inconclusive when no announcement was seen, and there is no proof that nothing is missing, when "
-    "a callback may have been lost with all of its instances, a start after a thread_fini or the "
-    "thread_fini of a thread that was not replaced was lost, or the context vtid is absent.\n"
-    "Remedy: run callbacks from the executor's threads only; call no callback from a thread of "
-    "your own.",
-    judge_known,
-    {.instances = true}};
+    .id = "M9",
+    .name = "thread-known",
+    .meaning =
+        "Every thread that ran a callback was announced by the executor, and runs none after its "
+        "thread_fini unless it is announced anew (it may still publish).",
+    .why_it_matters =
+        "Of a thread that nobody announced nobody knows the role or applied parameters: its "
+        "callbacks run by chance.",
+    .inconclusive_when =
+        "no announcement was seen, and there is no proof that nothing is missing, when a callback "
+        "may have been lost with all of its instances, a start after a thread_fini or the "
+        "thread_fini of a thread that was not replaced was lost, or the context vtid is absent.",
+    .remedy =
+        "run callbacks from the executor's threads only; call no callback from a thread of your "
+        "own.",
+    .violation = "ran callbacks unannounced",
+    .judge = judge_known,
+    .needs = {.instances = true}};
 
 }  // namespace cie::analysis

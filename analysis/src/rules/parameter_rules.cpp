@@ -349,41 +349,53 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
 }  // namespace
 
 const Rule kParametersAsSpecified{
-    "S1",
-    "parameters-as-specified",
-    "What the kernel reported when a thread's parameters were last applied is what the spec "
-    "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. "
-    "After a reload the spec to judge by is the new one; threads that ended before, under another "
-    "one, owe it nothing. On a process that was attached to, the first audit stands for it.\n"
-    "Why it matters: A refused or forgotten request leaves the thread with other parameters "
-    "than planned, and every analysis of the plan is void.\n"
-    "Inconclusive when there is no such read-back, a later one may have been lost, or one before that "
-    "first audit, the recording is too old to carry what is asked for, or the request of a thread that "
-    "ended before a reload failed (its executor may have had the spec before); and of a thread that "
-    "ended where another spec may be unseen, as something of its process was never announced. "
-    "Recordings that never read back (ros2 trace) are judged by the priorities and CPUs of "
-    "sched_switch.\n"
-    "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
-    "cpusets are the usual causes); judge by the spec that the application was started with.\n"
-    "Remedy with rclcpp: look whether what configures the threads was refused (CAP_SYS_NICE, rtprio "
-    "limits and cpusets are the usual causes); judge by the spec that it was given.",
-    judge_specified,
-    {.spec = true}};
+    .id = "S1",
+    .name = "parameters-as-specified",
+    .meaning =
+        "What the kernel reported when a thread's parameters were last applied is what the spec "
+        "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, "
+        "CPUs. After a reload the spec to judge by is the new one; threads that ended before, "
+        "under another one, owe it nothing. On a process that was attached to, the first audit "
+        "stands for it.",
+    .why_it_matters =
+        "A refused or forgotten request leaves the thread with other parameters than planned, and "
+        "every analysis of the plan is void.",
+    .inconclusive_when =
+        "there is no such read-back, a later one may have been lost, or one before that first "
+        "audit, the recording is too old to carry what is asked for, or the request of a thread "
+        "that ended before a reload failed (its executor may have had the spec before); and of a "
+        "thread that ended where another spec may be unseen, as something of its process was "
+        "never announced. Recordings that never read back (ros2 trace) are judged by the "
+        "priorities and CPUs of sched_switch.",
+    .remedy =
+        "look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and cpusets are "
+        "the usual causes); judge by the spec that the application was started with.",
+    .remedy_rclcpp =
+        "look whether what configures the threads was refused (CAP_SYS_NICE, rtprio limits and "
+        "cpusets are the usual causes); judge by the spec that it was given.",
+    .violation = "did not run as specified",
+    .judge = judge_specified,
+    .needs = {.spec = true}};
 
 const Rule kParametersBeforeFirstCallback{
-    "S2",
-    "parameters-before-first-callback",
-    "A thread was configured before its callback ran for the first time; the evidence counts "
-    "the instances that ran unconfigured. Not judged where parameters came with a change and the "
-    "thread ran as another spec said before.\n"
-    "Why it matters: The first instances after a start are often the longest ones, and without "
-    "their parameters they are late or delay others.\n"
-    "Inconclusive when the first start, or an earlier read-back (a switch, where nobody reads back), may "
-    "have been lost, or parameters came with a change and the request before it failed (of which "
-    "spec it was is not told).\n"
-    "Remedy: let the application apply the spec itself before it spins; configurators outside "
-    "the process come too late by nature.",
-    judge_before,
-    {.spec = true}};
+    .id = "S2",
+    .name = "parameters-before-first-callback",
+    .meaning =
+        "A thread was configured before its callback ran for the first time; the evidence counts "
+        "the instances that ran unconfigured. Not judged where parameters came with a change and "
+        "the thread ran as another spec said before.",
+    .why_it_matters =
+        "The first instances after a start are often the longest ones, and without their "
+        "parameters they are late or delay others.",
+    .inconclusive_when =
+        "the first start, or an earlier read-back (a switch, where nobody reads back), may have "
+        "been lost, or parameters came with a change and the request before it failed (of which "
+        "spec it was is not told).",
+    .remedy =
+        "let the application apply the spec itself before it spins; configurators outside the "
+        "process come too late by nature.",
+    .violation = "got parameters too late",
+    .judge = judge_before,
+    .needs = {.spec = true}};
 
 }  // namespace cie::analysis

@@ -412,19 +412,26 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
 }  // namespace
 
 const Rule kMappingSurvivesRestart{
-    "M5", "mapping-survives-restart",
-    "When a process is restarted, each callback returns as it was: same kind, source, period "
-    "and deadline, and its thread with the same policy, priority or nice value, deadline triple "
-    "and CPUs, as they were applied last. Each lifetime is compared with the one before it; of several "
-    "that lived at the same time before, it must be like each or like none to be judged.\n"
-    "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
-    "and nobody notices.\n"
-    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost or are "
-    "not told (ROS 2, which tells no deadline either), when the later one was announced only, after "
-    "the other had ended, and when they differ and the earlier process was not seen to end: it may "
-    "have lived on.\n"
-    "Remedy: let the application apply the spec itself at every start; make ids and parameters "
-    "depend on nothing that changes between starts.",
-    judge_restart};
+    .id = "M5",
+    .name = "mapping-survives-restart",
+    .meaning =
+        "When a process is restarted, each callback returns as it was: same kind, source, period "
+        "and deadline, and its thread with the same policy, priority or nice value, deadline "
+        "triple and CPUs, as they were applied last. Each lifetime is compared with the one "
+        "before it; of several that lived at the same time before, it must be like each or like "
+        "none to be judged.",
+    .why_it_matters =
+        "Configurators that address threads by tid lose their setting at a restart, and nobody "
+        "notices.",
+    .inconclusive_when =
+        "a logical id, or the last parameters of one of the lifetimes, were lost or are not told "
+        "(ROS 2, which tells no deadline either), when the later one was announced only, after "
+        "the other had ended, and when they differ and the earlier process was not seen to end: "
+        "it may have lived on.",
+    .remedy =
+        "let the application apply the spec itself at every start; make ids and parameters depend "
+        "on nothing that changes between starts.",
+    .violation = "changed after a restart",
+    .judge = judge_restart};
 
 }  // namespace cie::analysis

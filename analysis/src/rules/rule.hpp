@@ -1,11 +1,13 @@
-// What every rule is: an identity, a page of documentation and a pure function from the facts to
-// verdicts. Adding a rule touches its own file pair and the table in rules.cpp.
+// What every rule is: an identity, the parts of its page of documentation, what screens say of its
+// violations, and a pure function from the facts to verdicts. Adding a rule touches its own file
+// pair and the table in rules.cpp.
 #pragma once
 
 #include <cie/analysis/verdict.hpp>
 
 #include "rule_context.hpp"
 
+#include <cstddef>
 #include <string_view>
 #include <vector>
 
@@ -25,7 +27,18 @@ struct RuleNeeds {
 struct Rule {
   std::string_view id;    // "M2"
   std::string_view name;  // "one-callback-per-thread"
-  std::string_view page;  // what it means, why it matters, what makes it inconclusive, the remedy
+
+  // Its page, see RulePage: each part is a paragraph, without what the paragraph begins with.
+  std::string_view meaning;
+  std::string_view why_it_matters;
+  std::string_view inconclusive_when;
+  std::string_view remedy;
+  std::string_view remedy_rclcpp{};
+
+  std::string_view violation = "broke a rule";  // that of a rule which never fails is not told
+  int gravity = 0;                // the mapping, deadlines, then all others in the contract's order
+  std::size_t main_evidence = 0;  // of an instance's two events, the end knows all
+
   std::vector<SubjectVerdict> (*judge)(const RuleContext&);
   RuleNeeds needs{};
 };

@@ -21,6 +21,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -267,6 +268,28 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids
   return verdict;
 }
 
+RulePage page_of(const Rule& rule) {
+  RulePage page{.id = rule.id,
+                .name = rule.name,
+                .page = std::string(rule.meaning),
+                .meaning = rule.meaning,
+                .why_it_matters = rule.why_it_matters,
+                .inconclusive_when = rule.inconclusive_when,
+                .remedy = rule.remedy,
+                .remedy_rclcpp = rule.remedy_rclcpp,
+                .violation = rule.violation,
+                .gravity = rule.gravity,
+                .main_evidence = rule.main_evidence};
+  const auto add = [&page](std::string_view begin, std::string_view paragraph) {
+    if (!paragraph.empty()) page.page.append("\n").append(begin).append(paragraph);
+  };
+  add(kWhyItMatters, rule.why_it_matters);
+  add(kInconclusiveWhen, rule.inconclusive_when);
+  add(kRemedy, rule.remedy);
+  add(kRemedyWithRclcpp, rule.remedy_rclcpp);
+  return page;
+}
+
 }  // namespace
 
 const std::vector<Rule>& rules() {
@@ -303,12 +326,20 @@ const std::vector<Rule>& rules() {
   return all;
 }
 
-std::vector<RulePage> rule_pages() {
-  std::vector<RulePage> pages;
-  for (const auto& rule : rules()) {
-    pages.push_back(RulePage{.id = rule.id, .name = rule.name, .page = rule.page});
-  }
-  return pages;
+const std::vector<RulePage>& rule_pages() {
+  static const std::vector<RulePage> all = [] {
+    std::vector<RulePage> pages;
+    for (const auto& rule : rules())
+      pages.push_back(page_of(rule));
+    return pages;
+  }();
+  return all;
+}
+
+const RulePage* find_rule_page(std::string_view id) {
+  const auto& pages = rule_pages();
+  const auto found = std::ranges::find(pages, id, &RulePage::id);
+  return found == pages.end() ? nullptr : &*found;
 }
 
 VerdictReport verify(const RuleContext& context) {

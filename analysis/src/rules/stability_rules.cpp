@@ -329,64 +329,79 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
 }  // namespace
 
 const Rule kParametersUnchanged{
-    "S3",
-    "parameters-unchanged",
-    "A thread keeps the parameters that were last applied: every later audit agrees with them, "
-    "and so does the priority in every sched_switch, intervals of priority inheritance aside. On "
-    "a process that was attached to, the first audit stands for what was applied. Where the "
-    "kernel's record has holes, PASS says \"by read-back\"; where it does not declare "
-    "sched_pi_setprio, a raised priority may be inherited and is not judged. Threads of ROS 2, which nobody reads "
-    "back, are judged by the priorities of sched_switch from the spec's (without one, from the "
-    "first instance) on: PASS says \"sampled\".\n"
-    "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
-    "the application had been given, and it goes on as if nothing had happened.\n"
-    "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
-    "compare with, read-backs, perhaps the first of an attached process, were lost, or may have been "
-    "with what announced the thread for another spin.\n"
-    "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
-    "syscalls:sys_enter_sched_set* events) and stop it; on_change: apply_again has the executor put "
-    "it right.\n"
-    "Remedy with rclcpp: find who changed it (the time of the evidence helps; so do the kernel's "
-    "syscalls:sys_enter_sched_set* events) and stop it.",
-    judge_parameters_unchanged,
-    {.kernel = true}};
+    .id = "S3",
+    .name = "parameters-unchanged",
+    .meaning =
+        "A thread keeps the parameters that were last applied: every later audit agrees with "
+        "them, and so does the priority in every sched_switch, intervals of priority inheritance "
+        "aside. On a process that was attached to, the first audit stands for what was applied. "
+        "Where the kernel's record has holes, PASS says \"by read-back\"; where it does not "
+        "declare sched_pi_setprio, a raised priority may be inherited and is not judged. Threads "
+        "of ROS 2, which nobody reads back, are judged by the priorities of sched_switch from the "
+        "spec's (without one, from the first instance) on: PASS says \"sampled\".",
+    .why_it_matters =
+        "Somebody outside (renice, chrt, taskset, a service manager) changed what the application "
+        "had been given, and it goes on as if nothing had happened.",
+    .inconclusive_when =
+        "there is neither a later audit nor a whole record of the kernel's to compare with, "
+        "read-backs, perhaps the first of an attached process, were lost, or may have been with "
+        "what announced the thread for another spin.",
+    .remedy =
+        "find who changed it (the time of the evidence helps; so do the kernel's "
+        "syscalls:sys_enter_sched_set* events) and stop it; on_change: apply_again has the "
+        "executor put it right.",
+    .remedy_rclcpp =
+        "find who changed it (the time of the evidence helps; so do the kernel's "
+        "syscalls:sys_enter_sched_set* events) and stop it.",
+    .violation = "had parameters changed",
+    .judge = judge_parameters_unchanged,
+    .needs = {.kernel = true}};
 
 const Rule kAllowedCpusOnly{
-    "S4",
-    "allowed-cpus-only",
-    "A thread ran only on CPUs of the mask that was last read back before; until its first parameters "
-    "are applied, also of those that they give, and until it ends for the executor. Without kernel "
-    "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
-    "record not all others: PASS then says \"sampled\". Threads of ROS 2, which nobody reads back, "
-    "are judged by the spec's affinity: by their switches and by the CPUs of their starts and ends.\n"
-    "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
-    "cache.\n"
-    "Inconclusive when there is no read-back of the mask, read-backs, perhaps the first of an attached "
-    "process, were lost or may have been with what announced the thread for another spin, starts or "
-    "ends on the "
-    "thread were lost and its switches do not show all its CPUs, or the kernel recorded a part only of "
-    "a thread that nobody reads back.\n"
-    "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
-    "spec's affinity and read it back.",
-    judge_allowed_cpus,
-    {.kernel = true}};
+    .id = "S4",
+    .name = "allowed-cpus-only",
+    .meaning =
+        "A thread ran only on CPUs of the mask that was last read back before; until its first "
+        "parameters are applied, also of those that they give, and until it ends for the "
+        "executor. Without kernel events only the CPUs of the thread's own events are known, and "
+        "with holes in the kernel's record not all others: PASS then says \"sampled\". Threads of "
+        "ROS 2, which nobody reads back, are judged by the spec's affinity: by their switches and "
+        "by the CPUs of their starts and ends.",
+    .why_it_matters =
+        "A thread on a CPU that was kept for others disturbs them and loses its own cache.",
+    .inconclusive_when =
+        "there is no read-back of the mask, read-backs, perhaps the first of an attached process, "
+        "were lost or may have been with what announced the thread for another spin, starts or "
+        "ends on the thread were lost and its switches do not show all its CPUs, or the kernel "
+        "recorded a part only of a thread that nobody reads back.",
+    .remedy =
+        "find who changed the mask after it was applied (taskset, a cpuset); give the spec's "
+        "affinity and read it back.",
+    .violation = "ran on forbidden CPUs",
+    .judge = judge_allowed_cpus,
+    .needs = {.kernel = true}};
 
 const Rule kNoParameterLeak{
-    "S5",
-    "no-parameter-leak",
-    "No thread inherited a real-time policy that it was not given: announced threads are judged "
-    "by what they read back when they were announced first, other children of real-time threads by the priority "
-    "they first run with. One that first runs with another real-time priority than its creator's was "
-    "given that, or its creator's changed meanwhile: it is not judged, and the creator's PASS says "
-    "so. Without fork events, or where the kernel's record has holes, PASS says \"announced "
-    "only\".\n"
-    "Why it matters: A helper thread that inherits SCHED_FIFO by accident competes with the "
-    "callbacks it was meant to stay away from.\n"
-    "Inconclusive when the thread's first read-back was lost, or may have been with an earlier "
-    "announcement of it.\n"
-    "Remedy: SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising "
-    "the priority.",
-    judge_no_leak,
-    {.kernel = true}};
+    .id = "S5",
+    .name = "no-parameter-leak",
+    .meaning =
+        "No thread inherited a real-time policy that it was not given: announced threads are "
+        "judged by what they read back when they were announced first, other children of "
+        "real-time threads by the priority they first run with. One that first runs with another "
+        "real-time priority than its creator's was given that, or its creator's changed "
+        "meanwhile: it is not judged, and the creator's PASS says so. Without fork events, or "
+        "where the kernel's record has holes, PASS says \"announced only\".",
+    .why_it_matters =
+        "A helper thread that inherits SCHED_FIFO by accident competes with the callbacks it was "
+        "meant to stay away from.",
+    .inconclusive_when =
+        "the thread's first read-back was lost, or may have been with an earlier announcement of "
+        "it.",
+    .remedy =
+        "SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising the "
+        "priority.",
+    .violation = "passed on parameters",
+    .judge = judge_no_leak,
+    .needs = {.kernel = true}};
 
 }  // namespace cie::analysis

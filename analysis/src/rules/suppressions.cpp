@@ -58,8 +58,7 @@ const std::string& required(const yaml::Fields& entry, std::string_view key,
 }
 
 void check_rule(const yaml::Fields& entry, const std::string& rule) {
-  const auto pages = rule_pages();
-  if (std::ranges::find(pages, rule, &RulePage::id) == pages.end()) {
+  if (find_rule_page(rule) == nullptr) {
     entry.find("rule")->fail("there is no rule \"" + rule +
                              "\"; cie verify --list-rules names them all");
   }

@@ -429,79 +429,104 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
 }  // namespace
 
 const Rule kArrivalExceedsTurnaround{
-    "R1",
-    "arrival-exceeds-turnaround",
-    "Each instance ends before the next one is released: the shortest inter-arrival time "
-    "exceeds the longest response time. Fewer than two instances are not judged. One that never "
-    "ended was released as well: that counts, and so does the release after it.\n"
-    "Why it matters: This is the assumption under which one thread per callback needs no queue: "
-    "when it does not hold, instances wait for the one before them and delays add up.\n"
-    "Inconclusive when releases are not known exactly, or instances were lost.\n"
-    "Remedy: shorten the callback, raise its priority or give it a CPU, or slow its source "
-    "down; cie report shows where the time went.",
-    judge_arrival,
-    {.instances = true, .totals = true}};
+    .id = kArrivalExceedsTurnaroundRule,
+    .name = "arrival-exceeds-turnaround",
+    .meaning =
+        "Each instance ends before the next one is released: the shortest inter-arrival time "
+        "exceeds the longest response time. Fewer than two instances are not judged. One that "
+        "never ended was released as well: that counts, and so does the release after it.",
+    .why_it_matters =
+        "This is the assumption under which one thread per callback needs no queue: when it does "
+        "not hold, instances wait for the one before them and delays add up.",
+    .inconclusive_when = "releases are not known exactly, or instances were lost.",
+    .remedy =
+        "shorten the callback, raise its priority or give it a CPU, or slow its source down; cie "
+        "report shows where the time went.",
+    .violation = "overran the next release",
+    .main_evidence = 1,
+    .judge = judge_arrival,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kNoMissedRelease{
-    "R2",
-    "no-missed-release",
-    "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
-    "those before an instance that was still open included. Time goes on while nobody spins.\n"
-    "Why it matters: Every skipped period is an activation that the design counts on and that "
-    "never happened.\n"
-    "Inconclusive when expiries are neither recorded nor, with ROS 2's timers, follow from when "
-    "the timer was made, or instances were lost.\n"
-    "Remedy: find what kept the thread from running or the instance from ending (cie report: "
-    "preempted, blocked, wake delay); reset a timer after a pause that is meant; allow in the spec "
-    "what the design can bear.",
-    judge_missed,
-    {.instances = true, .totals = true}};
+    .id = kNoMissedReleaseRule,
+    .name = "no-missed-release",
+    .meaning =
+        "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
+        "those before an instance that was still open included. Time goes on while nobody spins.",
+    .why_it_matters =
+        "Every skipped period is an activation that the design counts on and that never happened.",
+    .inconclusive_when =
+        "expiries are neither recorded nor, with ROS 2's timers, follow from when the timer was "
+        "made, or instances were lost.",
+    .remedy =
+        "find what kept the thread from running or the instance from ending (cie report: "
+        "preempted, blocked, wake delay); reset a timer after a pause that is meant; allow in the "
+        "spec what the design can bear.",
+    .violation = "skipped periods",
+    .judge = judge_missed,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kDeadline{
-    kDeadlineRule,
-    "deadline",
-    "Response times stay within the deadline: response_deadline of the spec, else the one the "
-    "callback declared. Where a release is not known, FAIL needs the lower bound of the "
-    "response time above the deadline and PASS the upper bound within it. An instance that "
-    "never ended fails when the window ends after its deadline; one outside of what all streams "
-    "cover is not counted, and fails if it was late.\n"
-    "Why it matters: A result after its deadline is a wrong result.\n"
-    "Inconclusive when the bounds of a response time lie on both sides of the deadline, "
-    "CLOCK_REALTIME was set between the writing of a message and its taking (a clock_sync shows it), "
-    "or instances were lost.\n"
-    "Remedy: the evidence names the instance: cie report tells what it waited for, cie analyze "
-    "schedulability what it may have to wait for at worst.",
-    judge_deadline,
-    {.instances = true, .totals = true}};
+    .id = kDeadlineRule,
+    .name = "deadline",
+    .meaning =
+        "Response times stay within the deadline: response_deadline of the spec, else the one the "
+        "callback declared. Where a release is not known, FAIL needs the lower bound of the "
+        "response time above the deadline and PASS the upper bound within it. An instance that "
+        "never ended fails when the window ends after its deadline; one outside of what all "
+        "streams cover is not counted, and fails if it was late.",
+    .why_it_matters = "A result after its deadline is a wrong result.",
+    .inconclusive_when =
+        "the bounds of a response time lie on both sides of the deadline, CLOCK_REALTIME was set "
+        "between the writing of a message and its taking (a clock_sync shows it), or instances "
+        "were lost.",
+    .remedy =
+        "the evidence names the instance: cie report tells what it waited for, cie analyze "
+        "schedulability what it may have to wait for at worst.",
+    .violation = "missed deadlines",
+    .gravity = 1,
+    .main_evidence = 1,
+    .judge = judge_deadline,
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kBudget{
-    "R4",
-    "budget",
-    "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the kernel's "
-    "record of an instance has a hole, lacks a CPU that it may have run on, or is absent, the "
-    "instance passes if its whole duration does. One outside of what all streams cover is not counted, "
-    "and fails if it took too long.\n"
-    "Why it matters: Budgets and response-time analyses rest on the wcet: one callback that "
-    "takes more invalidates the bounds of all below it.\n"
-    "Inconclusive when an instance took longer than the wcet and its CPU time is not known, or "
-    "instances were lost.\n"
-    "Remedy: record with --kernel; make the callback faster, or declare what it really takes "
-    "and analyze again.",
-    judge_budget,
-    {.instances = true, .spec = true, .totals = true}};
+    .id = kBudgetRule,
+    .name = "budget",
+    .meaning =
+        "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the "
+        "kernel's record of an instance has a hole, lacks a CPU that it may have run on, or is "
+        "absent, the instance passes if its whole duration does. One outside of what all streams "
+        "cover is not counted, and fails if it took too long.",
+    .why_it_matters =
+        "Budgets and response-time analyses rest on the wcet: one callback that takes more "
+        "invalidates the bounds of all below it.",
+    .inconclusive_when =
+        "an instance took longer than the wcet and its CPU time is not known, or instances were "
+        "lost.",
+    .remedy =
+        "record with --kernel; make the callback faster, or declare what it really takes and "
+        "analyze again.",
+    .violation = "exceeded the budget",
+    .main_evidence = 1,
+    .judge = judge_budget,
+    .needs = {.instances = true, .spec = true, .totals = true}};
 
 const Rule kRate{
-    "R5",
-    "rate",
-    "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only consecutive "
-    "instances are compared, those that never ended as well.\n"
-    "Why it matters: Sources that send faster than declared overload everything behind them; "
-    "slower ones starve it.\n"
-    "Inconclusive when releases are not known exactly, instances started in another order than "
-    "they were released in, or instances were lost.\n"
-    "Remedy: correct the source's rate, limit it, or declare what it really is and analyze "
-    "again.",
-    judge_rate,
-    {.instances = true, .spec = true, .totals = true}};
+    .id = "R5",
+    .name = "rate",
+    .meaning =
+        "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only "
+        "consecutive instances are compared, those that never ended as well.",
+    .why_it_matters =
+        "Sources that send faster than declared overload everything behind them; slower ones "
+        "starve it.",
+    .inconclusive_when =
+        "releases are not known exactly, instances started in another order than they were "
+        "released in, or instances were lost.",
+    .remedy =
+        "correct the source's rate, limit it, or declare what it really is and analyze again.",
+    .violation = "did not keep the rate",
+    .judge = judge_rate,
+    .needs = {.instances = true, .spec = true, .totals = true}};
 
 }  // namespace cie::analysis

@@ -240,67 +240,84 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
 }  // namespace
 
 const Rule kTraceReadable{
-    kReadableRule,
-    "trace-readable",
-    "Every packet of the trace could be decoded; one that could not is skipped and named, and "
-    "the rest is used.\n"
-    "Why it matters: What a damaged packet held may have been the very event that breaks a "
-    "rule, so the rules count it as lost.\n"
-    "Inconclusive when some packets were damaged and skipped, or were read with another "
-    "recording's metadata; or when a file that the recording's manifest names is missing or has "
-    "another size (with --check: another SHA-256). When nothing at all can be decoded, cie ends "
-    "with exit code 4.\n"
-    "Remedy: check the disk and the copy (a recording by cie record has checksums in its "
-    "manifest), or record again.",
-    judge_readable,
-    {.is_about_trace = true}};
+    .id = kReadableRule,
+    .name = "trace-readable",
+    .meaning =
+        "Every packet of the trace could be decoded; one that could not is skipped and named, and "
+        "the rest is used.",
+    .why_it_matters =
+        "What a damaged packet held may have been the very event that breaks a rule, so the rules "
+        "count it as lost.",
+    .inconclusive_when =
+        "some packets were damaged and skipped, or were read with another recording's metadata; "
+        "or when a file that the recording's manifest names is missing or has another size (with "
+        "--check: another SHA-256). When nothing at all can be decoded, cie ends with exit code 4.",
+    .remedy =
+        "check the disk and the copy (a recording by cie record has checksums in its manifest), "
+        "or record again.",
+    .judge = judge_readable,
+    .needs = {.is_about_trace = true}};
 
 const Rule kNoLoss{
-    kNoLossRule,
-    "no-loss",
-    "The tracer threw nothing away that a verdict needed. Loss is judged per subject: "
-    "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss that "
-    "cost no subject its proof passes and is named. What the kernel's record lacks takes the parts "
-    "of instances (R4, M6's budget) and no other verdict: it is named, and passes. FAIL only with "
-    "--require-lossless, which also counts what the manifest says was discarded.\n"
-    "Why it matters: Tracers discard events when a buffer is full, mostly when the system is "
-    "busiest: what is missing is seldom the harmless part.\n"
-    "Inconclusive when events or packets of applications were discarded, or nobody recorded them "
-    "between two sessions, and some subject of a rule lost its proof with them; or when nothing "
-    "was seen of a process, a chunk or the kernel's events that the recording's manifest names.\n"
-    "Remedy: where applications lost events, larger or more sub-buffers (cie record --subbuf-size, "
-    "--num-subbuf); where the kernel's were lost, larger buffers of theirs (cie record "
-    "--kernel-buffer); or fewer enabled events.",
-    judge_no_loss,
-    {.is_about_trace = true, .is_of_report = true}};
+    .id = kNoLossRule,
+    .name = "no-loss",
+    .meaning =
+        "The tracer threw nothing away that a verdict needed. Loss is judged per subject: "
+        "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss "
+        "that cost no subject its proof passes and is named. What the kernel's record lacks takes "
+        "the parts of instances (R4, M6's budget) and no other verdict: it is named, and passes. "
+        "FAIL only with --require-lossless, which also counts what the manifest says was "
+        "discarded.",
+    .why_it_matters =
+        "Tracers discard events when a buffer is full, mostly when the system is busiest: what is "
+        "missing is seldom the harmless part.",
+    .inconclusive_when =
+        "events or packets of applications were discarded, or nobody recorded them between two "
+        "sessions, and some subject of a rule lost its proof with them; or when nothing was seen "
+        "of a process, a chunk or the kernel's events that the recording's manifest names.",
+    .remedy =
+        "where applications lost events, larger or more sub-buffers (cie record --subbuf-size, "
+        "--num-subbuf); where the kernel's were lost, larger buffers of theirs (cie record "
+        "--kernel-buffer); or fewer enabled events.",
+    .violation = "lost events",
+    .judge = judge_no_loss,
+    .needs = {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kRequiredEvents{
-    "T5",
-    "required-events",
-    "The trace holds what every judgement rests on: run_begin, callback_init, thread_init, "
-    "callback_start, callback_end and the contexts vpid and vtid; of ROS 2, rcl_init, what makes "
-    "callbacks known, and the same two. Whatever else a rule needs, that rule asks for.\n"
-    "Why it matters: Without them there is nothing to judge, and a rule that judges nothing "
-    "must not look as if it passed.\n"
-    "Inconclusive when one of them is absent: the message names it and how to enable it; or when no "
-    "instance of a callback lies within what all streams cover.\n"
-    "Remedy: record with cie record, or enable the named events and contexts.",
-    judge_required_events,
-    {.is_about_trace = true}};
+    .id = "T5",
+    .name = "required-events",
+    .meaning =
+        "The trace holds what every judgement rests on: run_begin, callback_init, thread_init, "
+        "callback_start, callback_end and the contexts vpid and vtid; of ROS 2, rcl_init, what "
+        "makes callbacks known, and the same two. Whatever else a rule needs, that rule asks for.",
+    .why_it_matters =
+        "Without them there is nothing to judge, and a rule that judges nothing must not look as "
+        "if it passed.",
+    .inconclusive_when =
+        "one of them is absent: the message names it and how to enable it; or when no instance of "
+        "a callback lies within what all streams cover.",
+    .remedy = "record with cie record, or enable the named events and contexts.",
+    .judge = judge_required_events,
+    .needs = {.is_about_trace = true}};
 
 const Rule kTimeSane{
-    "T6",
-    "time-sane",
-    "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer writes "
-    "that), and all streams share a clock.\n"
-    "Why it matters: Response times are differences of times of several streams; with clocks "
-    "that do not belong together they mean nothing.\n"
-    "Inconclusive when streams carry clocks of different boots, or of no common origin. A kernel "
-    "trace that shares no clock with the applications' is then no evidence: the other rules judge "
-    "as if it were not there.\n"
-    "Remedy: verify the traces of one boot together, others apart; after a FAIL record again "
-    "with another version of the tracer.",
-    judge_time_sane,
-    {.is_about_trace = true}};
+    .id = "T6",
+    .name = "time-sane",
+    .meaning =
+        "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "
+        "writes that), and all streams share a clock.",
+    .why_it_matters =
+        "Response times are differences of times of several streams; with clocks that do not "
+        "belong together they mean nothing.",
+    .inconclusive_when =
+        "streams carry clocks of different boots, or of no common origin. A kernel trace that "
+        "shares no clock with the applications' is then no evidence: the other rules judge as if "
+        "it were not there.",
+    .remedy =
+        "verify the traces of one boot together, others apart; after a FAIL record again with "
+        "another version of the tracer.",
+    .violation = "had times that ran backwards",
+    .judge = judge_time_sane,
+    .needs = {.is_about_trace = true}};
 
 }  // namespace cie::analysis

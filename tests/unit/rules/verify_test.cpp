@@ -1,3 +1,5 @@
+#include <cie/analysis/rule_pages.hpp>
+
 #include "rules/rule.hpp"
 #include "support/verdicts.hpp"
 
@@ -116,15 +118,42 @@ TEST(Verify, KeepsTheContractsOrder) {
 
 TEST(Verify, EveryRuleHasAPageOfFourParts) {
   using ::testing::ContainsRegex;
-  for (const auto& rule : analysis::rules()) {
+  for (const auto& rule : analysis::rule_pages()) {
     EXPECT_FALSE(rule.name.empty()) << rule.id;
-    EXPECT_THAT(std::string(rule.page), ContainsRegex("^[A-Z][^\n]{40,}[.:)]\n"
-                                                      "Why it matters: [^\n]{40,}\\.\n"
-                                                      "Inconclusive when [^\n]{15,}\\.\n"
-                                                      "Remedy: [^\n]{30,}\\."
-                                                      "(\nRemedy with rclcpp: [^\n]{30,}\\.)?$"))
+    EXPECT_THAT(rule.page, ContainsRegex("^[A-Z][^\n]{40,}[.:)]\n"
+                                         "Why it matters: [^\n]{40,}\\.\n"
+                                         "Inconclusive when [^\n]{15,}\\.\n"
+                                         "Remedy: [^\n]{30,}\\."
+                                         "(\nRemedy with rclcpp: [^\n]{30,}\\.)?$"))
         << rule.id;
   }
+}
+
+TEST(Verify, APageIsThePartsThatItsRuleHas) {
+  const auto* page = analysis::find_rule_page("M7");
+  ASSERT_NE(page, nullptr);
+  EXPECT_EQ(
+      page->page,
+      "No two callbacks of one process live under the same logical id.\n"
+      "Why it matters: With equal ids one entry of a spec configures whichever comes first, and "
+      "the other runs unconfigured.\n"
+      "Inconclusive when whether the earlier callback of the id still lived is unknown, for a "
+      "callback that was never seen to be registered, and where the process counts callbacks of "
+      "which no event was seen.\n"
+      "Remedy: give callbacks explicit names, or periods that differ.\n"
+      "Remedy with rclcpp: its callbacks have no names: give timers periods that differ, and "
+      "what shares a node and a topic or service nodes of its own.");
+  EXPECT_EQ(page->violation, "had ids that others have");
+  EXPECT_EQ(analysis::find_rule_page("M0"), nullptr);
+}
+
+TEST(Verify, TheGravestRulesAreOfTheMappingAndDeadlines) {
+  auto pages = analysis::rule_pages();
+  std::ranges::stable_sort(pages, std::ranges::greater{}, &analysis::RulePage::gravity);
+  std::string order;
+  for (const auto& page : pages)
+    order += std::string(page.id) + ' ';
+  EXPECT_THAT(order, ::testing::StartsWith("M2 M3 R3 T1 T2 T3"));
 }
 
 TEST(Verify, SortsNumbersInSubjectsByValue) {

@@ -6,7 +6,6 @@
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -45,16 +44,12 @@ std::string uri_of(std::string_view path) {
   return uri;
 }
 
-std::string_view first_line(std::string_view text) { return text.substr(0, text.find('\n')); }
-
 Json rules_json(const analysis::VerdictReport& verdicts) {
-  const auto pages = analysis::rule_pages();
   Json rules = Json::array();
   for (const auto& rule : verdicts.rules) {
     Json json{{"id", rule.id}, {"name", rule.name}};
-    const auto page = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
-    if (page != pages.end()) {
-      json["shortDescription"] = {{"text", first_line(page->page)}};
+    if (const auto* page = analysis::find_rule_page(rule.id)) {
+      json["shortDescription"] = {{"text", page->meaning}};
       json["fullDescription"] = {{"text", page->page}};
       json["help"] = {{"text", page->page}};
     }

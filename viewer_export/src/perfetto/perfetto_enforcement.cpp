@@ -6,7 +6,6 @@
 
 #include "words/verify_words.hpp"
 
-#include <algorithm>
 #include <map>
 #include <string>
 #include <string_view>
@@ -18,10 +17,8 @@ namespace {
 
 // The first paragraph of a rule's page.
 std::string demand_of(std::string_view rule) {
-  const auto pages = analysis::rule_pages();
-  const auto found = std::ranges::find(pages, rule, &analysis::RulePage::id);
-  if (found == pages.end()) return {};
-  return std::string(found->page.substr(0, found->page.find('\n')));
+  const auto* page = analysis::find_rule_page(rule);
+  return page == nullptr ? std::string() : std::string(page->meaning);
 }
 
 Annotations notes_of(const analysis::RuleVerdict& rule, std::string_view demand,

@@ -1,6 +1,7 @@
 #include "report_tables.hpp"
 
 #include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/rule_pages.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include "words/callback_names.hpp"
@@ -354,7 +355,8 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
 }
 
 MissedCells::MissedCells(const analysis::VerdictReport* verdicts) {
-  if (verdicts != nullptr) too_many_ = callbacks_violating(*verdicts, "R2");
+  if (verdicts != nullptr)
+    too_many_ = callbacks_violating(*verdicts, analysis::kNoMissedReleaseRule);
 }
 
 TextCell MissedCells::of(const CallbackReport& callback) const {

@@ -1,5 +1,7 @@
 #include "headline.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "words/recording_words.hpp"
 #include "words/verify_words.hpp"
 
@@ -68,7 +70,8 @@ std::string Headline::fact() const {
   const auto names = [](const std::vector<std::string>& ids, std::string_view id) {
     return std::ranges::find(ids, id) != ids.end();
   };
-  const bool is_mapped = names(kept, "M2") && names(kept, "M3");
+  const bool is_mapped = names(kept, analysis::kOneCallbackPerThreadRule) &&
+                         names(kept, analysis::kOneThreadPerCallbackRule);
   if (verdict() == Verdict::pass) {
     if (kept.empty()) return "nothing was judged, for no rule that was asked for applies";
     return is_mapped ? isolation_fact(judged_.report)
@@ -77,7 +80,8 @@ std::string Headline::fact() const {
   const auto open = rules_with(Verdict::inconclusive);
   auto undecided = counted(open.size(), "rule") + " undecided";
   if (is_mapped) return isolation_fact(judged_.report) + "; " + undecided;
-  if (names(open, "M2") || names(open, "M3"))
+  if (names(open, analysis::kOneCallbackPerThreadRule) ||
+      names(open, analysis::kOneThreadPerCallbackRule))
     return "whether callbacks share threads is not known; " + undecided;
   return undecided;
 }

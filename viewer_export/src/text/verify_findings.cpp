@@ -9,7 +9,6 @@
 #include "worst_run_words.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <map>
 #include <optional>
@@ -29,39 +28,10 @@ using analysis::SubjectVerdict;
 using analysis::ThreadReport;
 using analysis::Verdict;
 
-// What the subjects of a violated rule do, after "3 of 8 threads".
-std::string_view deed(std::string_view rule) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 26> kDeeds{{
-      {"T2", "lost events"},
-      {"T6", "had times that ran backwards"},
-      {"M1", "of the spec never ran"},
-      {"M2", "ran several callbacks"},
-      {"M3", "ran on several threads"},
-      {"M4", "moved to another thread"},
-      {"M5", "changed after a restart"},
-      {"M6", "did other work"},
-      {"M7", "had ids that others have"},
-      {"M8", "held several callbacks"},
-      {"M9", "ran callbacks unannounced"},
-      {"S1", "did not run as specified"},
-      {"S2", "got parameters too late"},
-      {"S3", "had parameters changed"},
-      {"S4", "ran on forbidden CPUs"},
-      {"S5", "passed on parameters"},
-      {"E1", "had starts without ends"},
-      {"E2", "ran twice at once"},
-      {"E3", "nested callbacks"},
-      {"R1", "overran the next release"},
-      {"R2", "skipped periods"},
-      {"R3", "missed deadlines"},
-      {"R4", "exceeded the budget"},
-      {"R5", "did not keep the rate"},
-      {"Q1", "lost messages"},
-      {"Q2", "exceeded bounds"},
-  }};
-  const auto* const found =
-      std::ranges::find(kDeeds, rule, &std::pair<std::string_view, std::string_view>::first);
-  return found == kDeeds.end() ? "broke a rule" : found->second;
+// What the subjects of a violated rule did, after "3 of 8 threads".
+std::string_view violation_of(std::string_view rule) {
+  const auto* page = analysis::find_rule_page(rule);
+  return page == nullptr ? "broke a rule" : page->violation;
 }
 
 bool counts(const SubjectVerdict& subject, Verdict verdict) {
@@ -138,7 +108,7 @@ std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
                              const SubjectVerdict& subject) {
   constexpr std::size_t kMost = 3;
   std::string text;
-  for (auto i = first_telling(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
+  for (auto i = main_evidence_of(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
     const auto& note = subject.evidence[i].note;
     if (!note.empty()) text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
   }
@@ -192,12 +162,14 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   const auto* thread = reported_thread(judged, subject);
   const auto* callback = reported_callback(judged, subject);
   const auto* late = late_callback(judged, subject);
-  if (rule.id == "M2" && thread != nullptr && thread->ran.size() > 1) {
+  if (rule.id == analysis::kOneCallbackPerThreadRule && thread != nullptr &&
+      thread->ran.size() > 1) {
     return {.weight = static_cast<double>(thread->ran.size()),
             .detail = counted(thread->ran.size(), "callback"),
             .of_one = runs_of_callbacks(judged, *thread)};
   }
-  if (rule.id == "M3" && callback != nullptr && callback->threads.size() > 1) {
+  if (rule.id == analysis::kOneThreadPerCallbackRule && callback != nullptr &&
+      callback->threads.size() > 1) {
     return {.weight = static_cast<double>(callback->threads.size()),
             .detail = runs_on_threads(*callback),
             .of_one = {}};
@@ -207,15 +179,16 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
             .detail = late_runs(judged, *late),
             .of_one = {}};
   }
-  if (rule.id == "R1" && callback != nullptr && callback->response_time &&
-      callback->inter_arrival) {
+  if (rule.id == analysis::kArrivalExceedsTurnaroundRule && callback != nullptr &&
+      callback->response_time && callback->inter_arrival) {
     return {.weight = static_cast<double>(callback->response_time->max),
             .detail = fmt::format("up to {}, releases as close as {}",
                                   format_duration(callback->response_time->max),
                                   format_duration(callback->inter_arrival->min)),
             .of_one = overtaken(subject)};
   }
-  if (rule.id == "R2" && callback != nullptr && callback->missed_releases.value_or(0) > 0) {
+  if (rule.id == analysis::kNoMissedReleaseRule && callback != nullptr &&
+      callback->missed_releases.value_or(0) > 0) {
     const auto missed = *callback->missed_releases;
     return {.weight = static_cast<double>(missed),
             .detail = fmt::format("{} skipped, {}", counted(missed, "period"),
@@ -223,8 +196,9 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
             .of_one = {}};
   }
   double weight = 0;
-  if (rule.id == "R4" && callback != nullptr) weight = times_budget(judged, *callback);
-  if (rule.id == "Q1" && callback != nullptr) {
+  if (rule.id == analysis::kBudgetRule && callback != nullptr)
+    weight = times_budget(judged, *callback);
+  if (rule.id == analysis::kNoQueueOverflowRule && callback != nullptr) {
     weight = static_cast<double>(callback->lost_samples.value_or(0) +
                                  callback->overwritten_samples.value_or(0));
   }
@@ -254,7 +228,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   Finding finding{.rule = &rule,
                   .violating = ranked.size(),
                   .subjects = {},
-                  .deed = deed(rule.id),
+                  .violation = violation_of(rule.id),
                   .rows = {},
                   .order = {},
                   .worst = {}};
@@ -345,8 +319,8 @@ std::vector<Finding> findings_of(const Judged& judged) {
     if (analysis::counted_verdict(rule) == Verdict::fail)
       findings.push_back(finding_of(judged, rule));
   }
-  std::ranges::stable_sort(findings, {},
-                           [](const Finding& finding) { return rank_of(finding.rule->id); });
+  std::ranges::stable_sort(findings, std::ranges::greater{},
+                           [](const Finding& finding) { return gravity_of(finding.rule->id); });
   return findings;
 }
 
@@ -416,7 +390,9 @@ std::string isolation_seen(const Judged& judged) {
   const auto& report = judged.report;
   const auto fact = isolation_fact(report);
   const bool is_undecided = std::ranges::any_of(judged.verdicts.rules, [](const auto& rule) {
-    return (rule.id == "M2" || rule.id == "M3") && rule.verdict == Verdict::inconclusive;
+    return (rule.id == analysis::kOneCallbackPerThreadRule ||
+            rule.id == analysis::kOneThreadPerCallbackRule) &&
+           rule.verdict == Verdict::inconclusive;
   });
   const bool is_proof_needed = callbacks_with(report, Isolation::not_isolated) == 0 &&
                                callbacks_with(report, Isolation::isolated) > 0;
@@ -426,9 +402,10 @@ std::string isolation_seen(const Judged& judged) {
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings) {
   const auto& gravest = findings.front();
   const auto& id = gravest.rule->id;
-  if (id == "M2" && callbacks_with(judged.report, Isolation::not_isolated) > 0)
+  if (id == analysis::kOneCallbackPerThreadRule &&
+      callbacks_with(judged.report, Isolation::not_isolated) > 0)
     return isolation_fact(judged.report);
-  auto text = fmt::format("{} {}", gravest.subjects, gravest.deed);
+  auto text = fmt::format("{} {}", gravest.subjects, gravest.violation);
   if (id != analysis::kDeadlineRule) return text;
   std::uint64_t late = 0;
   for (const auto& subject : gravest.rule->subjects) {
@@ -449,10 +426,12 @@ std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto executor = executor_of(*finding.rule, judged.report);
   // Groups of several callbacks do not explain it.
   const bool is_isolated = executor == ExecutorSeen::isolated;
-  const bool is_alone = id == "M3" && is_isolated && !is_any_thread_shared(judged.report);
+  const bool is_alone = id == analysis::kOneThreadPerCallbackRule && is_isolated &&
+                        !is_any_thread_shared(judged.report);
   const bool is_none = executor == ExecutorSeen::none;
-  if (is_none || is_alone || (id != "M2" && id != "M3")) {
-    auto text = remedy_on_page(id, is_none || is_alone);
+  if (is_none || is_alone ||
+      (id != analysis::kOneCallbackPerThreadRule && id != analysis::kOneThreadPerCallbackRule)) {
+    std::string text(remedy_of_rule(id, is_none || is_alone));
     if (text.ends_with('.')) text.pop_back();
     return text;
   }

@@ -47,7 +47,7 @@ struct Finding {
   const analysis::RuleVerdict* rule = nullptr;
   std::size_t violating = 0;     // subjects that count
   std::string subjects;          // "4 of 4 threads"
-  std::string_view deed;         // what these do: "ran several callbacks"
+  std::string_view violation;    // what these did: "ran several callbacks"
   std::vector<FindingRow> rows;  // the worst first, where there is a measure of it
   std::string order;             // by what, where the rows' numbers do not show it; may be empty
   std::string worst;             // of the first row's subject: where its time went; may be empty

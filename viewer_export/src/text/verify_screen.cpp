@@ -82,7 +82,7 @@ class VerifyScreen {
               bool is_short = false) const {
     const auto order = rows == 0 || finding.order.empty() ? "" : ", " + finding.order;
     Lines lines{cut(fmt::format("  {:<3}{:<28}{} {}{}", finding.rule->id, finding.rule->name,
-                                finding.subjects, finding.deed, order),
+                                finding.subjects, finding.violation, order),
                     style_.columns, gap_)};
     const auto shown = std::min(rows, finding.rows.size());
     std::size_t widest = 0;
@@ -234,8 +234,9 @@ class VerifyScreen {
 
   // The block of a violated M1 does.
   bool names_unseen() const {
-    return std::ranges::any_of(findings_,
-                               [](const Finding& finding) { return finding.rule->id == "M1"; });
+    return std::ranges::any_of(findings_, [](const Finding& finding) {
+      return finding.rule->id == analysis::kSpecifiedCallbackSeenRule;
+    });
   }
 
   // A process did not end in the recording: it still ran, or it crashed.

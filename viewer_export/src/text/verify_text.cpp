@@ -61,26 +61,21 @@ std::string events_command(const std::vector<Evidence>& evidence, const analysis
 // who knows nothing of it.
 std::string about(const analysis::RuleVerdict& rule, Verdict verdict,
                   const analysis::Report& report, const TextStyle& style) {
-  const auto pages = analysis::rule_pages();
-  const auto found = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
-  if (found == pages.end()) return {};
-  const auto is_wanted = [verdict](std::string_view line) {
-    return line.starts_with("Inconclusive when") == (verdict == Verdict::inconclusive);
+  const auto* page = analysis::find_rule_page(rule.id);
+  if (page == nullptr) return {};
+  const auto sentence = [](std::string_view begin, std::string_view rest) {
+    return std::string(begin).append(rest);
   };
-  constexpr std::string_view kRemedy = "Remedy: ";
+  std::vector<std::string> paragraphs{sentence("The rule: ", page->meaning)};
+  if (verdict == Verdict::inconclusive) {
+    paragraphs.push_back(sentence(analysis::kInconclusiveWhen, page->inconclusive_when));
+  } else {
+    const bool is_of_rclcpp = executor_of(rule, report) == ExecutorSeen::none;
+    paragraphs.push_back(sentence(analysis::kWhyItMatters, page->why_it_matters));
+    paragraphs.push_back(sentence(analysis::kRemedy, remedy_of_rule(rule.id, is_of_rclcpp)));
+  }
   std::string text;
-  std::string_view page = found->page;
-  for (bool is_first = true; !page.empty(); is_first = false) {
-    const auto line = page.substr(0, page.find('\n'));
-    page.remove_prefix(std::min(line.size() + 1, page.size()));
-    if (!is_first && !is_wanted(line)) continue;
-    if (line.starts_with("Remedy with rclcpp: ")) continue;
-    const auto paragraph =
-        is_first ? "The rule: " + std::string(line)
-        : line.starts_with(kRemedy)
-            ? std::string(kRemedy) +
-                  remedy_on_page(rule.id, executor_of(rule, report) == ExecutorSeen::none)
-            : std::string(line);
+  for (const auto& paragraph : paragraphs) {
     for (const auto& part : wrap(paragraph, style.columns - 4))
       text += "    " + part + "\n";
   }

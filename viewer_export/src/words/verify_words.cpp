@@ -5,7 +5,6 @@
 #include "text_layout.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <fmt/format.h>
 
@@ -103,18 +102,10 @@ ExecutorSeen executor_of(const analysis::RuleVerdict& rule, const analysis::Repo
   return ExecutorSeen::none;
 }
 
-std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp) {
-  const auto pages = analysis::rule_pages();
-  const auto page = std::ranges::find(pages, rule, &analysis::RulePage::id);
-  if (page == pages.end()) return {};
-  const auto after = [&page](std::string_view begin) {
-    const auto at = page->page.find(begin);
-    const auto text =
-        at == std::string_view::npos ? std::string_view() : page->page.substr(at + begin.size());
-    return std::string(text.substr(0, text.find('\n')));
-  };
-  const auto remedy = is_of_rclcpp ? after("\nRemedy with rclcpp: ") : std::string();
-  return remedy.empty() ? after("\nRemedy: ") : remedy;
+std::string_view remedy_of_rule(std::string_view rule, bool is_of_rclcpp) {
+  const auto* page = analysis::find_rule_page(rule);
+  if (page == nullptr) return {};
+  return is_of_rclcpp && !page->remedy_rclcpp.empty() ? page->remedy_rclcpp : page->remedy;
 }
 
 std::string defects_of_trace(std::string_view names) {
@@ -134,13 +125,14 @@ std::unordered_set<std::uint32_t> callbacks_violating(const analysis::VerdictRep
   return callbacks;
 }
 
-std::size_t rank_of(std::string_view rule) {
-  constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
-  return static_cast<std::size_t>(std::ranges::find(kGravest, rule) - kGravest.begin());
+int gravity_of(std::string_view rule) {
+  const auto* page = analysis::find_rule_page(rule);
+  return page == nullptr ? 0 : page->gravity;
 }
 
-std::size_t first_telling(std::string_view rule) {
-  return rule == "R1" || rule == "R3" || rule == "R4" ? 1 : 0;
+std::size_t main_evidence_of(std::string_view rule) {
+  const auto* page = analysis::find_rule_page(rule);
+  return page == nullptr ? 0 : page->main_evidence;
 }
 
 }  // namespace cie::viewer_export

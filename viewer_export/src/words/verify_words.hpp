@@ -36,9 +36,9 @@ bool is_of_isolated_executor(const analysis::SubjectVerdict& subject,
 enum class ExecutorSeen : std::uint8_t { none, isolated, other };
 ExecutorSeen executor_of(const analysis::RuleVerdict& rule, const analysis::Report& report);
 
-// "Remedy: …" of a rule's page without that word; that of an application of rclcpp where the page
-// has one. Empty where it says nothing.
-std::string remedy_on_page(std::string_view rule, bool is_of_rclcpp);
+// Of a rule's page; that of an application of rclcpp where the page has one. Empty: there is no such
+// rule.
+std::string_view remedy_of_rule(std::string_view rule, bool is_of_rclcpp);
 
 // "defects of the trace (what they hide stays undecided): seq-gaps x 5" of their names: no defect
 // changes a verdict, it leaves open what rests on what is missing.
@@ -48,12 +48,11 @@ std::string defects_of_trace(std::string_view names);
 std::unordered_set<std::uint32_t> callbacks_violating(const analysis::VerdictReport& verdicts,
                                                       std::string_view rule);
 
-// Where a violated rule stands among those told, the gravest first: the mapping, deadlines, then all
-// others, which keep their order.
-std::size_t rank_of(std::string_view rule);
+// Of a violated rule: the largest are told first, and equal ones keep their order.
+int gravity_of(std::string_view rule);
 
-// The first evidence of its subjects that says why: of an instance's two events, the end knows all.
-std::size_t first_telling(std::string_view rule);
+// The first evidence of its subjects that says why: see RulePage::main_evidence.
+std::size_t main_evidence_of(std::string_view rule);
 
 // Calls visit() with every subject of a rule; with one that has no name if the rule has none.
 template <typename Visit>
