@@ -1,6 +1,7 @@
 // From facts to verdicts and report.
 #include "model/doubtful_ids.hpp"
 #include "pipeline.hpp"
+#include "report/evidence_places.hpp"
 #include "report/report_builder.hpp"
 #include "rules/rule.hpp"
 
@@ -23,6 +24,7 @@ AnalysisResult Analyzer::Pipeline::judge() {
   AnalysisResult result;
   const RuleContext context(model, options);
   result.verdicts = verify(context);
+  locate_evidence(model, result.verdicts);
   if (cut && model.begin && model.end) {
     result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
   }

@@ -1,0 +1,160 @@
+#include "shared_doubts.hpp"
+
+#include "judgement.hpp"
+#include "model/recorded_parts.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+// Rules that judge instances have no subject at all when no start was recorded.
+std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model) {
+  if (!rule.needs.instances || model.events.by_name.contains("callback_start")) {
+    return std::nullopt;
+  }
+  const auto& callbacks = model.callbacks;
+  const auto has_run = std::ranges::find_if(callbacks, [](const CallbackFacts& callback) {
+    return callback.ended.count != 0 || callback.starts_outside != 0 ||
+           (callback.fini && callback.fini->started != 0);
+  });
+  if (has_run == callbacks.end()) return std::nullopt;
+  Judgement judgement(NamedSubject::trace());
+  const bool has_outside = std::ranges::any_of(
+      callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
+  judgement.doubt(without_event(moment(model.begin.value_or(Timestamp{})),
+                                has_outside ? "no callback started in the window"
+                                            : "callbacks ran, but no callback_start was recorded"));
+  return std::move(judgement).finish();
+}
+
+// What no process can be told of may have been anybody's instances.
+void doubt_events_without_pid(const Rule& rule, const RuleContext& context,
+                              std::vector<SubjectVerdict>& subjects) {
+  const auto without = context.model.events.cie_without_pid;
+  const bool is_judged = context.options.spec != nullptr || !rule.needs.spec;
+  if (without == 0 || !rule.needs.instances || !is_judged) return;
+  Judgement judgement(NamedSubject::trace());
+  judgement.doubt(
+      without_event(moment(context.model.begin.value_or(Timestamp{})),
+                    counted(without, "event") + " without the context vpid belong to no process"));
+  conclude(std::move(judgement), subjects);
+}
+
+Evidence sharing(const ProcessFacts& process) {
+  const auto since = [&process](const char* why) {
+    return without_event(*process.shares_pid_since, why);
+  };
+  switch (process.pid_sharing) {
+    case PidSharing::other_init:
+      return since(
+          "another process of this pid has another callback of this id, and its "
+          "run_begin was not recorded");
+    case PidSharing::perhaps:
+      return since(
+          "events were lost since the run_end of this pid: what follows may be of another "
+          "process, and its run_begin was not recorded");
+    case PidSharing::announced_late:
+      return since(
+          "this process began before the last instances that are told of the former one of its pid: "
+          "they are its own, and of the former one's which are is unknown");
+    case PidSharing::told_again:
+      return since(
+          "what a process tells once came twice: another one has this pid, and its run_begin was "
+          "not recorded");
+    case PidSharing::crossed:
+      return since(
+          "instances on one thread overlap and do not nest: two processes have this pid, as "
+          "those of containers, which need a recording each");
+    case PidSharing::beside_own:
+      return since(
+          "ROS 2's events tell of an instance since another rcl_init of this pid, of which this "
+          "project's tell nothing: another process has it, or another executor runs there");
+    case PidSharing::begun:
+      break;
+  }
+  return since(
+      "two processes have this pid: containers, which need a recording each, or a child "
+      "of fork() without exec(), which needs LD_PRELOAD=liblttng-ust-fork.so.1");
+}
+
+SharedPids shared_pids(const Model& model) {
+  SharedPids shared;
+  for (const auto& process : model.processes) {
+    if (!process.shares_pid_since) continue;
+    shared.any = sharing(process);
+    shared.by_pid.insert_or_assign({process.host, process.pid}, *shared.any);
+  }
+  return shared;
+}
+
+// Of processes whose events cannot be told apart neither a pass nor a violation is proven. A
+// subject of no process, or of several, may be any process's.
+void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& shared,
+                       std::vector<SubjectVerdict>& subjects) {
+  if (!shared.any) return;
+  for (auto& subject : subjects) {
+    const bool is_about_trace =
+        subject.about.kind == SubjectKind::trace && rule.needs.is_about_trace;
+    if (is_about_trace || subject.verdict == Verdict::not_applicable) continue;
+    auto since = shared.any;
+    if (subject.about.process) {
+      const auto& process = model.processes[at(*subject.about.process)];
+      const auto found = shared.by_pid.find({process.host, process.pid});
+      if (found == shared.by_pid.end()) continue;
+      since = found->second;
+    }
+    subject.verdict = Verdict::inconclusive;
+    subject.evidence = {*since};
+  }
+}
+
+// ROS 2's events have neither numbers nor totals: there any part of a recording may lack some.
+bool has_totals(const Model& model, const Subject& subject) {
+  if (subject.process) return !is_told_by_ros2_alone(model.processes[at(*subject.process)]);
+  return std::ranges::none_of(model.processes, is_told_by_ros2_alone);
+}
+
+// L7: of what is missing nobody knows what a rule would have said, so what is left does not pass in
+// its place. A subject is judged as ever: its numbers and totals tell what it lost.
+void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
+                        std::vector<SubjectVerdict>& subjects) {
+  if (context.options.spec == nullptr && rule.needs.spec) return;
+  const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
+                              "not all that was recorded is here: " + missing);
+  if (rule.needs.whole_recording || rule.needs.totals) {
+    for (auto& subject : subjects) {
+      if (subject.verdict != Verdict::fail) continue;
+      if (!rule.needs.whole_recording && has_totals(context.model, subject.about)) continue;
+      subject.verdict = Verdict::inconclusive;
+      subject.evidence.insert(subject.evidence.begin(), doubt);
+    }
+  }
+  const bool is_doubted = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
+    return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
+  });
+  if (is_doubted) return;
+  Judgement judgement(NamedSubject::trace());
+  judgement.doubt(doubt);
+  conclude(std::move(judgement), subjects);
+}
+
+}  // namespace
+
+SharedDoubts::SharedDoubts(const RuleContext& context)
+    : context_(context),
+      missing_{.of_user = context.proof.missing_user_part(),
+               .of_kernel = missing_kernel_part(context.model)},
+      shared_(shared_pids(context.model)) {}
+
+void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects) const {
+  if (subjects.empty()) {
+    if (auto absent = absent_starts(rule, context_.model)) subjects.push_back(*absent);
+  }
+  doubt_events_without_pid(rule, context_, subjects);
+  doubt_shared_pids(rule, context_.model, shared_, subjects);
+  const auto& missing = missing_.for_rule(rule);
+  if (missing) doubt_missing_part(rule, context_, *missing, subjects);
+}
+
+}  // namespace cie::analysis

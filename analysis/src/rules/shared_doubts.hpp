@@ -1,0 +1,49 @@
+// What leaves any rule undecided, whatever it judges.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "rule.hpp"
+#include "rule_context.hpp"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// Where two processes are seen to have one pid: the last of them, or none. By pid, those that had it
+// before or after among them, and of any.
+struct SharedPids {
+  std::map<std::pair<HostIndex, std::int64_t>, Evidence> by_pid;
+  std::optional<Evidence> any;
+};
+
+// Of what manifests say was recorded.
+struct MissingParts {
+  std::optional<std::string> of_user;
+  std::optional<std::string> of_kernel;
+
+  const std::optional<std::string>& for_rule(const Rule& rule) const {
+    return of_user || !rule.needs.kernel ? of_user : of_kernel;
+  }
+};
+
+// The context must outlive it.
+class SharedDoubts {
+ public:
+  explicit SharedDoubts(const RuleContext& context);
+
+  // Of what the rule said of its subjects.
+  void apply(const Rule& rule, std::vector<SubjectVerdict>& subjects) const;
+
+ private:
+  const RuleContext& context_;
+  MissingParts missing_;
+  SharedPids shared_;
+};
+
+}  // namespace cie::analysis
