@@ -24,6 +24,34 @@ EventRef first_sign(const Model& model, const CallbackFacts& callback) noexcept 
   return model.processes[at(callback.process)].first_seen.value_or(EventRef{});
 }
 
+bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept {
+  return pair.is_certain && !model.callbacks[at(pair.callback)].is_after_rcl_init;
+}
+
+bool is_identified(const CallbackFacts& callback) noexcept {
+  return callback.registered && callback.is_identified && !callback.may_be_another;
+}
+
+std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
+  if (!callback.registered) return "its registration was not seen";
+  if (!callback.is_identified) return "registered in part only";
+  return callback.is_after_rcl_init
+             ? "made after another rcl_init of this pid, perhaps by another process than the one of "
+               "its id before"
+             : "registered after events were lost, perhaps those of another of its id";
+}
+
+EventRef last_sign(const CallbackFacts& callback) {
+  EventRef last = *callback.registered;
+  const auto consider = [&last](const EventRef& sign) {
+    if (sign.time > last.time) last = sign;
+  };
+  if (callback.starts.last) consider(callback.starts.last_at);
+  if (callback.ended.last) consider(callback.ended.last_at);
+  if (callback.fini) consider(callback.fini->at);
+  return last;
+}
+
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream) {
   if (at(stream) >= model.streams.size()) return std::nullopt;
   const auto channel = model.channels.find(model.streams[at(stream)].channel);

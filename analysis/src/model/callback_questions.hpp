@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace cie::analysis {
 
@@ -36,6 +37,17 @@ inline bool has_unended(const CallbackFacts& callback) {
 inline Timestamp latest_release(const OpenInstance& open) {
   return open.release && open.release_exact ? *open.release : open.start.time;
 }
+
+// No other callback of the process, nor another process of its pid, may have run there in its place.
+bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
+
+// Its logical id is known, and so are its kind, its deadline and its entry in the spec.
+bool is_identified(const CallbackFacts& callback) noexcept;
+// "its registration was not seen", or what else is why it is not.
+std::string_view why_unidentified(const CallbackFacts& callback) noexcept;
+
+// Of a registered one the last: its fini, an end, a start, its registration.
+EventRef last_sign(const CallbackFacts& callback);
 
 // Of the channel that the stream belongs to, by its host's clock.
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream);

@@ -1,6 +1,7 @@
 #include "callback_report.hpp"
 
 #include "model/callback_questions.hpp"
+#include "rules/callback_doubts.hpp"
 #include "rules/proof.hpp"
 #include "rules/queue_losses.hpp"
 #include "rules/thread_questions.hpp"

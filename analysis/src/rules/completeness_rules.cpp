@@ -8,7 +8,7 @@
 #include "model/callback_questions.hpp"
 #include "model/recorded_parts.hpp"
 #include "scheduled_parameters.hpp"
-#include "thread_questions.hpp"
+#include "spec_questions.hpp"
 
 #include <algorithm>
 #include <initializer_list>

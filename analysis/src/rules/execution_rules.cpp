@@ -1,5 +1,6 @@
 #include "execution_rules.hpp"
 
+#include "callback_doubts.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"

@@ -2,6 +2,7 @@
 // is the same everywhere.
 #pragma once
 
+#include <cie/analysis/time.hpp>
 #include <cie/analysis/verdict.hpp>
 
 #include "base/text.hpp"
@@ -34,6 +35,10 @@ inline Evidence without_event(const EventRef& where, std::string note) {
 inline constexpr std::string_view kPerhapsAnothers =
     "may be another callback's: its address was told of before events were lost, and not since, or "
     "also by what may be another process of this pid";
+
+// "8 ns".
+inline std::string nanoseconds(std::int64_t value) { return std::to_string(value) + " ns"; }
+inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
 
 // Of an instance that an exception left.
 Evidence exception_in(const OpenInstance& left);

@@ -2,6 +2,7 @@
 
 #include <cie/analysis/rule_pages.hpp>
 
+#include "callback_doubts.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -23,15 +24,6 @@
 
 namespace cie::analysis {
 namespace {
-
-const ThreadFacts& thread_of(const Model& model, ThreadIndex index) {
-  return model.threads[at(index)];
-}
-
-std::string thread_name(const ThreadFacts& thread) {
-  return "thread " + std::to_string(thread.tid) +
-         (thread.name.empty() ? std::string() : " \"" + thread.name + "\"");
-}
 
 // Pairs of a callback and a thread by first start; content decides ties.
 std::vector<const CallbackOnThread*> in_order(const Model& model,

@@ -7,7 +7,7 @@
 #include "model/callback_questions.hpp"
 #include "model/clock_differences.hpp"
 #include "queue_losses.hpp"
-#include "thread_questions.hpp"
+#include "spec_questions.hpp"
 
 #include <algorithm>
 #include <cstdint>

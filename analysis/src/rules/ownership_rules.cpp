@@ -4,6 +4,7 @@
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "scheduled_parameters.hpp"
+#include "spec_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>

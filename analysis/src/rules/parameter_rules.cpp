@@ -3,7 +3,9 @@
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "parameter_words.hpp"
 #include "scheduled_parameters.hpp"
+#include "spec_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>

@@ -1,7 +1,9 @@
 #include "restart_rule.hpp"
 
+#include "callback_doubts.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "parameter_words.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>

@@ -1,5 +1,8 @@
 #include "scheduled_parameters.hpp"
 
+#include "callback_doubts.hpp"
+#include "parameter_words.hpp"
+#include "spec_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
-#include "thread_questions.hpp"
+#include "spec_questions.hpp"
 
 #include <algorithm>
 #include <string>
@@ -90,12 +90,6 @@ void doubt_others(const CallbackFacts& callback, const std::string& finding, Jud
   judgement.doubt(
       evidence("callback_start", callback.own->others_since,
                "from here on an instance " + std::string(kPerhapsAnothers) + "; " + finding));
-}
-
-template <typename Predicate>
-bool specifies_any(const RuleContext& context, const Predicate& predicate) {
-  return context.options.spec != nullptr &&
-         std::ranges::any_of(context.options.spec->callbacks(), predicate);
 }
 
 // Of an instance that never ended, as the totals say, and the next one was released all the same.

@@ -4,7 +4,6 @@
 
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
-#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <array>

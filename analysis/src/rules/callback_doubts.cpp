@@ -1,0 +1,34 @@
+#include "callback_doubts.hpp"
+
+#include "judgement.hpp"
+#include "rule_context.hpp"
+
+#include <string>
+
+namespace cie::analysis {
+
+std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
+  if (pair.is_certain) return std::nullopt;
+  return evidence(pair.starts != 0 ? "callback_start" : "callback_end", pair.first_start,
+                  "this instance " + std::string(kPerhapsAnothers));
+}
+
+std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
+  if (!callback.is_after_rcl_init) return std::nullopt;
+  return without_event(*callback.registered,
+                       callback.logical_id +
+                           " was made after another rcl_init of this pid: another process may have "
+                           "that, and so another thread its tid");
+}
+
+std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& begin = context.model.processes[at(callback.process)].run_begin;
+  if (!begin || !callback.registered || callback.may_repeat) return std::nullopt;
+  const auto registered = callback.registered->time;
+  // It may follow an announcement whose run_begin was lost.
+  const bool is_doubtful = registered < begin->time ||
+                           context.proof.user_loss(callback.process, begin->time, registered);
+  return is_doubtful ? std::nullopt : std::optional(registered);
+}
+
+}  // namespace cie::analysis

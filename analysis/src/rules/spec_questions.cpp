@@ -1,0 +1,128 @@
+#include "spec_questions.hpp"
+
+#include "judgement.hpp"
+#include "model/callback_questions.hpp"
+#include "model/logical_ids.hpp"
+#include "parameter_words.hpp"
+#include "thread_questions.hpp"
+
+#include <string_view>
+
+namespace cie::analysis {
+namespace {
+
+bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
+  if (read.policy != static_cast<std::int32_t>(*asked.policy)) return false;
+  switch (*asked.policy) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return read.priority == asked.priority;
+    case Policy::other:
+    case Policy::batch:
+      return read.nice == asked.nice;
+    case Policy::deadline:
+      return read.runtime_ns == asked.runtime_ns && read.deadline_ns == asked.deadline_ns &&
+             read.period_ns == asked.period_ns;
+    case Policy::idle:
+      break;
+  }
+  return true;
+}
+
+// As far as the callback's id is known; its number may be any.
+bool may_be_entry_of(const SpecEntry& entry, const CallbackFacts& callback) {
+  if (!callback.registered) return true;
+  const IdParts known(callback.logical_id);
+  if (entry.is_wildcard()) {
+    return known.lacks_node() || entry.id == std::string(known.node) + "/*";
+  }
+  const IdParts asked(entry.id);
+  if (!known.lacks_node() && asked.node != known.node) return false;
+  constexpr std::string_view kUntold = "?)";  // "@Service(?)"
+  if (!known.what.ends_with(kUntold)) return asked.what == known.what;
+  return asked.what.starts_with(known.what.substr(0, known.what.size() - kUntold.size()));
+}
+
+}  // namespace
+
+const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
+  if (context.options.spec == nullptr || !is_identified(callback)) return nullptr;
+  return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
+}
+
+std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback) {
+  const char* const unknown = ": what it has to keep is unknown";
+  if (!is_identified(callback)) {
+    return without_event(first_sign(context.model, callback),
+                         std::string(why_unidentified(callback)) + unknown);
+  }
+  const auto* spec = context.options.spec;
+  const bool lacks_entry = spec != nullptr && spec_entry(context, callback) == nullptr;
+  if (!lacks_entry || !IdParts(callback.logical_id).lacks_node()) return std::nullopt;
+  const auto may_be = [&](const SpecEntry& entry) { return may_be_entry_of(entry, callback); };
+  if (std::ranges::none_of(spec->callbacks(), may_be)) return std::nullopt;
+  return without_event(first_sign(context.model, callback),
+                       std::string("of a node that is not told") + unknown);
+}
+
+std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
+                           std::optional<std::uint64_t> SpecEntry::*limit) {
+  if (context.options.spec == nullptr) return 0;
+  if (!unknown_entry(context, callback)) {
+    const auto* entry = spec_entry(context, callback);
+    return entry != nullptr ? (entry->*limit).value_or(0) : 0;
+  }
+  std::uint64_t most = 0;
+  for (const auto& entry : context.options.spec->callbacks()) {
+    if (may_be_entry_of(entry, callback)) most = std::max(most, (entry.*limit).value_or(0));
+  }
+  return most;
+}
+
+const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {
+  if (context.options.spec == nullptr) return nullptr;
+  const auto& thread = context.model.threads[at(index)];
+  if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
+  for (const auto* pair : thread.ran) {
+    const auto& callback = context.model.callbacks[at(pair->callback)];
+    if (is_registered_to(thread, callback)) return spec_entry(context, callback);
+  }
+  const auto owner = context.isolated.idle_owner(index);
+  return owner ? spec_entry(context, context.model.callbacks[at(*owner)]) : nullptr;
+}
+
+std::string place(const RuleContext& context, int line) {
+  return (context.options.spec != nullptr ? context.options.spec->name() : std::string()) + ':' +
+         std::to_string(line);
+}
+
+std::string asks(const RuleContext& context, const SpecEntry& entry) {
+  return place(context, entry.line) + " asks for " + describe(entry.parameters);
+}
+
+std::optional<bool> is_as_specified(const ReadBack& read, const ThreadParameters& asked) {
+  if (asked.policy && !has_policy(read, asked)) return false;
+  if (asked.cpus && !std::ranges::equal(*asked.cpus, read.cpus)) return false;
+  bool is_known = true;
+  const auto is_other = [&is_known](const auto& wanted, const auto& actual) {
+    is_known = is_known && (!wanted || actual);
+    return wanted && actual && *wanted != *actual;
+  };
+  const bool has_no_clamps = read.util_max == 0U;  // the kernel then reports 0 for both
+  if (is_other(asked.slice_ns, read.slice_ns) || is_other(asked.util_min, read.util_min) ||
+      is_other(asked.util_max, read.util_max) || (asked.util_min && has_no_clamps)) {
+    return false;
+  }
+  return is_known ? std::optional(true) : std::nullopt;
+}
+
+bool was_asked_otherwise(const ReadBack& applied, const ThreadParameters& asked) {
+  return (asked.policy && !has_policy(applied, asked)) ||
+         (asked.cpus && !std::ranges::includes(*asked.cpus, applied.cpus));
+}
+
+bool judges_parameters(const ThreadParameters& parameters) noexcept {
+  return parameters.policy || parameters.cpus;
+}
+
+}  // namespace cie::analysis
