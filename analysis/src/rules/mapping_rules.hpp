@@ -1,4 +1,4 @@
-// M2, M3, M4, M7: the mapping of callbacks to threads is one-to-one and stays.
+// M2, M3, M7: the mapping of callbacks to threads is one-to-one, and so are their ids.
 #pragma once
 
 #include "rule.hpp"
@@ -7,7 +7,6 @@ namespace cie::analysis {
 
 extern const Rule kOneCallbackPerThread;
 extern const Rule kOneThreadPerCallback;
-extern const Rule kMappingPersistent;
 extern const Rule kUniqueLogicalId;
 
 }  // namespace cie::analysis

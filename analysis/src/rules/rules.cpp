@@ -8,11 +8,13 @@
 #include "model/sort_rows.hpp"
 #include "ownership_rules.hpp"
 #include "parameter_rules.hpp"
+#include "persistence_rule.hpp"
+#include "rate_rules.hpp"
+#include "response_rules.hpp"
 #include "restart_rule.hpp"
 #include "rule.hpp"
 #include "shared_doubts.hpp"
 #include "stability_rules.hpp"
-#include "timing_rules.hpp"
 #include "trace_rules.hpp"
 
 #include <algorithm>

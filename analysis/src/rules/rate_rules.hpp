@@ -1,4 +1,4 @@
-// R1 to R5: response times, releases, deadlines, budgets and rates are within their bounds.
+// How often instances are released: R1, R2, R5.
 #pragma once
 
 #include "rule.hpp"
@@ -7,8 +7,6 @@ namespace cie::analysis {
 
 extern const Rule kArrivalExceedsTurnaround;
 extern const Rule kNoMissedRelease;
-extern const Rule kDeadline;
-extern const Rule kBudget;
 extern const Rule kRate;
 
 }  // namespace cie::analysis

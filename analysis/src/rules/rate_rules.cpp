@@ -1,0 +1,251 @@
+#include "rate_rules.hpp"
+
+#include <cie/analysis/rule_pages.hpp>
+
+#include "each_subject.hpp"
+#include "instance_evidence.hpp"
+#include "judgement.hpp"
+#include "model/callback_questions.hpp"
+#include "spec_questions.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
+  // Of an instance that never ended it must be known as well.
+  const auto open = callback.has_grid_releases()
+                        ? 0
+                        : std::ranges::count(callback.open, false, &OpenInstance::release_exact);
+  const auto unknown =
+      callback.instances - callback.exact_instances + static_cast<std::uint64_t>(open);
+  if (unknown == 0) return std::nullopt;
+  return evidence("callback_start", callback.starts.first_at,
+                  "the release of " + std::to_string(unknown) + " of " +
+                      std::to_string(callback.instances + callback.open.size()) +
+                      " instances is not known exactly");
+}
+
+std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
+  if (callback.grid.unresolved == 0) return std::nullopt;
+  return evidence("callback_start", callback.starts.first_at,
+                  "whether periods were skipped before " +
+                      counted(callback.grid.unresolved, "instance") + " is not known");
+}
+
+// Of an instance that never ended, as the totals say, and the next one was released all the same.
+const OpenInstance* released_after(const CallbackFacts& callback) {
+  if (!has_unended(callback)) return nullptr;
+  const auto found = std::ranges::find_if(
+      callback.open, [](const OpenInstance& open) { return open.next_release.has_value(); });
+  return found != callback.open.end() ? &*found : nullptr;
+}
+
+std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
+  return for_each_callback(context, [](const CallbackFacts& callback,
+                                       const std::optional<Evidence>& loss, Judgement& judgement) {
+    const auto* hung = released_after(callback);
+    const bool is_several =
+        callback.instances >= 2 || callback.release_before_end || hung != nullptr;
+    if (!is_several && !loss) return;
+    judgement.overrule(loss);
+    judgement.doubt(inexact_releases(callback));
+    judgement.doubt(calculated_releases(callback));
+    if (callback.min_inter_arrival) judgement.check(callback.instances);
+    if (hung != nullptr) {
+      const auto seq = "seq " + std::to_string(hung->seq);
+      judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
+      judgement.fail(
+          evidence("callback_start", hung->next_start,
+                   "the next instance was released at " + std::to_string(hung->next_release->ns)));
+      return;
+    }
+    if (callback.release_before_end) {
+      const auto& witness = *callback.release_before_end;
+      const auto seq = "seq " + std::to_string(witness.seq);
+      judgement.fail(evidence("callback_end", witness.end, seq + " ends"));
+      judgement.fail(evidence("callback_start", witness.next_start,
+                              "the next instance was released at " +
+                                  std::to_string(witness.next_release.ns) +
+                                  ", not after the end of " + seq));
+      return;
+    }
+    if (!callback.min_inter_arrival || !callback.max_response) return;
+    const auto& shortest = *callback.min_inter_arrival;
+    const auto& longest = *callback.max_response;
+    const Duration error{3 * callback.release_error().ns};  // of three releases
+    if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
+      fail_with(longest,
+                "longest response time: " + nanoseconds(longest.value) + error_of(callback),
+                judgement);
+      judgement.fail(
+          start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                                 " after the one before it: shortest inter-arrival time"));
+    } else if (shortest.value <= longest.value + error + callback.release_spread()) {
+      judgement.doubt(
+          start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                                 " after the one before it; the longest response time is " +
+                                 nanoseconds(longest.value) + error_of(callback)));
+    }
+  });
+}
+
+// More periods were skipped than allowed, before whosever runs.
+void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, Judgement& judgement) {
+  const auto in_all = [allowed](std::uint64_t missed) {
+    return counted(missed, "period") + " skipped in all, " + std::to_string(allowed) + " allowed";
+  };
+  const auto accuse = [&](std::uint64_t missed, const auto& first) {
+    if (first) {
+      judgement.fail(start_of(*first, ": " + counted(first->value, "period") +
+                                          (first->value == 1 ? " was" : " were") +
+                                          " skipped before this release"));
+    }
+    judgement.fail(evidence("callback_start", callback.starts.last_at, in_all(missed)));
+  };
+  const auto& own = callback.own;
+  if (!own) {
+    accuse(callback.missed, callback.first_missed);
+  } else if (own->missed > allowed) {
+    accuse(own->missed, own->first_missed);
+  } else {
+    doubt_others(callback, in_all(callback.missed), judgement);
+  }
+}
+
+std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
+  return judge_callbacks(context, [&context](CallbackIndex index, const CallbackFacts& callback,
+                                             Judgement& judgement) {
+    judgement.doubt(unknown_entry(context, callback));
+    if (callback.kind != CallbackKind::timer) return;
+    const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
+    judgement.check(callback.starts.count);
+    judgement.doubt(context.proof.lost_runs(index));
+    judgement.doubt(calculated_releases(callback));
+    if (callback.missed > allowed && !callback.are_releases_certain()) {
+      judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                               counted(callback.missed, "period") +
+                                   " skipped in all, if the timer was not reset; " +
+                                   std::to_string(allowed) + " allowed"));
+    } else if (callback.missed > allowed) {
+      judge_skipped(callback, allowed, judgement);
+    }
+    judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
+                                                 : inexact_releases(callback));
+  });
+}
+
+std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
+  const bool is_any_specified = specifies_any(context, [](const SpecEntry& entry) {
+    return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
+  });
+  return for_each_callback(context, [&context, is_any_specified](
+                                        const CallbackFacts& callback,
+                                        const std::optional<Evidence>& loss, Judgement& judgement) {
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
+    const auto* entry = spec_entry(context, callback);
+    if (entry == nullptr) return;
+    const auto& min = entry->min_inter_arrival_ns;
+    const auto& max = entry->max_inter_arrival_ns;
+    if (!min && !max) return;
+    // Before an instance that never ended, too.
+    const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
+    judgement.check(std::max(callback.inter_arrival.count(), judged));
+    judgement.overrule(loss);
+    if (callback.instances >= 2) {
+      judgement.doubt(inexact_releases(callback));
+      judgement.doubt(calculated_releases(callback));
+    }
+    if (callback.is_reordered) {  // then others may lie between two that are far apart
+      judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                               "instances started in another order than they were released in"));
+    }
+    const auto error = 2 * callback.release_error().ns;  // of two releases
+    const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
+                             std::int64_t value, std::int64_t excess, bool is_certain) {
+      if (excess + error <= 0) return;
+      auto witness = start_of(extreme, " was released " + nanoseconds(extreme.value) +
+                                           " after the one before it; " +
+                                           place(context, entry->line) + " declares " + bound +
+                                           ' ' + nanoseconds(value) + error_of(callback));
+      if (is_certain && callback.are_releases_certain() && excess > error) {
+        judgement.fail(std::move(witness));
+      } else {
+        judgement.doubt(std::move(witness));
+      }
+    };
+    if (min && callback.min_inter_arrival) {
+      const auto& shortest = *callback.min_inter_arrival;
+      outside(shortest, "at least", *min, *min - shortest.value.ns, true);
+    }
+    if (max && callback.max_inter_arrival) {
+      const auto& longest = *callback.max_inter_arrival;
+      outside(longest, "at most", *max, longest.value.ns - *max, !callback.is_reordered);
+    }
+  });
+}
+
+}  // namespace
+
+const Rule kArrivalExceedsTurnaround{
+    .id = kArrivalExceedsTurnaroundRule,
+    .name = "arrival-exceeds-turnaround",
+    .meaning =
+        "Each instance ends before the next one is released: the shortest inter-arrival time "
+        "exceeds the longest response time. Fewer than two instances are not judged. One that "
+        "never ended was released as well: that counts, and so does the release after it.",
+    .why_it_matters =
+        "This is the assumption under which one thread per callback needs no queue: when it does "
+        "not hold, instances wait for the one before them and delays add up.",
+    .inconclusive_when = "releases are not known exactly, or instances were lost.",
+    .remedy =
+        "shorten the callback, raise its priority or give it a CPU, or slow its source down; cie "
+        "report shows where the time went.",
+    .violation = "overran the next release",
+    .main_evidence = 1,
+    .judge = judge_arrival,
+    .needs = {.instances = true, .totals = true}};
+
+const Rule kNoMissedRelease{
+    .id = kNoMissedReleaseRule,
+    .name = "no-missed-release",
+    .meaning =
+        "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
+        "those before an instance that was still open included. Time goes on while nobody spins.",
+    .why_it_matters =
+        "Every skipped period is an activation that the design counts on and that never happened.",
+    .inconclusive_when =
+        "expiries are neither recorded nor, with ROS 2's timers, follow from when the timer was "
+        "made, or instances were lost.",
+    .remedy =
+        "find what kept the thread from running or the instance from ending (cie report: "
+        "preempted, blocked, wake delay); reset a timer after a pause that is meant; allow in the "
+        "spec what the design can bear.",
+    .violation = "skipped periods",
+    .judge = judge_missed,
+    .needs = {.instances = true, .totals = true}};
+
+const Rule kRate{
+    .id = "R5",
+    .name = "rate",
+    .meaning =
+        "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only "
+        "consecutive instances are compared, those that never ended as well.",
+    .why_it_matters =
+        "Sources that send faster than declared overload everything behind them; slower ones "
+        "starve it.",
+    .inconclusive_when =
+        "releases are not known exactly, instances started in another order than they were "
+        "released in, or instances were lost.",
+    .remedy =
+        "correct the source's rate, limit it, or declare what it really is and analyze again.",
+    .violation = "did not keep the rate",
+    .judge = judge_rate,
+    .needs = {.instances = true, .spec = true, .totals = true}};
+
+}  // namespace cie::analysis

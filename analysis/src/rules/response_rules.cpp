@@ -1,0 +1,252 @@
+#include "response_rules.hpp"
+
+#include <cie/analysis/rule_pages.hpp>
+
+#include "each_subject.hpp"
+#include "instance_evidence.hpp"
+#include "judgement.hpp"
+#include "model/callback_questions.hpp"
+#include "spec_questions.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+// Where more ended than started, an instance ended twice. If an end was lost it may have been the
+// first one, and an instance that seems too long was not.
+std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
+                                      const std::optional<Evidence>& loss) {
+  const auto& fini = callback.fini;
+  const bool is_any_end_lost = fini && callback.ended.count < fini->ended;
+  return is_any_end_lost && fini->ended > fini->started ? loss : std::nullopt;
+}
+
+// An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
+void judge_never_ended(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
+                       std::int64_t deadline, Judgement& judgement) {
+  const auto& fini = callback.fini;
+  if (is_lost || !has_unended(callback)) return;
+  for (const auto& open : callback.open) {
+    const auto window_end = end_of_window(context.model, open.start.stream);
+    // While it is still recorded, and of what came after an interruption, no more is known than that
+    // its totals were told.
+    const bool is_told_last = !window_end || (context.proof.is_interrupted(callback.process) &&
+                                              fini->at.time < *window_end);
+    const auto until = is_told_last ? fini->at.time : *window_end;
+    const auto since = latest_release(open);
+    judgement.check();
+    if ((until - since).ns <= deadline) {
+      judgement.doubt(evidence("callback_start", open.start,
+                               "seq " + std::to_string(open.seq) +
+                                   " never ended, and its deadline lies beyond the window"));
+      continue;
+    }
+    judgement.fail(evidence("callback_start", open.start,
+                            "seq " + std::to_string(open.seq) + " starts, released at " +
+                                std::to_string(since.ns) + " at the latest, and never ends"));
+    const auto later =
+        nanoseconds(until - since) + " later; the deadline is " + nanoseconds(deadline);
+    judgement.fail(is_told_last
+                       ? evidence("callback_fini", fini->at, "its totals are told, " + later)
+                       : evidence("window", moment(until), "end of the window, " + later));
+  }
+  const auto unended = fini->started - fini->ended;
+  if (callback.open.size() < unended) {
+    judgement.doubt(evidence(
+        "callback_fini", fini->at,
+        counted(unended, "instance") + " never ended; when they were released is not known"));
+  }
+}
+
+// "8 ns"; "at least 8 ns" where no release is known exactly.
+std::string largest_certain_response(const CallbackFacts& callback,
+                                     const std::optional<Extreme<Duration>>& known,
+                                     const Extreme<Duration>& certain) {
+  const bool is_exact = known && !callback.has_grid_releases() && known->seq == certain.seq &&
+                        known->value == certain.value;
+  return (is_exact ? "" : "at least ") + nanoseconds(certain.value);
+}
+
+struct Late {
+  const Extreme<Duration>& instance;
+  std::string response;
+};
+
+// `longest`: of the callback, or of what is its own for certain. Empty: none is beyond the deadline
+// for certain. Of those with a calculated release, what is certain first.
+std::optional<Late> find_late(const CallbackFacts& callback, const auto& longest,
+                              std::int64_t deadline) {
+  const auto& [known, lower] = std::tie(longest.max_response, longest.max_response_lower);
+  if (lower && lower->value.ns > deadline)
+    return Late{*lower, largest_certain_response(callback, known, *lower)};
+  const bool is_calculated = callback.has_grid_releases() && callback.are_releases_certain();
+  if (is_calculated && known && (known->value - callback.release_error()).ns > deadline)
+    return Late{*known, nanoseconds(known->value) + error_of(callback)};
+  return std::nullopt;
+}
+
+// `allowed`: "the deadline of spec.yaml:3 is 8 ns".
+void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std::string& allowed,
+                Judgement& judgement) {
+  const auto response_of = [&allowed](const Late& late) {
+    return "response time " + late.response + ", " + allowed;
+  };
+  const auto late = find_late(callback, callback, deadline);
+  const auto& own = callback.own;
+  const auto certain = own ? find_late(callback, *own, deadline) : late;
+  if (certain) {
+    fail_with(certain->instance, response_of(*certain), judgement);
+  } else if (late) {
+    doubt_others(callback, response_of(*late), judgement);
+  }
+}
+
+// An instance that stands in the trace where other streams do not.
+void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, const std::string& what,
+                   Judgement& judgement) {
+  if (longest.value.ns <= allowed || judgement.has_witness()) return;
+  fail_with(longest, what + "; outside of what all streams cover, so not counted", judgement);
+}
+
+std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
+  if (callback.with_doubtful_bound == 0) return std::nullopt;
+  return without_event(
+      callback.starts.last_at,
+      "of " + counted(callback.with_doubtful_bound, "instance") +
+          " a message tells when it was written by CLOCK_REALTIME, which was set meanwhile");
+}
+
+std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          Judgement& judgement) {
+        if (auto unknown = unknown_entry(context, callback)) {
+          judgement.doubt(*std::move(unknown));
+          return;
+        }
+        if (!callback.response_deadline) return;
+        const auto deadline = callback.response_deadline->ns;
+        const auto* entry = spec_entry(context, callback);
+        const bool is_specified = entry != nullptr && entry->response_deadline_ns;
+        const auto origin = is_specified ? place(context, entry->line) : "callback_init";
+        judgement.check(callback.instances);
+        judgement.doubt(loss);
+        judgement.overrule(doubtful_ends(callback, loss));
+        judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
+        judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
+                   judgement);
+        if (callback.outside && callback.outside->max_response) {
+          const auto& longest = *callback.outside->max_response;
+          judge_outside(longest, deadline,
+                        "response time at least " + nanoseconds(longest.value) +
+                            ", the deadline of " + origin + " is " + nanoseconds(deadline),
+                        judgement);
+        }
+        judgement.doubt(calculated_releases(callback));
+        const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
+        if (unbounded != 0) {
+          judgement.doubt(evidence(
+              "callback_start", callback.starts.first_at,
+              counted(unbounded, "instance") + " without an upper bound of the response time"));
+        }
+        judgement.doubt(bounds_by_a_set_clock(callback));
+        const auto& upper = callback.max_response_upper;
+        const auto error = callback.release_error() + callback.release_spread();
+        if (upper && (upper->value + error).ns > deadline) {
+          judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
+                                               error_of(callback) + "; the deadline is " +
+                                               nanoseconds(deadline)));
+        }
+      });
+}
+
+std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
+  const bool is_any_specified =
+      specifies_any(context, [](const SpecEntry& entry) { return entry.wcet_ns.has_value(); });
+  return for_each_callback(context, [&context, is_any_specified](
+                                        const CallbackFacts& callback,
+                                        const std::optional<Evidence>& loss, Judgement& judgement) {
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
+    const auto* entry = spec_entry(context, callback);
+    if (entry == nullptr || !entry->wcet_ns) return;
+    const auto wcet = *entry->wcet_ns;
+    judgement.check(callback.instances);
+    judgement.doubt(loss);
+    judgement.overrule(doubtful_ends(callback, loss));
+    const auto& longest = callback.max_execution;
+    const auto& own = callback.own ? callback.own->max_execution : longest;
+    const auto took = [&](const Extreme<Duration>& extreme) {
+      return "execution time " + nanoseconds(extreme.value) + ", " + place(context, entry->line) +
+             " declares at most " + nanoseconds(wcet);
+    };
+    if (own && own->value.ns > wcet) {
+      fail_with(*own, took(*own), judgement);
+    } else if (longest && longest->value.ns > wcet) {
+      doubt_others(callback, took(*longest), judgement);
+    }
+    if (callback.outside && callback.outside->max_execution) {
+      const auto& executed = *callback.outside->max_execution;
+      judge_outside(executed, wcet, took(executed), judgement);
+    }
+    const auto& unmeasured = callback.max_duration_without_execution;
+    if (unmeasured && unmeasured->value.ns > wcet) {
+      judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
+                                                ", its CPU time is not known; declared are " +
+                                                nanoseconds(wcet)));
+    }
+  });
+}
+
+}  // namespace
+
+const Rule kDeadline{
+    .id = kDeadlineRule,
+    .name = "deadline",
+    .meaning =
+        "Response times stay within the deadline: response_deadline of the spec, else the one the "
+        "callback declared. Where a release is not known, FAIL needs the lower bound of the "
+        "response time above the deadline and PASS the upper bound within it. An instance that "
+        "never ended fails when the window ends after its deadline; one outside of what all "
+        "streams cover is not counted, and fails if it was late.",
+    .why_it_matters = "A result after its deadline is a wrong result.",
+    .inconclusive_when =
+        "the bounds of a response time lie on both sides of the deadline, CLOCK_REALTIME was set "
+        "between the writing of a message and its taking (a clock_sync shows it), or instances "
+        "were lost.",
+    .remedy =
+        "the evidence names the instance: cie report tells what it waited for, cie analyze "
+        "schedulability what it may have to wait for at worst.",
+    .violation = "missed deadlines",
+    .gravity = 1,
+    .main_evidence = 1,
+    .judge = judge_deadline,
+    .needs = {.instances = true, .totals = true}};
+
+const Rule kBudget{
+    .id = kBudgetRule,
+    .name = "budget",
+    .meaning =
+        "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the "
+        "kernel's record of an instance has a hole, lacks a CPU that it may have run on, or is "
+        "absent, the instance passes if its whole duration does. One outside of what all streams "
+        "cover is not counted, and fails if it took too long.",
+    .why_it_matters =
+        "Budgets and response-time analyses rest on the wcet: one callback that takes more "
+        "invalidates the bounds of all below it.",
+    .inconclusive_when =
+        "an instance took longer than the wcet and its CPU time is not known, or instances were "
+        "lost.",
+    .remedy =
+        "record with --kernel; make the callback faster, or declare what it really takes and "
+        "analyze again.",
+    .violation = "exceeded the budget",
+    .main_evidence = 1,
+    .judge = judge_budget,
+    .needs = {.instances = true, .spec = true, .totals = true}};
+
+}  // namespace cie::analysis
