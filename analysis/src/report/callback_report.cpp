@@ -87,7 +87,7 @@ void set_queue_losses(CallbackReport& report, const RuleContext& context, Callba
   const auto& proof = context.proof;
   const bool may_lack_later =
       !facts.fini &&
-      (proof.loss(index) || proof.user_loss_since(facts.process, facts.registered->time));
+      (proof.loss(index) || context.user_losses.since(facts.process, facts.registered->time));
   if (may_lack_later) return;
   if (losses.are_totals_seen) report.lost_samples = losses.lost;
   const bool is_each_told =

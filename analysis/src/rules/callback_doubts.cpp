@@ -27,7 +27,7 @@ std::optional<Timestamp> registration(const RuleContext& context, const Callback
   const auto registered = callback.registered->time;
   // It may follow an announcement whose run_begin was lost.
   const bool is_doubtful = registered < begin->time ||
-                           context.proof.user_loss(callback.process, begin->time, registered);
+                           context.user_losses.between(callback.process, begin->time, registered);
   return is_doubtful ? std::nullopt : std::optional(registered);
 }
 

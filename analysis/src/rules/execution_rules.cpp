@@ -22,7 +22,7 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
   if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
   // One that did not end is none of a crash if the run_end was lost.
   if (has_unended(callback)) {
-    judgement.doubt(context.proof.user_loss_since(callback.process, callback.fini->at.time));
+    judgement.doubt(context.user_losses.since(callback.process, callback.fini->at.time));
   }
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;

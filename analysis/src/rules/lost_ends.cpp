@@ -9,8 +9,13 @@
 
 namespace cie::analysis {
 
-LostEnds::LostEnds(const Model& model, const ThreadLives& lives, const Proof& proof)
-    : model_(model), lives_(lives), proof_(proof), announced_(model.processes.size()) {
+LostEnds::LostEnds(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
+                   const UserLossesOfProcesses& user_losses)
+    : model_(model),
+      lives_(lives),
+      holes_(holes),
+      user_losses_(user_losses),
+      announced_(model.processes.size()) {
   for (const auto& thread : model.threads) {
     if (thread.announced) ++announced_[at(thread.process)];
   }
@@ -50,7 +55,7 @@ std::optional<Evidence> LostEnds::between(ThreadIndex index, Timestamp last, Tim
                          "another " + named + " was created before: this may have run on it");
   }
   const auto& run_end = model_.processes[at(thread.process)].run_end;
-  if (!run_end) return proof_.user_loss(thread.process, last, next);
+  if (!run_end) return user_losses_.between(thread.process, last, next);
   if (thread.fini && announced_[at(thread.process)] >= run_end->threads) return std::nullopt;
   return evidence("run_end", run_end->at,
                   (thread.fini ? "announcements of threads are missing"
@@ -99,7 +104,7 @@ std::optional<Evidence> LostEnds::since(ThreadIndex index, Timestamp last) const
   if (!next) return std::nullopt;
   // Its exit would be in the kernel's record.
   const bool is_exit_told =
-      model_.hosts[at(process.host)].has_switches && !proof_.kernel_gap(process.host, last, *next);
+      model_.hosts[at(process.host)].has_switches && !holes_.since(process.host, last, *next);
   return is_exit_told ? std::nullopt : untold_between(index, last, *next);
 }
 

@@ -3,9 +3,10 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "kernel_holes.hpp"
 #include "model/facts.hpp"
-#include "proof.hpp"
 #include "thread_lives.hpp"
+#include "user_losses_of_processes.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -15,7 +16,8 @@ namespace cie::analysis {
 
 class LostEnds {
  public:
-  LostEnds(const Model& model, const ThreadLives& lives, const Proof& proof);
+  LostEnds(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
+           const UserLossesOfProcesses& user_losses);
   // In a process that ended in order every thread tells its end, unless it was replaced: why what ran
   // on this one may have run after it had ended, or on another one with its tid. Of a thread that was
   // not announced the same, where an announcement is missing.
@@ -37,7 +39,8 @@ class LostEnds {
 
   const Model& model_;
   const ThreadLives& lives_;
-  const Proof& proof_;
+  const KernelHoles& holes_;
+  const UserLossesOfProcesses& user_losses_;
   std::vector<std::uint64_t> announced_;    // threads, by process
   std::vector<Timestamp> last_activities_;  // by callback, on whatever thread
 };

@@ -72,7 +72,7 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
         judge_queue(context, callback, judgement);
         // Running totals tell of no loss before them that an event alone told of, nor of what came after.
         if (!callback.fini) {
-          judgement.doubt(proof.user_loss_since(callback.process, callback.registered->time));
+          judgement.doubt(context.user_losses.since(callback.process, callback.registered->time));
         }
       });
 }

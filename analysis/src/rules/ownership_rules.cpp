@@ -91,8 +91,8 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const auto host = model.processes[at(thread.process)].host;
   // What was not recorded before the first wait that was seen may hide the first one.
   const auto loss = thread.first_wait
-                        ? proof.kernel_gap(host, work_begins(context, thread), end.time)
-                        : proof.kernel_loss(index);
+                        ? context.holes.since(host, work_begins(context, thread), end.time)
+                        : context.kernel_record.loss(index);
   if (loss) {
     judgement.doubt(loss);
     return;

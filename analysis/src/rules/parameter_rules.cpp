@@ -90,7 +90,7 @@ bool is_by_another_spec(const RuleContext& context, const ThreadFacts& thread,
   if (was_asked_otherwise(applied, asked)) return true;
   const auto* then = spec_then(context.model.processes[at(thread.process)], applied.at.time);
   return then != nullptr && !is_judged_by(context, *then) &&
-         !context.proof.user_loss(thread.process, Timestamp{}, applied.at.time);
+         !context.user_losses.between(thread.process, Timestamp{}, applied.at.time);
 }
 
 constexpr const char* kUnknownSpec = "; by which spec of its process the thread ran so is unknown";
@@ -118,7 +118,7 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
   const auto end = thread.fini->time;
   const bool is_spec_told =
       spec_then(context.model.processes[at(thread.process)], end) != nullptr &&
-      !context.proof.user_loss(thread.process, Timestamp{}, end);
+      !context.user_losses.between(thread.process, Timestamp{}, end);
   if (is_spec_told && is_by_another_spec(context, thread, applied, entry.parameters)) return;
   judgement.doubt(evidence("thread_sched", applied.at,
                            asks(context, entry) + "; the thread ran " + describe(applied) +
@@ -136,11 +136,11 @@ std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFa
     if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
   }
   if (process.last_begin > thread.fini->time) {
-    return context.proof.user_loss(thread.process, Timestamp{}, process.last_begin);
+    return context.user_losses.between(thread.process, Timestamp{}, process.last_begin);
   }
   const auto* last = last_named_spec(process);
   if (last != nullptr && is_judged_by(context, *last)) return std::nullopt;
-  return context.proof.user_loss_since(thread.process, thread.fini->time);
+  return context.user_losses.since(thread.process, thread.fini->time);
 }
 
 void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,

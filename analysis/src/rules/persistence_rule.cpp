@@ -86,12 +86,13 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
     case Succession::successive:
       // A callback_init in between may be what was lost.
       judgement.overrule(
-          proof.user_loss(to.process, move.last_on_from.time, move.first_on_to.time));
+          context.user_losses.between(to.process, move.last_on_from.time, move.first_on_to.time));
       // So may be that of an announcement before, for which the one in between was taken.
       if (const auto& announced = callback.announced_after;
           announced && announced->second.time > move.last_on_from.time &&
           announced->second.time <= move.first_on_to.time) {
-        judgement.overrule(proof.user_loss(to.process, announced->first, announced->second.time));
+        judgement.overrule(
+            context.user_losses.between(to.process, announced->first, announced->second.time));
       }
       judgement.overrule(unseen_registration(context, callback, move));
       if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
@@ -135,7 +136,7 @@ void judge_registered_move(const RuleContext& context, const RegisteredMove& reg
   if (init.time == move.last_on_from.time) {
     judgement.doubt(unordered_init(init, thread_of(context.model, move.from)));
   }
-  judgement.doubt(context.proof.user_loss(process, move.last_on_from.time, init.time));
+  judgement.doubt(context.user_losses.between(process, move.last_on_from.time, init.time));
   if (facts.run_begin || facts.is_told_by_ros2) return;
   judgement.doubt(
       evidence("callback_init", init,

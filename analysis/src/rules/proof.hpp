@@ -4,10 +4,9 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "kernel_holes.hpp"
 #include "model/facts.hpp"
-#include "model/user_losses.hpp"
 #include "thread_lives.hpp"
+#include "user_losses_of_processes.hpp"
 
 #include <concepts>
 #include <map>
@@ -20,9 +19,8 @@ namespace cie::analysis {
 
 class Proof {
  public:
-  // `judged`: the part of the recording that was asked for.
-  Proof(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
-        const TimeWindow& judged);
+  // All are borrowed.
+  Proof(const Model& model, const ThreadLives& lives, const UserLossesOfProcesses& user_losses);
 
   // A process without `run_end`: it crashed, or the recording stopped first.
   bool is_interrupted(ProcessIndex process) const;
@@ -60,28 +58,6 @@ class Proof {
   // read-backs are of which spin is unknown then, for their numbers begin anew with each.
   std::optional<Evidence> unseen_spin(ThreadIndex thread, Timestamp begin, Timestamp end) const;
 
-  // Events of applications on its machine were lost then or later.
-  std::optional<Evidence> user_loss_since(ProcessIndex process, Timestamp time) const;
-  const UserLosses& user_losses() const noexcept { return user_losses_; }
-  // Or between the two.
-  std::optional<Evidence> user_loss(ProcessIndex process, Timestamp begin, Timestamp end) const;
-
-  // Kernel events were lost, or never recorded of some CPU, while the thread lived and is judged, or
-  // between two points of time. What is no evidence loses nothing.
-  std::optional<Evidence> kernel_loss(ThreadIndex thread) const;
-  std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const {
-    return holes_.between(host, begin, end);
-  }
-  // The same, or the kernel's record began later than the first of the two.
-  std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
-    return holes_.since(host, begin, end);
-  }
-  // The kernel's record leaves out something of the time from then on to the end of the thread, as
-  // far as that is judged.
-  std::optional<Evidence> kernel_outside(ThreadIndex thread, Timestamp begin) const;
-  // On the thread's machine nothing tells of priority inheritance at some time between the two.
-  std::optional<Evidence> untold_inheritance(ThreadIndex thread, Timestamp begin,
-                                             Timestamp end) const;
   // Callbacks that `run_end` counts and no event names: they may have run anywhere. Where nothing
   // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
@@ -91,10 +67,6 @@ class Proof {
   // Why announcements of the process may be missing that no number and no total counts: of a callback
   // that is registered again, of a spec. A stream of which no file is there tells no loss.
   std::optional<Evidence> unseen_announcement(ProcessIndex process) const;
-  // See the function of that name in model/recorded_parts.
-  const std::optional<std::string>& missing_user_part() const noexcept {
-    return missing_user_part_;
-  }
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 
@@ -119,7 +91,6 @@ class Proof {
     std::uint64_t publishers_registered = 0;
   };
   bool has_begun_in_trace(ProcessIndex process) const;
-  HostIndex host_of(ThreadIndex thread) const;
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                  std::uint64_t seen, const char* what) const;
@@ -131,12 +102,12 @@ class Proof {
   template <std::invocable Total>
   void compare(ProcessIndex process, const Total& total, std::uint64_t expected,
                std::uint64_t seen);
-  void prove(CallbackIndex index);
-  void prove(const PublisherFacts& publisher);
-  void prove(ThreadIndex index);
-  void prove(ProcessIndex index);
+  void compare_totals_of(CallbackIndex index);
+  void compare_totals_of(const PublisherFacts& publisher);
+  void compare_totals_of(ThreadIndex index);
+  void compare_totals_of(ProcessIndex index);
   // When all threads of its process were counted.
-  void prove_spins(ThreadIndex index);
+  void find_unseen_spin(ThreadIndex index);
   // A number is missing among those of the ends, and not of an instance that never ended or was
   // still running when the record ended.
   bool is_any_end_lost(const CallbackFacts& callback) const;
@@ -148,9 +119,7 @@ class Proof {
 
   const Model& model_;
   const ThreadLives& lives_;
-  const TimeWindow judged_;
-  const KernelHoles& holes_;
-  const UserLosses user_losses_;
+  const UserLossesOfProcesses& user_losses_;
   const std::optional<std::string> missing_user_part_;
   std::vector<ProcessProof> processes_;
   // Of those that lost something.

@@ -1,4 +1,5 @@
 // Where a read-back of a thread may be missing.
+#include "kernel_holes.hpp"
 #include "proof.hpp"
 
 #include <cstdint>
@@ -54,7 +55,7 @@ std::optional<Evidence> Proof::lost_read_back_before(ThreadIndex thread, Timesta
                                      process.first_seen->time >= process.run_begin->time;
   const auto begin = is_first_announcement ? facts.announced->time
                                            : Timestamp{std::numeric_limits<std::int64_t>::min()};
-  return user_loss(facts.process, begin, time);
+  return user_losses_.between(facts.process, begin, time);
 }
 
 std::optional<Evidence> Proof::unseen_spin(ThreadIndex index, Timestamp begin,
@@ -64,7 +65,7 @@ std::optional<Evidence> Proof::unseen_spin(ThreadIndex index, Timestamp begin,
   const auto& seen = processes_[at(thread.process)];
   const auto known = seen.threads_announced + seen.threads_unannounced;
   if (process.run_end && process.run_end->threads <= known) return std::nullopt;
-  const auto* loss = user_losses_.between(process.host, begin, end);
+  const auto* loss = user_losses_.of_hosts().between(process.host, begin, end);
   if (loss == nullptr) loss = loss_before(model_, process.host, Domain::user, begin);
   if (loss == nullptr || loss->begin > end) return std::nullopt;
   auto why = evidence_of(*loss);
@@ -73,7 +74,7 @@ std::optional<Evidence> Proof::unseen_spin(ThreadIndex index, Timestamp begin,
   return why;
 }
 
-void Proof::prove_spins(ThreadIndex index) {
+void Proof::find_unseen_spin(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
   if (!thread.announced) return;
   auto spin = unseen_spin(index, begin_of(thread), kEndOfTime);

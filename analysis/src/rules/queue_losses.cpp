@@ -14,7 +14,7 @@ bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
   if (process.first_moment != RunMoment::announce) return false;
   if (callback.registered->time < process.run_begin->time) return false;
   const Timestamp start{process.start_ns.value_or(0)};
-  return !context.proof.user_loss(callback.process, start, callback.registered->time);
+  return !context.user_losses.between(callback.process, start, callback.registered->time);
 }
 
 }  // namespace

@@ -190,7 +190,7 @@ bool is_silent_beside(const RuleContext& context, ProcessIndex index, ProcessInd
   if (!process.run_begin || !trace || trace != trace_of(model.processes[at(other)])) return false;
   const auto last = context.lives.last_sign(index);
   const auto until = context.lives.last_sign(other);
-  return until - last > kSilence && !context.proof.user_loss(index, last, until);
+  return until - last > kSilence && !context.user_losses.between(index, last, until);
 }
 
 // Why it may have lived on beside the later one, as far as is known.

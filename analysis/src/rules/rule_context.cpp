@@ -35,12 +35,14 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       callbacks(callbacks_in_order(facts)),
       holes(facts),
       lives(facts, holes),
-      proof(facts, lives, holes, asked.window.value_or(TimeWindow{})),
+      kernel_record(facts, holes, lives, asked.window.value_or(TimeWindow{})),
+      user_losses(facts),
+      proof(facts, lives, user_losses),
       isolated(facts),
-      losses(facts, callbacks, proof, &Proof::loss, isolated),
-      run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated),
+      losses(facts, callbacks, proof, &Proof::loss, isolated, user_losses.of_hosts()),
+      run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated, user_losses.of_hosts()),
       hidden(facts),
-      lost_ends(facts, lives, proof),
+      lost_ends(facts, lives, holes, user_losses),
       unknown_threads(find_unknown(facts, proof)) {}
 
 bool RuleContext::is_after_window(const CallbackFacts& callback) const noexcept {

@@ -6,12 +6,15 @@
 
 #include "hidden_callbacks.hpp"
 #include "isolated_threads.hpp"
+#include "kernel_holes.hpp"
+#include "kernel_record_of_threads.hpp"
 #include "lost_ends.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 #include "proof.hpp"
 #include "thread_lives.hpp"
 #include "thread_losses.hpp"
+#include "user_losses_of_processes.hpp"
 
 #include <map>
 #include <vector>
@@ -33,6 +36,8 @@ struct RuleContext {
   const std::vector<CallbackIndex> callbacks;  // in the order that verdicts are named by
   const KernelHoles holes;
   const ThreadLives lives;
+  const KernelRecordOfThreads kernel_record;
+  const UserLossesOfProcesses user_losses;
   const Proof proof;
   const IsolatedThreads isolated;
   const ThreadLosses losses;

@@ -118,7 +118,7 @@ bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judg
 // The kernel's record is not of all the time since the thread's first instance.
 std::optional<Evidence> unrecorded(const RuleContext& context, ThreadIndex index) {
   const auto& thread = context.model.threads[at(index)];
-  return context.proof.kernel_outside(index, first_start_on(thread).time);
+  return context.kernel_record.outside(index, first_start_on(thread).time);
 }
 
 // It did not live before.
@@ -132,16 +132,16 @@ std::optional<Evidence> untold_before(const RuleContext& context, const ThreadFa
                                       const ScheduledAs& raised) {
   if (&raised != &thread.scheduled.front()) return std::nullopt;
   const auto born = earliest_birth(context, thread);
-  return context.proof.kernel_gap(context.model.processes[at(thread.process)].host, born, born);
+  return context.holes.since(context.model.processes[at(thread.process)].host, born, born);
 }
 
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
 void overrule_inherited(const RuleContext& context, ThreadIndex index, const ScheduledAs& raised,
                         Judgement& judgement) {
-  judgement.overrule(context.proof.kernel_loss(index));
+  judgement.overrule(context.kernel_record.loss(index));
   const auto& thread = context.model.threads[at(index)];
-  judgement.overrule(
-      context.proof.untold_inheritance(index, earliest_birth(context, thread), raised.last.time));
+  judgement.overrule(context.kernel_record.untold_inheritance(
+      index, earliest_birth(context, thread), raised.last.time));
   judgement.overrule(untold_before(context, thread, raised));
 }
 
@@ -181,8 +181,8 @@ void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp si
   const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
   const auto end = context.lives.of(index).end;
   if (end <= since) return;
-  judgement.overrule(context.proof.kernel_loss(host, since, end));
-  judgement.overrule(context.proof.kernel_outside(index, since));
+  judgement.overrule(context.holes.between(host, since, end));
+  judgement.overrule(context.kernel_record.outside(index, since));
 }
 
 // S1: of the last configuration, by switches, or else by its own events.
@@ -202,7 +202,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                   Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
-  judgement.doubt(context.proof.kernel_loss(index));
+  judgement.doubt(context.kernel_record.loss(index));
   judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   judgement.check();
@@ -240,7 +240,7 @@ std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex inde
   }
   const auto host = context.model.processes[at(thread.process)].host;
   const auto begin = std::min(seen.time, context.lives.of(index).begin);
-  return context.proof.kernel_loss(host, begin, start);
+  return context.holes.between(host, begin, start);
 }
 
 // S4: by its own events.
@@ -257,13 +257,13 @@ std::optional<Evidence> lost_beginning(const RuleContext& context, ThreadIndex i
   if (!entry.parameters.policy) return std::nullopt;
   const auto& thread = context.model.threads[at(index)];
   if (!is_as_asked(as, entry.parameters)) {
-    const auto loss = context.proof.kernel_loss(index);
+    const auto loss = context.kernel_record.loss(index);
     return loss ? loss : unrecorded(context, index);
   }
   const auto start = first_start_on(thread).time;
   const auto seen = as.first.at.time;
   const auto host = context.model.processes[at(thread.process)].host;
-  return seen > start ? context.proof.kernel_gap(host, start, seen) : std::nullopt;
+  return seen > start ? context.holes.since(host, start, seen) : std::nullopt;
 }
 
 }  // namespace
@@ -291,7 +291,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   judgement.doubt(context.proof.loss(index));
-  judgement.doubt(context.proof.kernel_loss(index));
+  judgement.doubt(context.kernel_record.loss(index));
   judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   const auto* entry = sole_entry(context, thread);
@@ -350,11 +350,11 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
     return;
   }
   judgement.check();
-  if (context.proof.kernel_loss(index)) judgement.doubt(context.losses.on(index));
+  if (context.kernel_record.loss(index)) judgement.doubt(context.losses.on(index));
   judgement.remark(evidence(
       "sampled", begin,
       "by the spec's CPUs: nobody read back what the kernel allows" +
-          std::string(context.proof.kernel_loss(index) ? ", and its record has holes" : "")));
+          std::string(context.kernel_record.loss(index) ? ", and its record has holes" : "")));
   auto as = reference_of(thread, entry);
   judgement.overrule(lost_beginning(context, index, *entry, *as));
   const bool is_given = entry->parameters.policy && is_as_asked(*as, entry->parameters);
@@ -395,7 +395,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });
   if (match == scheduled.end()) {  // never: S1's concern
     if (!model.hosts[at(model.processes[at(callback.process)].host)].has_switches) return;
-    judgement.doubt(proof.kernel_loss(first->thread));
+    judgement.doubt(context.kernel_record.loss(first->thread));
     judgement.doubt(unrecorded(context, first->thread));
     return;
   }
@@ -408,7 +408,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
     judgement.doubt(
         evidence("sched_switch", match->first.at, "sched_switch does not tell " + *what));
   }
-  judgement.overrule(proof.user_loss(callback.process, Timestamp{}, start));
+  judgement.overrule(context.user_losses.between(callback.process, Timestamp{}, start));
   judgement.overrule(lost_before(context, first->thread, start));
   if (match->first.at.time <= start) {
     judgement.check();

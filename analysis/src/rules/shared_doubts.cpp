@@ -143,7 +143,7 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
 
 SharedDoubts::SharedDoubts(const RuleContext& context)
     : context_(context),
-      missing_{.of_user = context.proof.missing_user_part(),
+      missing_{.of_user = missing_user_part(context.model),
                .of_kernel = missing_kernel_part(context.model)},
       shared_(shared_pids(context.model)) {}
 

@@ -76,16 +76,17 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
   }
   const auto host = model.processes[at(thread.process)].host;
-  auto hole = proof.kernel_loss(index);
-  if (!hole) hole = proof.kernel_outside(index, first_reference(thread).at.time);
+  auto hole = context.kernel_record.loss(index);
+  if (!hole) hole = context.kernel_record.outside(index, first_reference(thread).at.time);
   for (const auto* mismatch : {&thread.lowered_priority, &thread.raised_priority}) {
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;
     auto gap = context.lives.may_be_another(index, priority.at.time);
     if (mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
-      if (!gap) gap = proof.kernel_gap(host, applied.at.time, priority.at.time);
+      if (!gap) gap = context.holes.since(host, applied.at.time, priority.at.time);
       if (!gap)
-        gap = proof.untold_inheritance(index, context.lives.of(index).begin, priority.at.time);
+        gap = context.kernel_record.untold_inheritance(index, context.lives.of(index).begin,
+                                                       priority.at.time);
     }
     if (gap) {
       hole = gap;
@@ -178,7 +179,8 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
-    } else if (other || proof.kernel_loss(index) || proof.kernel_outside(index, begin.time)) {
+    } else if (other || context.kernel_record.loss(index) ||
+               context.kernel_record.outside(index, begin.time)) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }
@@ -195,8 +197,8 @@ bool is_ever_real_time(const ThreadFacts& thread) {
 }
 
 // Of a hole before it nobody knows what it hides: the child may have run, and been given its priority.
-bool is_first_run_seen(const ForkFacts& fork, const Proof& proof) {
-  return fork.child_first && !proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time);
+bool is_first_run_seen(const ForkFacts& fork, const KernelHoles& holes) {
+  return fork.child_first && !holes.between(fork.host, fork.at.time, fork.child_first->at.time);
 }
 
 // What a first run does not tell: the child has another real-time priority than its creator's own,
@@ -208,8 +210,8 @@ bool may_be_given(const ForkFacts& fork) {
   return is_real_time_priority(prio) && prio != fork.parent_own_prio && !may_be_own;
 }
 
-void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement) {
-  if (!is_first_run_seen(fork, proof) || may_be_given(fork)) return;
+void judge_fork(const ForkFacts& fork, const KernelHoles& holes, Judgement& judgement) {
+  if (!is_first_run_seen(fork, holes) || may_be_given(fork)) return;
   judgement.check();
   if (!is_real_time_priority(fork.child_first->prio)) return;
   judgement.fail(evidence("sched_process_fork", fork.at,
@@ -287,7 +289,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   std::multimap<ThreadIndex, const ForkFacts*> given_by;
   for (const auto& fork : model.forks) {
     if (fork.child_tid == 0) continue;
-    if (fork.parent && is_first_run_seen(fork, proof) && may_be_given(fork)) {
+    if (fork.parent && is_first_run_seen(fork, context.holes) && may_be_given(fork)) {
       given_by.emplace(*fork.parent, &fork);
     }
     if (fork.child && model.threads[at(*fork.child)].announced) {
@@ -297,7 +299,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     // A child that never spoke: it has no process of ours to be named with.
     Judgement judgement(
         NamedSubject::without_row(SubjectKind::thread, std::to_string(fork.child_tid)));
-    judge_fork(fork, proof, judgement);
+    judge_fork(fork, context.holes, judgement);
     conclude(std::move(judgement), verdicts);
   }
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
@@ -310,7 +312,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     judge_beginning(model, proof, index, begin, judgement);
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
-      judge_fork(*fork->second, proof, judgement);
+      judge_fork(*fork->second, context.holes, judgement);
     const auto [given, last_given] = given_by.equal_range(index);
     for (auto fork = given; fork != last_given; ++fork)
       judgement.remark([&fork] { return not_judged(*fork->second); });
@@ -318,7 +320,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     if (!thread.is_known_to_kernel || !model.hosts[at(host)].has_forks) {
       judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
-    } else if (proof.kernel_loss(index)) {
+    } else if (context.kernel_record.loss(index)) {
       judgement.remark(evidence("announced only", begin,
                                 "the kernel's record has holes: children that were not announced "
                                 "may not be seen"));

@@ -28,8 +28,9 @@ std::optional<TimeWindow> when_lost(const CallbackFacts& callback) {
 }  // namespace
 
 ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks,
-                           const Proof& proof, Loss loss_of, const IsolatedThreads& isolated)
-    : model_(model), proof_(proof), on_threads_(model.threads.size()) {
+                           const Proof& proof, Loss loss_of, const IsolatedThreads& isolated,
+                           const UserLosses& user_losses)
+    : model_(model), proof_(proof), user_losses_(user_losses), on_threads_(model.threads.size()) {
   for (const auto index : callbacks) {
     const auto& loss = (proof.*loss_of)(index);
     if (!loss) continue;
@@ -80,7 +81,7 @@ void ThreadLosses::lose_elsewhere(const CallbackFacts& callback,
   const auto when = when_lost(callback);
   if (!when) return;
   const auto host = model_.processes[at(callback.process)].host;
-  const auto cpus = proof_.user_losses().cpus_between(host, when->from, when->to);
+  const auto cpus = user_losses_.cpus_between(host, when->from, when->to);
   const auto may_be_its = [&](const std::optional<std::int32_t>& cpu) {
     return !cpu ||
            std::ranges::any_of(own, [&](ThreadIndex thread) { return may_use(thread, *cpu); });

@@ -5,6 +5,7 @@
 
 #include "isolated_threads.hpp"
 #include "model/facts.hpp"
+#include "model/user_losses.hpp"
 #include "proof.hpp"
 
 #include <cstdint>
@@ -26,7 +27,7 @@ class ThreadLosses {
   using Loss = const std::optional<Evidence>& (Proof::*)(CallbackIndex) const;
   // `callbacks`: in the order that verdicts are named by. `loss_of`: which of the proof's.
   ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks, const Proof& proof,
-               Loss loss_of, const IsolatedThreads& isolated);
+               Loss loss_of, const IsolatedThreads& isolated, const UserLosses& user_losses);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
   // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
   // them may have been elsewhere; or anywhere.
@@ -49,6 +50,7 @@ class ThreadLosses {
 
   const Model& model_;
   const Proof& proof_;
+  const UserLosses& user_losses_;
   std::vector<const std::optional<Evidence>*> on_threads_;
   std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;

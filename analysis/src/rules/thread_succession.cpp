@@ -27,7 +27,7 @@ const EventRef* lived_on(const RuleContext& context, ThreadIndex index, Timestam
   const auto& proof = context.proof;
   const auto since = context.lives.of(index).end;
   const bool is_in_doubt = (thread.announced && proof.loss(index)) ||
-                           proof.user_loss(thread.process, since, last->time) ||
+                           context.user_losses.between(thread.process, since, last->time) ||
                            context.lives.may_be_another(index, last->time);
   return is_in_doubt ? nullptr : &*last;
 }

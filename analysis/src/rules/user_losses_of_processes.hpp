@@ -1,0 +1,31 @@
+// Where events of applications were lost, as evidence about a process: see model/user_losses.
+#pragma once
+
+#include <cie/analysis/time.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include "model/facts.hpp"
+#include "model/user_losses.hpp"
+
+#include <optional>
+
+namespace cie::analysis {
+
+class UserLossesOfProcesses {
+ public:
+  // `model` is borrowed.
+  explicit UserLossesOfProcesses(const Model& model);
+
+  // Events of applications on its machine were lost between the two, edges included.
+  std::optional<Evidence> between(ProcessIndex process, Timestamp begin, Timestamp end) const;
+  // The same then or later.
+  std::optional<Evidence> since(ProcessIndex process, Timestamp time) const;
+
+  const UserLosses& of_hosts() const noexcept { return losses_; }
+
+ private:
+  const Model& model_;
+  const UserLosses losses_;
+};
+
+}  // namespace cie::analysis
