@@ -1,4 +1,5 @@
 // Reads a thread's scheduling parameters back from the kernel.
+#include <cie/tracepoints/policy.hpp>
 #include <cie/tracepoints/sched_attr.hpp>
 #include <cie/tracepoints/trace.hpp>
 
@@ -14,7 +15,8 @@
 namespace cie::trace {
 namespace {
 
-constexpr std::uint32_t kDeadlinePolicy = 6;  // SCHED_DEADLINE, which glibc 2.36 does not define
+// glibc 2.36 does not define SCHED_DEADLINE.
+constexpr auto kDeadlinePolicy = static_cast<std::uint32_t>(Policy::deadline);
 
 // The kernel refuses a mask shorter than its own, so it grows until it fits.
 std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {

@@ -4,20 +4,10 @@
 #include "base/yaml_document.hpp"
 #include "spec_reader.hpp"
 
-#include <array>
 #include <charconv>
 
 namespace cie {
 namespace {
-
-constexpr std::array<std::pair<Policy, std::string_view>, 6> kPolicies{{
-    {Policy::other, "SCHED_OTHER"},
-    {Policy::batch, "SCHED_BATCH"},
-    {Policy::idle, "SCHED_IDLE"},
-    {Policy::fifo, "SCHED_FIFO"},
-    {Policy::round_robin, "SCHED_RR"},
-    {Policy::deadline, "SCHED_DEADLINE"},
-}};
 
 constexpr std::string_view kWildcard = "/*";
 
@@ -38,28 +28,6 @@ bool is_all_digits(std::string_view text) noexcept {
 }
 
 }  // namespace
-
-std::string_view policy_name(Policy policy) noexcept {
-  for (const auto& [value, name] : kPolicies) {
-    if (value == policy) return name;
-  }
-  return {};
-}
-
-std::optional<Policy> policy_from_name(std::string_view name) noexcept {
-  for (const auto& [value, known] : kPolicies) {
-    if (known == name) return value;
-  }
-  return std::nullopt;
-}
-
-std::vector<std::string> policy_names() {
-  std::vector<std::string> names;
-  names.reserve(kPolicies.size());
-  for (const auto& [policy, name] : kPolicies)
-    names.emplace_back(name);
-  return names;
-}
 
 bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
 

@@ -26,9 +26,6 @@ struct SpecSections {
 // The one id of `dds_threads` that stands for several names.
 inline constexpr std::string_view kDdsQueues = "dq.*";
 
-// As policy_from_name() takes them.
-std::vector<std::string> policy_names();
-
 // Throws SpecError at the first value that is not as tracepoints/README.md ("Scheduling spec")
 // says. With a domain, entries of others are checked and left out.
 SpecSections read_spec(const yaml::Value& document, std::optional<std::uint32_t> domain);

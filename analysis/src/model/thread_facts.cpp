@@ -1,6 +1,6 @@
 #include "thread_facts.hpp"
 
-#include <cie/tracepoints/scheduling_spec.hpp>
+#include <cie/tracepoints/policy.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -10,18 +10,8 @@
 namespace cie::analysis {
 
 std::int32_t kernel_priority(const ReadBack& read_back) {
-  switch (static_cast<Policy>(read_back.policy)) {
-    case Policy::fifo:
-    case Policy::round_robin:
-      return 99 - static_cast<std::int32_t>(std::min(read_back.priority, 99U));
-    case Policy::deadline:
-      return -1;
-    case Policy::other:
-    case Policy::batch:
-    case Policy::idle:
-      return 120 + std::clamp(read_back.nice, -20, 19);
-  }
-  return 120;
+  return cie::kernel_priority(static_cast<Policy>(read_back.policy), read_back.nice,
+                              read_back.priority);
 }
 
 bool is_same_parameters(const ReadBack& a, const ReadBack& b) {

@@ -1,18 +1,9 @@
 #include "parameter_words.hpp"
 
-#include <vector>
+#include "base/cpu_list.hpp"
 
 namespace cie::analysis {
 namespace {
-
-std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
-  std::string text;
-  for (const auto cpu : cpus) {
-    text += text.empty() ? "" : ",";
-    text += std::to_string(cpu);
-  }
-  return text;
-}
 
 std::string describe_policy(Policy policy, std::int32_t nice, std::uint32_t priority,
                             std::uint64_t runtime, std::uint64_t deadline, std::uint64_t period) {
@@ -36,12 +27,6 @@ std::string describe_policy(Policy policy, std::int32_t nice, std::uint32_t prio
 }
 
 }  // namespace
-
-bool is_real_time(std::int32_t policy) noexcept {
-  return policy == static_cast<std::int32_t>(Policy::fifo) ||
-         policy == static_cast<std::int32_t>(Policy::round_robin) ||
-         policy == static_cast<std::int32_t>(Policy::deadline);
-}
 
 std::string priority_text(std::int32_t prio) {
   if (prio < 0) return "priority of SCHED_DEADLINE";

@@ -10,7 +10,6 @@
 
 namespace cie::analysis {
 
-bool is_real_time(std::int32_t policy) noexcept;
 // "real-time priority 20", "nice 5".
 std::string priority_text(std::int32_t kernel_priority);
 // "SCHED_FIFO 80 on CPUs 0,1".

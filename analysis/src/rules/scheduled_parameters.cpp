@@ -14,22 +14,10 @@
 namespace cie::analysis {
 namespace {
 
-// As the kernel counts (see ScheduledAs): -1, 99 - priority, 120 + nice. SCHED_IDLE keeps a nice value
-// that nobody asked for (proc(5): priority): 120 is what it has without one.
+// As the kernel counts (see ScheduledAs). SCHED_IDLE keeps a nice value that nobody asked for
+// (proc(5): priority): this is without one.
 std::int32_t kernel_priority(const ThreadParameters& asked) {
-  switch (*asked.policy) {
-    case Policy::fifo:
-    case Policy::round_robin:
-      return 99 - static_cast<std::int32_t>(asked.priority);
-    case Policy::deadline:
-      return -1;
-    case Policy::other:
-    case Policy::batch:
-      return 120 + asked.nice;
-    case Policy::idle:
-      break;
-  }
-  return 120;
+  return cie::kernel_priority(*asked.policy, asked.nice, asked.priority);
 }
 
 bool is_as_asked(const ScheduledAs& scheduled, const ThreadParameters& asked) {

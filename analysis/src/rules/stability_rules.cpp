@@ -1,5 +1,7 @@
 #include "stability_rules.hpp"
 
+#include <cie/tracepoints/policy.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "parameter_words.hpp"
@@ -189,11 +191,12 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
 
 bool is_ever_real_time(const ThreadFacts& thread) {
   const auto is = [](const Rare<ReadBack>& read_back) {
-    return read_back && is_real_time(read_back->policy);
+    return read_back && is_real_time(Policy{read_back->policy});
   };
   return is(thread.initial) || is(thread.first_audit) || is(thread.last_read_back) ||
-         std::ranges::any_of(thread.applied,
-                             [](const ReadBack& read) { return is_real_time(read.policy); });
+         std::ranges::any_of(thread.applied, [](const ReadBack& read) {
+           return is_real_time(Policy{read.policy});
+         });
 }
 
 // Of a hole before it nobody knows what it hides: the child may have run, and been given its priority.
@@ -261,7 +264,7 @@ void judge_beginning(const Model& model, const Proof& proof, ThreadIndex index,
   judgement.check();
   judgement.overrule(
       proof.unseen_spin(index, birth_of(thread).value_or(Timestamp{}), thread.initial->at.time));
-  if (!is_real_time(thread.initial->policy)) return;
+  if (!is_real_time(Policy{thread.initial->policy})) return;
   judgement.fail(
       evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
   judgement.fail(evidence("thread_sched", thread.initial->at,

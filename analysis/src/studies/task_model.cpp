@@ -1,6 +1,7 @@
 #include "task_model.hpp"
 
 #include <cie/analysis/deadline.hpp>
+#include <cie/tracepoints/policy.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -140,12 +141,11 @@ std::string named(const ThreadReport& thread) { return "thread " + std::to_strin
 }  // namespace
 
 bool is_fixed_priority(const ThreadSchedReport& sched) noexcept {
-  return sched.policy == static_cast<std::int32_t>(Policy::fifo) ||
-         sched.policy == static_cast<std::int32_t>(Policy::round_robin);
+  return has_priority(Policy{sched.policy});
 }
 
 bool is_deadline(const ThreadSchedReport& sched) noexcept {
-  return sched.policy == static_cast<std::int32_t>(Policy::deadline);
+  return Policy{sched.policy} == Policy::deadline;
 }
 
 DeadlineServer server_of(const ThreadSchedReport& sched) noexcept {

@@ -1,5 +1,6 @@
 #include <cie/scheduling/exclusive_cpusets.hpp>
 
+#include "base/cpu_list.hpp"
 #include "base/file_descriptor.hpp"
 #include "refusal.hpp"
 
@@ -15,10 +16,6 @@
 
 namespace cie::scheduling {
 namespace {
-
-std::string list_of(const std::vector<std::uint32_t>& cpus) {
-  return fmt::format("{}", fmt::join(cpus, ","));
-}
 
 // errno, or 0. Control groups refuse in write(), so nothing may be buffered.
 int write_file(const std::filesystem::path& file, const std::string& text) noexcept {
@@ -109,7 +106,7 @@ std::string ExclusiveCpusets::make(const Cpuset& cpuset, const std::string& cpus
 void ExclusiveCpusets::remove(const Cpuset& cpuset) noexcept { rmdir(cpuset.folder.c_str()); }
 
 SchedRequest ExclusiveCpusets::join(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
-  const std::string list = list_of(cpus);
+  const std::string list = cpu_list(cpus);
   const auto refuse = [&list](int error, std::string reason) {
     return SchedRequest{
         .error = error, .what = "an exclusive cpuset of CPUs " + list, .reason = std::move(reason)};

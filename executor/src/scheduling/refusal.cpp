@@ -1,6 +1,6 @@
 #include "refusal.hpp"
 
-#include "sched_parameters.hpp"
+#include <cie/tracepoints/policy.hpp>
 
 #include <cerrno>
 #include <optional>
@@ -55,9 +55,8 @@ std::string missing_right(const ThreadParameters& asked, const KernelView& kerne
 }
 
 std::string why_not_permitted(const ThreadParameters& asked, const KernelView& kernel) {
-  const bool is_real_time = has_priority(*asked.policy) || asked.policy == Policy::deadline;
   if (!kernel.has_capability(kCapSysNice)) return missing_right(asked, kernel);
-  if (is_real_time) {
+  if (is_real_time(*asked.policy)) {
     if (const auto budget = no_real_time_budget(*asked.policy, kernel)) return *budget;
   }
   if (!kernel.is_in_first_user_namespace()) {

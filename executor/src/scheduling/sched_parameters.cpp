@@ -2,6 +2,8 @@
 
 #include "refusal.hpp"
 
+#include "base/cpu_list.hpp"
+
 #include <algorithm>
 #include <iterator>
 #include <string_view>
@@ -10,20 +12,10 @@
 
 namespace cie::scheduling {
 
-bool has_priority(Policy policy) noexcept {
-  return policy == Policy::fifo || policy == Policy::round_robin;
-}
-
 namespace {
 
-bool is_real_time(Policy policy) noexcept {
-  return policy == Policy::fifo || policy == Policy::round_robin || policy == Policy::deadline;
-}
-
-bool has_nice(Policy policy) noexcept { return policy == Policy::other || policy == Policy::batch; }
-
-std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
-  return cpus.empty() ? "none" : fmt::format("{}", fmt::join(cpus, ","));
+std::string cpus_or_none(const std::vector<std::uint32_t>& cpus) {
+  return cpus.empty() ? "none" : cpu_list(cpus);
 }
 
 std::string describe_policy(const ThreadParameters& parameters) {
@@ -54,7 +46,7 @@ SchedRequest request_cpus(KernelCalls& calls, std::uint32_t tid, const ThreadPar
   const int error = calls.set_affinity(tid, *parameters.cpus);
   if (error == 0) return {};
   return {.error = error,
-          .what = "CPUs " + cpu_list(*parameters.cpus),
+          .what = "CPUs " + cpus_or_none(*parameters.cpus),
           .reason = why_affinity_refused(error, cpusets.kernel())};
 }
 
@@ -134,8 +126,8 @@ std::vector<std::string> differences(const ThreadParameters& asked,
     }
   }
   if (asked.cpus && *asked.cpus != reported.cpus) {
-    found.push_back(fmt::format("affinity is {} instead of {}", cpu_list(reported.cpus),
-                                cpu_list(*asked.cpus)));
+    found.push_back(fmt::format("affinity is {} instead of {}", cpus_or_none(reported.cpus),
+                                cpus_or_none(*asked.cpus)));
   }
   return found;
 }

@@ -13,9 +13,6 @@
 
 namespace cie::scheduling {
 
-// SCHED_FIFO and SCHED_RR.
-bool has_priority(Policy policy) noexcept;
-
 // Asks for the parameters of a thread of this process (0: the caller). Affinity goes before the
 // policy, and after it where the thread leaves SCHED_DEADLINE, under which it cannot change.
 // Real-time threads get SCHED_RESET_ON_FORK, so that threads they create do not inherit what they

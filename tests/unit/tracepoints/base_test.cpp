@@ -1,5 +1,6 @@
 // What all rooms of tracepoints/ stand on.
 #include "base/clock.hpp"
+#include "base/cpu_list.hpp"
 #include "base/file_descriptor.hpp"
 #include "base/machine.hpp"
 #include "base/network_address.hpp"
@@ -127,6 +128,11 @@ TEST(Machine, KnowsWhenThisProcessBegan) {
 TEST(Machine, KnowsNothingOfAProcessThatIsNotThere) {
   EXPECT_FALSE(start_ns("0"));
   EXPECT_FALSE(stat_field("0", 22));
+}
+
+TEST(CpuList, HasCommasBetween) {
+  EXPECT_EQ(cpu_list({0, 2, 3}), "0,2,3");
+  EXPECT_EQ(cpu_list({}), "");
 }
 
 }  // namespace

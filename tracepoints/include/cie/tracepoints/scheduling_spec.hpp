@@ -2,6 +2,8 @@
 // meant to keep. The executor applies it, the verifier judges by it; both read it with this.
 #pragma once
 
+#include <cie/tracepoints/policy.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -15,21 +17,6 @@
 #include <vector>
 
 namespace cie {
-
-// Linux scheduling policies by their kernel numbers (uapi/linux/sched.h).
-enum class Policy : std::int32_t {
-  other = 0,
-  fifo = 1,
-  round_robin = 2,
-  batch = 3,
-  idle = 5,
-  deadline = 6
-};
-
-// "SCHED_FIFO" and the like; "SCHED_?<n>" is never returned: an unknown number gives an empty view.
-std::string_view policy_name(Policy policy) noexcept;
-// Accepts SCHED_OTHER, SCHED_BATCH, SCHED_IDLE, SCHED_FIFO, SCHED_RR, SCHED_DEADLINE.
-std::optional<Policy> policy_from_name(std::string_view name) noexcept;
 
 // What a thread is asked to run as. An absent policy or affinity is neither applied nor judged.
 struct ThreadParameters {
