@@ -1,6 +1,8 @@
 #include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
+#include "timer_runs.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -15,145 +17,9 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string spec(const std::string& bounds) {
-  return "callback_groups:\n  - id: fusion\n    " + bounds + "\n";
-}
-
-// Response times 5 and 8, durations 3 and 6, inter-arrival time 10.
-constexpr const char* kRun = R"(
-  callback fusion timer period=10
-  12 start fusion release=10
-  15 end fusion
-  22 start fusion release=20
-  28 end fusion)";
-
-void drop_first_instance(TextTrace& trace) {
-  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 0; });
-  trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 0; });
-}
-
-TEST(ArrivalExceedsTurnaround, FailsWhenAnInstanceLastsUntilTheNextRelease) {
-  EXPECT_EQ(Verified(kRun)["R1"], Verdict::pass);
-  const Verified verified(R"(
-    callback fusion timer period=10
-    12 start fusion release=10
-    20 end fusion
-    22 start fusion release=20
-    28 end fusion)");
-  EXPECT_EQ(verified.of("R1", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(verified.evidence("R1", "callback fusion"),
-              AllOf(HasSubstr("20 callback_end seq 0 ends"), HasSubstr("released at 20")));
-}
-
-TEST(ArrivalExceedsTurnaround, ComparesTheShortestArrivalWithTheLongestResponse) {
-  // Inter-arrival 10 then 30; the response time of 12 belongs to the last instance.
-  const Verified verified(R"(
-    callback fusion timer period=10
-    12 start fusion release=10
-    15 end fusion
-    22 start fusion release=20
-    25 end fusion
-    52 start fusion release=50
-    62 end fusion)");
-  EXPECT_EQ(verified.of("R1", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(verified.evidence("R1", "callback fusion"),
-              AllOf(HasSubstr("62 callback_end longest response time: 12 ns"),
-                    HasSubstr("seq 1 was released 10 ns after the one before it")));
-}
-
-TEST(ArrivalExceedsTurnaround, NeedsTwoInstancesAndExactReleases) {
-  EXPECT_EQ(Verified("callback fusion\n2 start fusion release=1\n3 end fusion")["R1"],
-            Verdict::not_applicable);
-  EXPECT_EQ(Verified("callback fusion\n2 start fusion\n3 end fusion\n"
-                     "12 start fusion\n13 end fusion")["R1"],
-            Verdict::inconclusive);
-  auto trace = trace_of(kRun);
-  drop_first_instance(trace);
-  EXPECT_EQ(Verified(trace)["R1"], Verdict::inconclusive);
-}
-
-// An instance that never ended was released all the same.
-TEST(ArrivalExceedsTurnaround, CountsTheReleaseOfAnInstanceThatNeverEnded) {
-  constexpr const char* kOne = R"(
-    callback fusion timer period=10
-    12 start fusion release=10
-    25 end fusion)";
-  EXPECT_EQ(Verified(kOne)["R1"], Verdict::not_applicable);
-  const Verified before_end(std::string(kOne) + "\n26 start fusion release=20");
-  EXPECT_EQ(before_end["R1"], Verdict::fail);
-  EXPECT_THAT(before_end.evidence("R1", "callback fusion"),
-              AllOf(HasSubstr("25 callback_end seq 0 ends"), HasSubstr("released at 20")));
-  EXPECT_EQ(Verified(std::string(kOne) + "\n32 start fusion release=30")["R1"],
-            Verdict::not_applicable)
-      << "of one instance alone the response time is known";
-  // Inter-arrival times 10 and 4; response times 5 and 8.
-  const Verified shortest(std::string(kRun) + "\n29 start fusion release=24");
-  EXPECT_EQ(shortest["R1"], Verdict::fail);
-  // Its own end was not before the next release, whenever that was.
-  const Verified hung(R"(
-    callback fusion timer period=10 pooled
-    thread a pool
-    thread b pool
-    12 start fusion release=10 on=a
-    22 start fusion release=20 on=b
-    24 end fusion on=b seq=1)");
-  EXPECT_EQ(hung["R1"], Verdict::fail);
-  EXPECT_THAT(hung.evidence("R1", "callback fusion"),
-              AllOf(HasSubstr("12 callback_start seq 0 starts and never ends"),
-                    HasSubstr("22 callback_start the next instance was released at 20")));
-}
-
-TEST(NoMissedRelease, CountsSkippedPeriodsOverTheRun) {
-  constexpr auto kMissed = R"(
-    callback fusion timer period=10
-    12 start fusion release=10
-    15 end fusion
-    42 start fusion release=40 missed=2
-    45 end fusion
-    62 start fusion release=60 missed=1
-    65 end fusion)";
-  EXPECT_EQ(Verified(kRun)["R2"], Verdict::pass);
-  const Verified verified(kMissed);
-  EXPECT_EQ(verified.of("R2", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(verified.evidence("R2", "callback fusion"),
-              AllOf(HasSubstr("42 callback_start seq 1: 2 periods were skipped"),
-                    HasSubstr("3 periods skipped in all, 0 allowed")));
-  EXPECT_EQ(Verified(kMissed, spec("missed_releases_allowed: 2"))["R2"], Verdict::fail);
-  EXPECT_EQ(Verified(kMissed, spec("missed_releases_allowed: 3"))["R2"], Verdict::pass);
-}
-
-TEST(NoMissedRelease, CountsThoseBeforeAnOpenInstance) {
-  EXPECT_EQ(Verified(std::string(kRun) + "\n42 start fusion release=40 missed=1")["R2"],
-            Verdict::fail);
-}
-
-TEST(NoMissedRelease, IsInconclusiveWithoutExpiriesAndUnderLoss) {
-  EXPECT_EQ(Verified("callback fusion timer\n2 start fusion\n3 end fusion")["R2"],
-            Verdict::inconclusive);
-  auto trace = trace_of(kRun);
-  drop_first_instance(trace);
-  EXPECT_EQ(Verified(trace)["R2"], Verdict::inconclusive);
-}
-
-TEST(NoMissedRelease, IsInconclusiveWithoutTheExpiryOfAnInstanceThatNeverEnded) {
-  const auto judged = [](const std::string& release) {
-    return Verified(
-        "callback fusion timer period=10\n12 start fusion release=10\n15 end fusion\n"
-        "22 start fusion release=" +
-        release + "\n32 start fusion release=30\n38 end fusion seq=2");
-  };
-  EXPECT_EQ(judged("20")["R2"], Verdict::pass);
-  EXPECT_EQ(judged("none")["R2"], Verdict::inconclusive);
-}
-
-TEST(NoMissedRelease, JudgesTimersOnly) {
-  EXPECT_EQ(Verified("callback fusion subscription\n2 start fusion release=1\n3 end fusion")["R2"],
-            Verdict::not_applicable);
-}
-
 TEST(Deadline, ComparesTheLongestResponseTimeExactly) {
-  EXPECT_EQ(Verified(kRun, spec("response_deadline: 8"))["R3"], Verdict::pass);
-  const Verified verified(kRun, spec("response_deadline: 7"));
+  EXPECT_EQ(Verified(kTwoRuns, spec("response_deadline: 8"))["R3"], Verdict::pass);
+  const Verified verified(kTwoRuns, spec("response_deadline: 7"));
   EXPECT_EQ(verified.of("R3", "callback fusion"), Verdict::fail);
   EXPECT_THAT(verified.evidence("R3", "callback fusion"),
               AllOf(HasSubstr("22 callback_start seq 1 starts, released at 20"),
@@ -162,16 +28,16 @@ TEST(Deadline, ComparesTheLongestResponseTimeExactly) {
 }
 
 TEST(Deadline, FallsBackToTheDeclaredOne) {
-  auto text = std::string(kRun);
+  auto text = std::string(kTwoRuns);
   text.replace(text.find("period=10"), 9, "period=10 deadline=7");
   EXPECT_EQ(Verified(text)["R3"], Verdict::fail);
   EXPECT_EQ(Verified(text, spec("response_deadline: 8"))["R3"], Verdict::pass);
-  EXPECT_EQ(Verified(kRun)["R3"], Verdict::not_applicable);
+  EXPECT_EQ(Verified(kTwoRuns)["R3"], Verdict::not_applicable);
 }
 
 // Response times 5 and 8.
 TEST(Deadline, IsInTheReportWithTheNumberOfInstancesBeyondIt) {
-  auto declared = std::string(kRun);
+  auto declared = std::string(kTwoRuns);
   declared.replace(declared.find("period=10"), 9, "period=10 deadline=7");
   const auto row = [](const Verified& verified) { return verified.result.report.callbacks.at(0); };
   EXPECT_EQ(row(Verified(declared)).response_deadline, Duration{7});
@@ -179,7 +45,7 @@ TEST(Deadline, IsInTheReportWithTheNumberOfInstancesBeyondIt) {
   EXPECT_EQ(row(Verified(declared, spec("response_deadline: 4"))).response_deadline, Duration{4});
   EXPECT_EQ(row(Verified(declared, spec("response_deadline: 4"))).late, 2U);
   EXPECT_EQ(row(Verified(declared, spec("response_deadline: 8"))).late, 0U);
-  EXPECT_FALSE(row(Verified(kRun)).response_deadline || row(Verified(kRun)).late);
+  EXPECT_FALSE(row(Verified(kTwoRuns)).response_deadline || row(Verified(kTwoRuns)).late);
 }
 
 TEST(Deadline, DoesNotTakeASecondEndForTheFirst) {
@@ -379,7 +245,7 @@ TEST(Deadline, TakesASourceTimestampThatWasWrittenAfterTheClockWasSet) {
 }
 
 TEST(Deadline, FailsForAnInstanceThatNeverEnded) {
-  const auto text = std::string(kRun) + "\n42 start fusion release=40\n100 finish fusion";
+  const auto text = std::string(kTwoRuns) + "\n42 start fusion release=40\n100 finish fusion";
   const Verified verified(text, spec("response_deadline: 20"));
   EXPECT_EQ(verified.of("R3", "callback fusion"), Verdict::fail);
   EXPECT_THAT(verified.evidence("R3", "callback fusion"), HasSubstr("and never ends"));
@@ -390,7 +256,7 @@ TEST(Deadline, FailsForAnInstanceThatNeverEnded) {
 
 // What the recording of another machine, or of another process, covers is no time that passed for the instance.
 TEST(Deadline, EndsWithTheWindowOfItsOwnChannel) {
-  const auto text = std::string(kRun) + "\n42 start fusion release=40\n100 finish fusion";
+  const auto text = std::string(kTwoRuns) + "\n42 start fusion release=40\n100 finish fusion";
   const auto late = trace_of("callback other\n9000 start other\n9010 end other");
   const auto judged = [&](const char* deadline, std::int64_t clock) {
     return Verified(
@@ -405,7 +271,7 @@ TEST(Deadline, EndsWithTheWindowOfItsOwnChannel) {
 }
 
 TEST(Deadline, KeepsItsFailureUnderLoss) {
-  auto trace = trace_of(kRun);
+  auto trace = trace_of(kTwoRuns);
   drop_first_instance(trace);
   EXPECT_EQ(Verified(trace, spec("response_deadline: 7"))["R3"], Verdict::fail);
   EXPECT_EQ(Verified(trace, spec("response_deadline: 8"))["R3"], Verdict::inconclusive);
@@ -451,63 +317,9 @@ TEST(Budget, IsInconclusiveWhereAnotherThreadSpokeOnTheCpu) {
 }
 
 TEST(Budget, PassesByDurationWithoutKernelEventsOrIsInconclusive) {
-  EXPECT_EQ(Verified(kRun, spec("wcet: 6"))["R4"], Verdict::pass);
-  EXPECT_EQ(Verified(kRun, spec("wcet: 5"))["R4"], Verdict::inconclusive);
-  EXPECT_EQ(Verified(kRun)["R4"], Verdict::not_applicable);
-}
-
-TEST(Rate, BoundsInterArrivalTimes) {
-  EXPECT_EQ(Verified(kRun, spec("min_inter_arrival: 10\n    max_inter_arrival: 10"))["R5"],
-            Verdict::pass);
-  const Verified fast(kRun, spec("min_inter_arrival: 11"));
-  EXPECT_EQ(fast.of("R5", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(fast.evidence("R5", "callback fusion"),
-              HasSubstr("22 callback_start seq 1 was released 10 ns after the one before it; "
-                        "spec.yaml:2 declares at least 11 ns"));
-  EXPECT_EQ(Verified(kRun, spec("max_inter_arrival: 9"))["R5"], Verdict::fail);
-}
-
-TEST(Rate, CountsTheReleaseOfAnInstanceThatNeverEnded) {
-  constexpr const char* kBounds = "min_inter_arrival: 10\n    max_inter_arrival: 12";
-  const auto open_at = [&](const char* release) {
-    return Verified(std::string(kRun) + "\n42 start fusion release=" + release, spec(kBounds));
-  };
-  EXPECT_EQ(open_at("32")["R5"], Verdict::pass);
-  EXPECT_EQ(open_at("33")["R5"], Verdict::fail);
-  EXPECT_EQ(open_at("29")["R5"], Verdict::fail);
-  EXPECT_THAT(open_at("29").evidence("R5", "callback fusion"),
-              HasSubstr("42 callback_start seq 2 was released 9 ns after the one before it"));
-  EXPECT_EQ(open_at("29").result.report.callbacks.front().inter_arrival->count, 1U)
-      << "the report's numbers are of complete instances";
-  constexpr const char* kOne =
-      "callback fusion timer period=10\n12 start fusion release=10\n15 end fusion\n"
-      "22 start fusion release=20";
-  EXPECT_EQ(Verified(kOne, spec("min_inter_arrival: 11"))["R5"], Verdict::fail);
-  EXPECT_EQ(Verified(kOne, spec("min_inter_arrival: 10"))["R5"], Verdict::pass);
-}
-
-// As a client's response that is served before an older request's timeout: 20, 16, 40.
-TEST(Rate, IsNotJudgedByInstancesInAnotherOrderThanTheirReleases) {
-  constexpr const char* kReordered =
-      "callback fusion timer period=10\n22 start fusion release=20\n25 end fusion\n"
-      "26 start fusion release=16\n27 end fusion\n42 start fusion release=40\n45 end fusion";
-  const auto rate = [&](const char* declared) { return Verified(kReordered, spec(declared)); };
-  EXPECT_EQ(rate("min_inter_arrival: 4")["R5"], Verdict::inconclusive);
-  EXPECT_EQ(rate("max_inter_arrival: 20")["R5"], Verdict::inconclusive) << "20 lies between";
-  EXPECT_EQ(rate("min_inter_arrival: 25")["R5"], Verdict::fail) << "16 and 40 are nearer";
-  const auto turnaround = rate("min_inter_arrival: 4");
-  EXPECT_EQ(turnaround["R1"], Verdict::fail) << "16 was released before the end at 25";
-  EXPECT_THAT(turnaround.evidence("R1", "callback fusion"), testing::Not(HasSubstr("-4 ns")));
-}
-
-TEST(Rate, IsInconclusiveUnderLossAndWithoutReleases) {
-  auto trace = trace_of(kRun);
-  drop_first_instance(trace);
-  EXPECT_EQ(Verified(trace, spec("min_inter_arrival: 1"))["R5"], Verdict::inconclusive);
-  EXPECT_EQ(Verified("callback fusion\n2 start fusion\n3 end fusion\n12 start fusion\n"
-                     "13 end fusion",
-                     spec("min_inter_arrival: 1"))["R5"],
-            Verdict::inconclusive);
+  EXPECT_EQ(Verified(kTwoRuns, spec("wcet: 6"))["R4"], Verdict::pass);
+  EXPECT_EQ(Verified(kTwoRuns, spec("wcet: 5"))["R4"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(kTwoRuns)["R4"], Verdict::not_applicable);
 }
 
 }  // namespace

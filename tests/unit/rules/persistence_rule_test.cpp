@@ -1,0 +1,209 @@
+#include "replaced_thread.hpp"
+#include "support/verdicts.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+TEST(MappingPersistent, FailsWhenAThreadWasReplaced) {
+  const Verified verified(kReplaced);
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("14 thread_fini"), HasSubstr("20 thread_init"),
+                    HasSubstr("30 callback_start")));
+}
+
+TEST(MappingPersistent, FailsHoweverOftenThreadsThatLiveTogetherTookTurnsBefore) {
+  std::string trace = R"(
+    process app executor=multi_threaded
+    callback fusion pooled
+    thread t1 pool tid=101
+    thread t2 pool tid=102
+    thread t3 pool tid=103
+    -500 begin t1
+    -500 begin t2)";
+  constexpr int kTurns = 2'000;
+  for (int i = 0; i < kTurns; ++i) {
+    const auto start = std::to_string(10 * i + 10);
+    const auto end = std::to_string(10 * i + 12);
+    const auto* thread = i % 2 == 0 ? "t1" : "t2";
+    trace += "\n" + start + " start fusion on=" + thread + "\n" + end + " end fusion on=" + thread;
+  }
+  trace += R"(
+    30000 finish t1
+    30001 finish t2
+    30002 begin t3
+    30010 start fusion on=t3
+    30012 end fusion on=t3
+    30014 finish t3)";
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("30001 thread_fini"), HasSubstr("30002 thread_init"),
+                    HasSubstr("30010 callback_start")));
+}
+
+TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
+  const Verified verified(std::string(kReplaced) + "\n  16 init fusion");
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::pass);
+}
+
+// State follows a repeated run_begin: where its callback_init is lost, the next one is taken for it.
+TEST(MappingPersistent, IsInconclusiveWhereARegistrationMayBeTakenForARepetition) {
+  const auto announced = std::string(kReplaced) + "\n  1 reload\n  16 init fusion";
+  EXPECT_EQ(Verified(announced)["M4"], Verdict::fail);
+  EXPECT_EQ(Verified(announced + "\n  2 init fusion")["M4"], Verdict::pass);
+  EXPECT_EQ(Verified(announced + "\n  2 discard user until=4 count=1")["M4"],
+            Verdict::inconclusive);
+}
+
+// As where a file of its registrations is missing, which no loss tells.
+TEST(MappingPersistent, IsInconclusiveWhereNoRegistrationWasSeenBeforeTheMove) {
+  auto trace = trace_of(std::string(kReplaced) + "\n40 init fusion");
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  trace.erase<CallbackInit>(
+      [](const CallbackInit&, const EventHead& head) { return head.time.ns < 0; });
+  const Verified registered_later(trace);
+  EXPECT_EQ(registered_later["M4"], Verdict::inconclusive);
+  EXPECT_THAT(registered_later.evidence("M4", "callback fusion"),
+              HasSubstr("its callback_init was not seen"));
+  trace.erase<CallbackInit>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "nor at all";
+}
+
+// The file that had another thread's announcement may have had a registration, too.
+TEST(MappingPersistent, IsInconclusiveWhereAThreadWasNeverAnnounced) {
+  const Verified verified(std::string(kReplaced) +
+                          "\nthread other worker tid=150 silent\n5 audit other");
+  EXPECT_EQ(verified["M4"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              HasSubstr("thread 150 was never seen to be announced: other announcements"));
+  const Verified ran(std::string(kReplaced) +
+                     "\nthread other callback of=fusion tid=150 silent\n"
+                     "-50 start fusion on=other\n-40 end fusion on=other\n-39 finish other");
+  EXPECT_EQ(ran["M4"], Verdict::inconclusive) << ran.evidence("M4", "callback fusion");
+}
+
+// Two CPUs' events of one nanosecond have no order.
+TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
+  for (const auto* time : {"12", "30"}) {
+    const Verified verified(std::string(kReplaced) + "\n" + time + " init fusion cpu=1");
+    EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::inconclusive) << time;
+    EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+                HasSubstr(std::string(time) + " callback_init"));
+  }
+  EXPECT_EQ(Verified(std::string(kReplaced) + "\n11 init fusion cpu=1")["M4"], Verdict::fail);
+  EXPECT_EQ(Verified(std::string(kReplaced) + "\n31 init fusion cpu=1")["M4"], Verdict::fail);
+}
+
+TEST(MappingPersistent, IsInconclusiveWhenTheExitWasLost) {
+  auto trace = trace_of(kReplaced);
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 101; });
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::inconclusive);
+}
+
+// After its thread_fini a thread may publish, but a callback that starts there is on a thread that
+// nobody announced.
+constexpr const char* kAfterFini = R"(
+  publisher out
+  callback fusion pooled
+  thread t1 callback of=fusion tid=101
+  -500 begin t1
+  10 start fusion on=t1
+  12 end fusion on=t1
+  14 finish t1
+  16 publish out on=t1
+  30 start fusion on=t1
+  32 end fusion on=t1)";
+
+TEST(MappingPersistent, FailsWhenACallbackGoesOnAfterTheEndOfItsThread) {
+  const Verified verified(kAfterFini);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("14 thread_fini"), HasSubstr("30 callback_start")));
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass) << "one after the other";
+}
+
+TEST(MappingPersistent, DoubtsAStartAfterTheEndOfItsThreadWithoutProof) {
+  // The thread may have been announced again: a thread_init is missing among those counted.
+  const auto counted_more = [] {
+    auto trace = trace_of(kAfterFini);
+    for (auto& event : trace.events) {
+      if (auto* end = std::get_if<RunEnd>(&event.body)) ++end->threads;
+    }
+    return trace;
+  };
+  EXPECT_EQ(Verified(counted_more()).of("M4", "callback fusion"), Verdict::inconclusive);
+}
+
+TEST(MappingPersistent, IsNotDoubtedForAnExitThatTheKernelAloneSaw) {
+  // An instance was lost. User space does not know that the worker had ended by then.
+  auto trace = trace_of(R"(
+    callback fusion
+    thread helper worker tid=300
+    kernel
+    10 start fusion
+    12 end fusion
+    14 exit helper
+    20 start fusion
+    22 end fusion
+    30 start fusion
+    32 end fusion)");
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 1; });
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 300; });
+  EXPECT_EQ(Verified(trace).of("M4", "callback fusion"), Verdict::pass);
+}
+
+TEST(MappingPersistent, SeesAReusedTid) {
+  const Verified verified(R"(
+    callback fusion pooled
+    thread t1 callback of=fusion tid=101
+    thread t2 callback of=fusion tid=101
+    -500 begin t1
+    10 start fusion on=t1
+    12 end fusion on=t1
+    14 finish t1
+    20 begin t2
+    30 start fusion on=t2
+    32 end fusion on=t2
+    34 finish t2)");
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+}
+
+// t1 ends, t2 goes on without being registered, and then somebody else with t1's tid exits: where
+// the kernel's record has a hole before, that t1 had exited in it cannot be seen.
+TEST(MappingPersistent, TakesNoExitBehindAHoleForThatOfAThreadThatEnded) {
+  const std::string replaced =
+      "callback fusion pooled\n"
+      "thread t1 callback of=fusion tid=101\n"
+      "thread t2 callback of=fusion tid=102\n"
+      "kernel\n"
+      "1 begin t1\n10 start fusion on=t1\n12 end fusion on=t1\n14 finish t1\n"
+      "16 begin t2\n20 start fusion on=t2\n22 end fusion on=t2\n";
+  const auto judged = [&replaced](const std::string& kernel) {
+    return Verified(replaced + kernel);
+  };
+  for (const auto* hole : {"", "15 discard kernel until=18 count=1\n30 exit t1"}) {
+    EXPECT_EQ(judged(hole)["M3"], Verdict::pass) << hole;
+    EXPECT_EQ(judged(hole)["M4"], Verdict::fail) << hole;
+  }
+  const auto lived = judged("30 exit t1");  // it was still there
+  EXPECT_EQ(lived["M3"], Verdict::fail);
+  EXPECT_EQ(lived["M4"], Verdict::pass);
+}
+
+}  // namespace
+}  // namespace cie::test
