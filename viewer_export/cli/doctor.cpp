@@ -81,7 +81,7 @@ Finding session_daemon(const Machine& machine) {
 
 Finding real_time(const Machine& machine) {
   constexpr std::string_view kId = "real-time";
-  if (machine.has_capability(kSysNice)) {
+  if (machine.has_right(kSysNice)) {
     return fine(kId, "CAP_SYS_NICE: every policy and priority");
   }
   const auto most = machine.limit("Max realtime priority").value_or(0);
@@ -91,9 +91,12 @@ Finding real_time(const Machine& machine) {
                    "`setcap cap_sys_nice+ep` on the program");
   }
   return warning(kId,
-                 fmt::format("RLIMIT_RTPRIO {}: SCHED_FIFO and SCHED_RR up to that priority, no "
-                             "SCHED_DEADLINE",
-                             most),
+                 most == kUnlimited
+                     ? "RLIMIT_RTPRIO is unlimited: SCHED_FIFO and SCHED_RR at every priority, no "
+                       "SCHED_DEADLINE"
+                     : fmt::format("RLIMIT_RTPRIO {}: SCHED_FIFO and SCHED_RR up to that priority, "
+                                   "no SCHED_DEADLINE",
+                                   most),
                  "CAP_SYS_NICE lifts that: `setcap cap_sys_nice+ep` on the program");
 }
 
@@ -118,20 +121,11 @@ Finding throttling(const Machine& machine) {
 // Kernels with CONFIG_RT_GROUP_SCHED ask every group for a budget.
 Finding group_budget(const Machine& machine) {
   constexpr std::string_view kId = "group-budget";
-  std::string path;
-  for (const std::string controller : {"cpu,cpuacct", "cpu"}) {
-    std::istringstream groups(machine.text("/proc/self/cgroup").value_or(""));
-    for (std::string line; std::getline(groups, line);) {  // 4:cpu,cpuacct:/user.slice
-      const auto at = line.find(":" + controller + ":");
-      if (at == std::string::npos) continue;
-      path = "/sys/fs/cgroup/" + controller + line.substr(at + controller.size() + 2) +
-             "/cpu.rt_runtime_us";
-    }
-  }
-  if (path.empty() || machine.number(path) != 0)
-    return fine(kId, "no cgroup forbids real-time tasks");
+  const auto group = machine.control_group("cpu");
+  const auto budget = group ? group->folder / "cpu.rt_runtime_us" : fs::path();
+  if (!group || machine.number(budget) != 0) return fine(kId, "no cgroup forbids real-time tasks");
   return problem(kId, "this process's control group has no real-time budget",
-                 "echo 950000 > " + path + ", and likewise in the groups above it");
+                 "echo 950000 > " + budget.string() + ", and likewise in the groups above it");
 }
 
 constexpr const char* kUseOfKernelEvents =
@@ -140,8 +134,8 @@ constexpr const char* kUseOfKernelEvents =
 
 Finding kernel_events(const Machine& machine) {
   constexpr std::string_view kId = "kernel-events";
-  const bool may_bpf = machine.has_capability(kSysAdmin) ||
-                       (machine.has_capability(kBpf) && machine.has_capability(kPerfmon));
+  const bool may_bpf =
+      machine.has_right(kSysAdmin) || (machine.has_right(kBpf) && machine.has_right(kPerfmon));
   const bool has_btf = machine.has("/sys/kernel/btf/vmlinux");
   if (may_bpf && has_btf) return fine(kId, "by BPF");
   const bool has_tracefs =

@@ -131,6 +131,14 @@ TEST_F(Doctor, RealTimeNeedsACapabilityOrALimit) {
   expect("real-time", Health::ok, "CAP_SYS_NICE");
 }
 
+TEST_F(Doctor, AnUnlimitedLimitForbidsNoPriority) {
+  write("/proc/self/status", status_of("1000", "0000000000000000", "1000"));
+  write("/proc/self/limits",
+        "Max realtime priority     unlimited            unlimited            \n");
+  expect("real-time", Health::warning, "RLIMIT_RTPRIO is unlimited");
+  EXPECT_THAT(finding("real-time").what, HasSubstr("every priority, no SCHED_DEADLINE"));
+}
+
 TEST_F(Doctor, ThrottlingLeavesAllSomeOrNoTime) {
   expect("throttling", Health::ok, "off");
   write(kRuntime, "950000\n");
@@ -145,6 +153,8 @@ TEST_F(Doctor, ThrottlingLeavesAllSomeOrNoTime) {
 
 TEST_F(Doctor, AControlGroupMayForbidRealTime) {
   write("/proc/self/cgroup", "4:cpu,cpuacct:/user.slice\n0::/\n");
+  write("/proc/self/mountinfo",
+        "30 25 0:26 / /sys/fs/cgroup/cpu,cpuacct rw,relatime - cgroup cgroup rw,cpu,cpuacct\n");
   expect("group-budget", Health::ok, "no cgroup forbids real-time tasks");
   write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "0\n");
   expect("group-budget", Health::problem, "no real-time budget");
@@ -152,6 +162,15 @@ TEST_F(Doctor, AControlGroupMayForbidRealTime) {
               HasSubstr("> /sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us"));
   write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "950000\n");
   expect("group-budget", Health::ok, "no cgroup forbids real-time tasks");
+}
+
+TEST_F(Doctor, AContainersControlGroupLiesWhereItIsMounted) {
+  write("/proc/self/cgroup", "4:cpu,cpuacct:/docker/3ec7/app\n0::/\n");
+  write("/proc/self/mountinfo",
+        "30 25 0:26 /docker/3ec7 /cgroups/cpu ro,relatime - cgroup cgroup rw,cpu,cpuacct\n");
+  write("/cgroups/cpu/app/cpu.rt_runtime_us", "0\n");
+  expect("group-budget", Health::problem, "no real-time budget");
+  EXPECT_THAT(finding("group-budget").advice, HasSubstr("> /cgroups/cpu/app/cpu.rt_runtime_us,"));
 }
 
 TEST_F(Doctor, TheSchedulerIsRecordedByBpfOrTracefs) {

@@ -8,6 +8,7 @@
 #include "base/uuid.hpp"
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -110,6 +111,15 @@ TEST(Counted, IsSingularForOne) {
   EXPECT_EQ(counted(1, "instance"), "1 instance");
   EXPECT_EQ(counted(0, "instance"), "0 instances");
   EXPECT_EQ(counted(2, "process"), "2 processes");
+}
+
+TEST(Numbers, AreWholeTexts) {
+  EXPECT_EQ(parse_number<int>("-17"), -17);
+  EXPECT_EQ(parse_number<std::uint64_t>("ff", 16), 255U);
+  EXPECT_EQ(parse_number<std::uint16_t>("65535"), 65535);
+  EXPECT_EQ(parse_number<double>("1.5"), 1.5);
+  for (const char* text : {"", " 1", "1 ", "+1", "-1", "0x1", "one", "65536"})
+    EXPECT_EQ(parse_number<std::uint16_t>(text), std::nullopt) << text;
 }
 
 TEST(UuidText, HasTheDigitsOfAllBytes) {

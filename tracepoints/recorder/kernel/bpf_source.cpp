@@ -1,3 +1,5 @@
+#include <cie/tracepoints/machine_files.hpp>
+
 #include "kernel/kernel_events.hpp"
 #include "kernel/kernel_record.h"
 #include "kernel/kernel_source.hpp"
@@ -9,7 +11,6 @@
 #include <cstdarg>
 #include <cstring>
 #include <exception>
-#include <fstream>
 #include <string>
 #include <utility>
 
@@ -46,19 +47,6 @@ using Btf = std::unique_ptr<btf, Call<btf__free>>;
 
 int say_nothing(libbpf_print_level /*level*/, const char* /*format*/, va_list /*arguments*/) {
   return 0;
-}
-
-std::vector<std::uint32_t> online_cpus() {
-  std::vector<std::uint32_t> numbers;
-  const auto configured = static_cast<std::uint32_t>(std::max(libbpf_num_possible_cpus(), 1));
-  for (std::uint32_t number = 0; number < configured; ++number) {
-    // The first one may have no such file: it cannot be switched off.
-    std::ifstream file(fmt::format("/sys/devices/system/cpu/cpu{}/online", number));
-    char is_online = '1';
-    file >> is_online;
-    if (is_online == '1') numbers.push_back(number);
-  }
-  return numbers;
 }
 
 [[noreturn]] void refuse(const std::string& what, int error) {
@@ -104,7 +92,8 @@ class Variables {
 
 class BpfSource final : public KernelSource {
  public:
-  explicit BpfSource(std::uint64_t buffer_size) : cpus_(online_cpus()), states_(cpus_.size()) {
+  explicit BpfSource(std::uint64_t buffer_size)
+      : cpus_(MachineFiles().online_cpus()), states_(cpus_.size()) {
     libbpf_set_print(say_nothing);  // it would write to standard error
     load();
     open_buffers(buffer_size);
