@@ -1,8 +1,9 @@
-// Lists and numbers in texts: how they are written, and how they are read.
+// Lists, numbers and names in texts: how they are written, and how numbers are read.
 #pragma once
 
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,11 +22,14 @@ std::string joined(const Texts& texts, std::string_view separator = ", ") {
   return all;
 }
 
-// "1 loss", "2 losses".
-inline std::string counted(std::uint64_t count, std::string_view noun) {
-  const std::string_view plural = noun.ends_with('s') ? "es" : "s";
-  return std::to_string(count).append(" ").append(noun).append(count == 1 ? "" : plural);
-}
+// "1 loss", "2 losses"; "1 was", "2 were" where `many` says so.
+std::string counted(std::uint64_t count, std::string_view noun, std::string_view many = {});
+
+// With quotation marks around it.
+std::string in_quotes(const std::filesystem::path& name);
+
+// One argument for a POSIX shell; with what cannot be printed as $'a\012b' (POSIX.1-2024, bash, zsh).
+std::string shell_quoted(std::string_view text);
 
 // The number that the whole text is; empty if it is none, or too large for N. `base`: of an integer
 // that is not decimal.

@@ -2,9 +2,9 @@
 
 #include <cie/tracepoints/utf8.hpp>
 
+#include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <array>
 #include <cerrno>

@@ -52,7 +52,6 @@ add_library(cie_recorder STATIC
   recorder/system/processes.cpp
   recorder/system/signals.cpp
   recorder/system/temporary_directory.cpp
-  recorder/system/text.cpp
   recorder/target/escalation.cpp
   recorder/target/registration.cpp
   recorder/target/target.cpp)

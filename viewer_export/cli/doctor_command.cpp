@@ -1,3 +1,4 @@
+#include "base/text.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "doctor.hpp"
@@ -75,7 +76,7 @@ void write_json_of(std::ostream& out, const std::vector<Finding>& findings) {
 
 // What `cie-record --try-kernel` prints. Throws std::runtime_error.
 std::string kernel_trial() {
-  const auto command = viewer_export::shell_quoted(program_path("cie-record")) + " --try-kernel";
+  const auto command = shell_quoted(program_path("cie-record")) + " --try-kernel";
   struct Close {
     void operator()(std::FILE* pipe) const noexcept { ::pclose(pipe); }
   };

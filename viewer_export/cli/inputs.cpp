@@ -3,6 +3,7 @@
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include "base/messages.hpp"
+#include "base/text.hpp"
 #include "output.hpp"
 #include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
@@ -82,7 +83,7 @@ std::string input_arguments(const std::vector<std::filesystem::path>& traces,
 std::string shell_words(const Arguments& arguments) {
   std::string text;
   for (const auto& argument : arguments)
-    text += (text.empty() ? "" : " ") + viewer_export::shell_quoted(argument);
+    text += (text.empty() ? "" : " ") + shell_quoted(argument);
   return text;
 }
 

@@ -111,6 +111,20 @@ TEST(Counted, IsSingularForOne) {
   EXPECT_EQ(counted(1, "instance"), "1 instance");
   EXPECT_EQ(counted(0, "instance"), "0 instances");
   EXPECT_EQ(counted(2, "process"), "2 processes");
+  EXPECT_EQ(counted(2, "switch"), "2 switches");
+  EXPECT_EQ(counted(1, "was", "were"), "1 was");
+  EXPECT_EQ(counted(2, "was", "were"), "2 were");
+}
+
+TEST(ShellQuoted, IsOneArgumentThatIsPastedAsItIsPrinted) {
+  EXPECT_EQ(shell_quoted("run-1/a.b"), "run-1/a.b");
+  EXPECT_EQ(shell_quoted(""), "''");
+  EXPECT_EQ(shell_quoted("my run"), "'my run'");
+  EXPECT_EQ(shell_quoted("it's"), "'it'\\''s'");
+  EXPECT_EQ(shell_quoted("Läufe 1"), "'Läufe 1'");
+  EXPECT_EQ(shell_quoted("new\nline\x1b it's \\"), "$'new\\012line\\033 it\\047s \\134'");
+  EXPECT_EQ(shell_quoted("\x1b[2J"), "$'\\033[2J'");
+  EXPECT_EQ(shell_quoted("\xff"), "$'\\377'") << "no UTF-8";
 }
 
 TEST(Numbers, AreWholeTexts) {

@@ -53,6 +53,13 @@ TEST(Summary, QuotesForAShell) {
   EXPECT_THAT(summary(kept), HasSubstr(R"(next: cie report '/it'\''s here')"));
 }
 
+TEST(Summary, LetsNoNameMoveTheTerminalsCursor) {
+  Outcome kept = outcome();
+  kept.options.directory = "/a\x1b[2Jb\nc";
+  EXPECT_THAT(summary(kept), HasSubstr(R"(next: cie report $'/a\033[2Jb\012c')"));
+  EXPECT_THAT(summary(kept), Not(HasSubstr("\x1b")));
+}
+
 TEST(Summary, CountsLossesAndDoesNotFailForThem) {
   Outcome kept = outcome();
   kept.manifest.channels = {{.name = "state"},

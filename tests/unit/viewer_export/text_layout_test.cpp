@@ -90,16 +90,6 @@ TEST(WithFittingUnits, ChangesNanosecondsAlone) {
             "5 nsx, 7, 12345678901234567890 ns");
 }
 
-TEST(ShellQuoted, IsOneArgumentThatIsPastedAsItIsPrinted) {
-  EXPECT_EQ(shell_quoted("run-1/a.b"), "run-1/a.b");
-  EXPECT_EQ(shell_quoted(""), "''");
-  EXPECT_EQ(shell_quoted("my run"), "'my run'");
-  EXPECT_EQ(shell_quoted("it's"), "'it'\\''s'");
-  EXPECT_EQ(shell_quoted("Läufe 1"), "'Läufe 1'");
-  EXPECT_EQ(shell_quoted("new\nline\x1b it's \\"), "$'new\\012line\\033 it\\047s \\134'");
-  EXPECT_EQ(shell_quoted("\xff"), "$'\\377'") << "no UTF-8";
-}
-
 TEST(FormatCpus, JoinsRanges) {
   EXPECT_EQ(format_cpus({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
   EXPECT_EQ(format_cpus({}), "");

@@ -1,10 +1,10 @@
 #include "keeping/directory_keeping.hpp"
 
+#include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/attempt.hpp"
 #include "keeping/kernel_beside.hpp"
 #include "keeping/manifest.hpp"
-#include "system/text.hpp"
 
 #include <filesystem>
 #include <utility>

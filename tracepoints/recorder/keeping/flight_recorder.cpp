@@ -1,11 +1,11 @@
 #include "keeping/flight_recorder.hpp"
 
+#include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
 #include "keeping/manifest.hpp"
 #include "system/error.hpp"
 #include "system/instant.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <cerrno>

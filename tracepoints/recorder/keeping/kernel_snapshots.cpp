@@ -1,8 +1,8 @@
 #include "keeping/kernel_snapshots.hpp"
 
+#include "base/text.hpp"
 #include "kernel/kernel_clock.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <string>
 #include <utility>

@@ -1,8 +1,8 @@
 #include "keeping/live_keeping.hpp"
 
 #include "base/machine.hpp"
+#include "base/text.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <array>
 #include <cerrno>

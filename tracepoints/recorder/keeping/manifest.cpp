@@ -3,11 +3,11 @@
 #include <cie/tracepoints/sha256.hpp>
 
 #include "base/machine.hpp"
+#include "base/text.hpp"
 #include "keeping/chunk_names.hpp"
 #include "lttng/session_channels.hpp"
 #include "system/directory_claim.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 #include "version.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "keeping/outcome.hpp"
 
+#include "base/text.hpp"
 #include "keeping/chunk_names.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -38,8 +38,8 @@ fs::path spec_of(const std::vector<std::string>& command) {
 // The commands that read a recording, for pasting: judged by the spec that its command ran by.
 std::string next_commands(const Options& options) {
   const auto spec = spec_of(options.command);
-  const auto input =
-      in_shell_quotes(options.directory) + (spec.empty() ? "" : " --spec " + in_shell_quotes(spec));
+  const auto input = shell_quoted(options.directory.string()) +
+                     (spec.empty() ? "" : " --spec " + shell_quoted(spec.string()));
   return fmt::format("next: cie report {}\n      cie verify {}\n", input, input);
 }
 
@@ -55,28 +55,28 @@ std::string events_in_words(const RecordingManifest& manifest) {
 }
 
 std::string result(const Outcome& outcome, const KeptInDirectory& /*kept*/) {
-  return fmt::format("recorded {}{}\n{}", in_shell_quotes(outcome.options.directory),
+  return fmt::format("recorded {}{}\n{}", shell_quoted(outcome.options.directory.string()),
                      events_in_words(outcome.manifest), next_commands(outcome.options));
 }
 
 std::string result(const Outcome& outcome, const KeptInChunks& kept) {
   const std::string removed = kept.removed > 0 ? fmt::format(", of which the oldest {} removed",
-                                                             in_number(kept.removed, "was", "were"))
+                                                             counted(kept.removed, "was", "were"))
                                                : "";
   return fmt::format("recorded {} in {}{}; each is a recording, too{}\n{}",
-                     in_number(kept.sealed, "chunk", "chunks"),
-                     in_shell_quotes(outcome.options.directory), removed,
+                     counted(kept.sealed, "chunk"),
+                     shell_quoted(outcome.options.directory.string()), removed,
                      events_in_words(outcome.manifest), next_commands(outcome.options));
 }
 
 std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
   const fs::path& directory = outcome.options.directory;
-  std::string text = fmt::format("saved {} in {}", in_number(kept.saved, "snapshot", "snapshots"),
-                                 in_shell_quotes(directory));
+  std::string text = fmt::format("saved {} in {}", counted(kept.saved, "snapshot"),
+                                 shell_quoted(directory.string()));
   if (kept.left_out > 0) {
     text += fmt::format(
         "; {} more there was a reason to, but --max-snapshots or --min-interval forbade it",
-        in_number(kept.left_out, "time", "times"));
+        counted(kept.left_out, "time"));
   }
   if (kept.saved > 0) {
     text += kept.has_kernel_events ? " (user-space and kernel events)"
@@ -84,7 +84,8 @@ std::string result(const Outcome& outcome, const KeptInSnapshots& kept) {
   }
   text += '\n';
   if (kept.saved > 0) {
-    text += fmt::format("next: cie report {}\n", in_shell_quotes(snapshot_directory(directory, 1)));
+    text += fmt::format("next: cie report {}\n",
+                        shell_quoted(snapshot_directory(directory, 1).string()));
   }
   return text;
 }
@@ -98,7 +99,7 @@ std::string result(const Outcome& outcome, const KeptElsewhere& /*kept*/) {
   text += events_in_words(outcome.manifest);
   return text +
          fmt::format("\nnext, where it collects: cie report DIR; what was lost here stands in {}\n",
-                     in_shell_quotes(outcome.options.directory / kManifestName));
+                     shell_quoted((outcome.options.directory / kManifestName).string()));
 }
 
 std::string losses(const RecordingManifest& manifest) {
@@ -108,14 +109,13 @@ std::string losses(const RecordingManifest& manifest) {
       text += fmt::format(
           "LOST: channel \"{}\" discarded {} and lost {}; record with a larger "
           "--subbuf-size or --num-subbuf\n",
-          loss.name, in_number(loss.discarded_events, "event", "events"),
-          in_number(loss.lost_packets, "packet", "packets"));
+          loss.name, counted(loss.discarded_events, "event"), counted(loss.lost_packets, "packet"));
     }
   }
   if (manifest.kernel.lost_events > 0) {
     text +=
         fmt::format("LOST: the kernel's buffers lost {}; record with a larger --kernel-buffer\n",
-                    in_number(manifest.kernel.lost_events, "event", "events"));
+                    counted(manifest.kernel.lost_events, "event"));
   }
   if (manifest.kernel.untold_switches > 0) {
     // They are counted apart from what full buffers lost.
@@ -123,8 +123,7 @@ std::string losses(const RecordingManifest& manifest) {
     text += fmt::format(
         "LOST: {}this kernel did not report {} of threads, {}: execution times around them are not "
         "measured\n",
-        is_besides ? "besides, " : "",
-        in_number(manifest.kernel.untold_switches, "switch", "switches"),
+        is_besides ? "besides, " : "", counted(manifest.kernel.untold_switches, "switch"),
         is_besides ? "where no buffer was full" : "though no buffer was full");
   }
   return text;
@@ -132,9 +131,9 @@ std::string losses(const RecordingManifest& manifest) {
 
 std::string failure(const Outcome& outcome) {
   const Options& options = outcome.options;
-  std::string text = fmt::format(
-      "THE RECORDING FAILED; what there is stands {}:\n",
-      options.relay ? "at " + options.relay->text() : "in " + in_shell_quotes(options.directory));
+  std::string text = fmt::format("THE RECORDING FAILED; what there is stands {}:\n",
+                                 options.relay ? "at " + options.relay->text()
+                                               : "in " + shell_quoted(options.directory.string()));
   for (const std::string& problem : outcome.manifest.problems) {
     text += fmt::format("  {}\n", problem);
   }

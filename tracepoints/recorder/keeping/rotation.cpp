@@ -1,10 +1,10 @@
 #include "keeping/rotation.hpp"
 
+#include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
 #include "keeping/manifest.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,8 +1,8 @@
 #include "keeping/snapshots_keeping.hpp"
 
+#include "base/text.hpp"
 #include "keeping/kernel_snapshots.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <exception>
 #include <string>
@@ -65,7 +65,7 @@ void SnapshotsKeeping::state_cost() {
                         in_mib(KernelSnapshots::most_bytes_per_cpu(options)));
   }
   tracing_.console.say(text + fmt::format("to save them: cie record --save {}\n",
-                                          in_shell_quotes(options.directory)));
+                                          shell_quoted(options.directory.string())));
 }
 
 void SnapshotsKeeping::start_reading() {
@@ -118,7 +118,7 @@ void SnapshotsKeeping::tell(const SavedSnapshot& snapshot) {
   const FloatSeconds wanted = tracing_.options().snapshot.value().length;
   const FloatSeconds ran = std::chrono::steady_clock::now() - began_;
   tracing_.console.say(fmt::format("saved {}: the last {:.3f} s ({})\n",
-                                   in_shell_quotes(snapshot.directory), held.count(),
+                                   shell_quoted(snapshot.directory.string()), held.count(),
                                    snapshot.reason));
   if (held < wanted * 0.9 && held < ran * 0.9) {
     tracing_.console.warn(

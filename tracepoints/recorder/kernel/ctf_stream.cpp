@@ -1,10 +1,10 @@
 #include "kernel/ctf_stream.hpp"
 
+#include "base/text.hpp"
 #include "base/uuid.hpp"
 #include "ctf/packet_start.hpp"
 #include "kernel/kernel_events.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <bit>

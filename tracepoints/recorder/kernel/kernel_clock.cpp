@@ -2,8 +2,8 @@
 
 #include "base/clock.hpp"
 #include "base/machine.hpp"
+#include "base/text.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <cerrno>
 #include <fstream>

@@ -1,8 +1,8 @@
 #include "kernel/kernel_recording.hpp"
 
+#include "base/text.hpp"
 #include "kernel/kernel_clock.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <utility>
 

@@ -1,7 +1,7 @@
 #include "kernel/tracefs.hpp"
 
+#include "base/text.hpp"
 #include "system/processes.hpp"
-#include "system/text.hpp"
 
 #include <array>
 #include <cerrno>

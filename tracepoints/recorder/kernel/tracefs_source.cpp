@@ -1,9 +1,9 @@
 #include "base/file_descriptor.hpp"
+#include "base/text.hpp"
 #include "kernel/kernel_events.hpp"
 #include "kernel/kernel_source.hpp"
 #include "kernel/tracefs.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,8 +1,8 @@
 #include "lttng/session_channels.hpp"
 
+#include "base/text.hpp"
 #include "lttng/lttng_calls.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,8 +1,8 @@
 #include "lttng/session_daemon.hpp"
 
+#include "base/text.hpp"
 #include "system/error.hpp"
 #include "system/processes.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <cerrno>

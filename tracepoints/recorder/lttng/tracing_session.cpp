@@ -1,11 +1,11 @@
 #include "lttng/tracing_session.hpp"
 
+#include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "lttng/lttng_calls.hpp"
 #include "system/error.hpp"
 #include "system/instant.hpp"
 #include "system/processes.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,9 +1,9 @@
 #include "system/child_process.hpp"
 
 #include "base/file_descriptor.hpp"
+#include "base/text.hpp"
 #include "system/error.hpp"
 #include "system/processes.hpp"
-#include "system/text.hpp"
 
 #include <cerrno>
 #include <csignal>

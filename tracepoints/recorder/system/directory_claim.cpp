@@ -1,8 +1,8 @@
 #include "system/directory_claim.hpp"
 
 #include "base/file_descriptor.hpp"
+#include "base/text.hpp"
 #include "system/error.hpp"
-#include "system/text.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,8 +1,8 @@
 #include "system/temporary_directory.hpp"
 
+#include "base/text.hpp"
 #include "system/error.hpp"
 #include "system/processes.hpp"
-#include "system/text.hpp"
 
 #include <cerrno>
 #include <chrono>

@@ -181,29 +181,6 @@ std::string format_clock_error(const analysis::ClockError& error) {
   return bound(error.least) + " to " + bound(error.most);
 }
 
-std::string shell_quoted(std::string_view text) {
-  constexpr std::string_view kSafe =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
-  if (!text.empty() && text.find_first_not_of(kSafe) == std::string_view::npos) {
-    return std::string(text);
-  }
-  // What a terminal does not print, and ' with it, by numbers: they are pasted as they are read.
-  if (printable(text) != text) {
-    std::string result = "$'";
-    for (const auto c : text) {
-      const auto byte = static_cast<unsigned char>(c);
-      const bool is_plain = byte >= ' ' && byte < 0x7f && c != '\'' && c != '\\';
-      result += is_plain ? std::string(1, c) : fmt::format("\\{:03o}", byte);
-    }
-    return result + "'";
-  }
-  std::string result = "'";
-  for (const char c : text) {
-    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  }
-  return result + "'";
-}
-
 std::string format_cpus(const std::vector<std::uint32_t>& cpus) {
   std::string result;
   for (std::size_t i = 0; i < cpus.size();) {

@@ -47,9 +47,6 @@ std::string with_fitting_units(std::string_view sentence);
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
 std::string format_clock_error(const analysis::ClockError& error);
 
-// One argument for a POSIX shell; with what cannot be printed as $'a\012b' (POSIX.1-2024, bash, zsh).
-std::string shell_quoted(std::string_view text);
-
 // "0-3,5".
 std::string format_cpus(const std::vector<std::uint32_t>& cpus);
 
