@@ -1,8 +1,9 @@
 #include "control.hpp"
 
+#include "base/text.hpp"
+
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -110,10 +111,10 @@ std::vector<int> running_containers(const fs::path& in) {
   std::vector<int> pids;
   for (const auto& entry : fs::directory_iterator{in}) {
     const std::string name = entry.path().filename();
-    int pid = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), pid);
-    const bool is_socket = error == std::errc{} && std::string_view{end} == kSuffix;
-    if (is_socket && pid > 0 && is_running(pid)) pids.push_back(pid);
+    if (!name.ends_with(kSuffix)) continue;
+    const auto pid =
+        parse_number<int>(std::string_view{name}.substr(0, name.size() - kSuffix.size()));
+    if (pid && *pid > 0 && is_running(*pid)) pids.push_back(*pid);
   }
   std::ranges::sort(pids);
   return pids;

@@ -1,7 +1,6 @@
 #include "base/network_address.hpp"
 
-#include <charconv>
-#include <system_error>
+#include "base/text.hpp"
 
 #include <fmt/format.h>
 
@@ -11,13 +10,6 @@ namespace {
 constexpr const char* kLoopback = "127.0.0.1";
 
 bool is_ipv6(const std::string& host) { return host.find(':') != std::string::npos; }
-
-std::optional<std::uint16_t> parse_port(std::string_view text) {
-  std::uint16_t port = 0;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc{} || rest != text.data() + text.size()) return std::nullopt;
-  return port;
-}
 
 }  // namespace
 
@@ -46,7 +38,7 @@ std::optional<NetworkAddress> parse_address(std::string_view text,
       port = text.substr(colon + 1);
     }
   }
-  const auto number = port ? parse_port(*port) : default_port;
+  const auto number = port ? parse_number<std::uint16_t>(*port) : default_port;
   const bool is_plain = host.find_first_of("/@ \t\n") == kNone;
   if (!number || host.empty() || !is_plain) return std::nullopt;
   return NetworkAddress{.host = std::string(host), .port = *number};
@@ -56,7 +48,7 @@ std::optional<NetworkAddress> parse_listen_address(std::string_view text,
                                                    std::optional<std::uint16_t> default_port) {
   const bool is_port = !text.empty() && text.find_first_not_of("0123456789") == text.npos;
   if (!is_port) return parse_address(text, default_port);
-  const auto port = parse_port(text);
+  const auto port = parse_number<std::uint16_t>(text);
   if (!port) return std::nullopt;
   return NetworkAddress{.host = kLoopback, .port = *port};
 }

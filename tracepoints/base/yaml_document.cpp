@@ -4,9 +4,10 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
+#include "text.hpp"
+
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -128,10 +129,7 @@ std::string in_quotes(std::string_view text) {
 std::optional<std::int64_t> parse_integer(std::string_view text) {
   const std::string_view digits = text.starts_with('-') ? text.substr(1) : text;
   if (digits.empty() || (digits.size() > 1 && digits.front() == '0')) return std::nullopt;
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return parse_number<std::int64_t>(text);
 }
 
 std::string_view kind_name(TreeNode::Kind kind) {

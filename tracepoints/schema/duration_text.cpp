@@ -1,9 +1,9 @@
 #include <cie/tracepoints/duration_text.hpp>
 
+#include "base/text.hpp"
+
 #include <array>
-#include <charconv>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 namespace cie {
@@ -36,10 +36,7 @@ std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) n
 }  // namespace
 
 std::optional<std::int64_t> parse_digits(std::string_view text) noexcept {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
+  return text.starts_with('-') ? std::nullopt : parse_number<std::int64_t>(text);
 }
 
 std::optional<std::int64_t> parse_duration(std::string_view text) noexcept {

@@ -1,15 +1,15 @@
 // The machine a scheduling spec was written for.
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "base/text.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <system_error>
 
 namespace cie {
 namespace {
@@ -48,17 +48,10 @@ std::map<std::string, std::string, std::less<>> read_fields(std::string_view lsc
   return fields;
 }
 
-bool is_number(const std::string& text, double& value) {
-  const char* const end = text.data() + text.size();
-  const auto [parsed, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc{} && parsed == end;
-}
-
 // 2101 is 2101.0000.
 bool is_same(const std::string& a, const std::string& b) {
-  double number_a = 0;
-  double number_b = 0;
-  return a == b || (is_number(a, number_a) && is_number(b, number_b) && number_a == number_b);
+  const auto number = parse_number<double>(a);
+  return a == b || (number && number == parse_number<double>(b));
 }
 
 std::string run_lscpu() {

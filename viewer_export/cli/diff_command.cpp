@@ -2,13 +2,13 @@
 #include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/diff_writers.hpp>
 
+#include "base/text.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
 #include "report_file.hpp"
 
-#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -37,13 +37,11 @@ judges deadlines.
 )";
 
 double tolerance_of(const std::string& text) {
-  double percent = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), percent);
-  if (error != std::errc{} || end != text.data() + text.size() || !(percent >= 0) ||
-      percent > 1e6) {
+  const auto percent = parse_number<double>(text);
+  if (!percent || !(*percent >= 0) || *percent > 1e6) {
     throw UsageError("--tolerance takes a percentage, such as 5, and not \"" + text + '"');
   }
-  return percent / 100;
+  return *percent / 100;
 }
 
 analysis::ComparedSide side_of(const std::filesystem::path& input, const ReaderOption& reader,

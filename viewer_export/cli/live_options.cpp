@@ -1,9 +1,9 @@
 #include "live_options.hpp"
 
+#include "base/text.hpp"
 #include "command_line.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -42,14 +42,12 @@ constexpr double kShortest = 0.1;
 constexpr double kLongest = 3600;
 
 double number_of(const std::string& option, const std::string& text, double least, double most) {
-  double value = 0;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = rest == text.data() + text.size() && !text.empty();
-  if (error != std::errc{} || !is_whole || !(value >= least && value <= most)) {
+  const auto value = parse_number<double>(text);
+  if (!value || !(*value >= least && *value <= most)) {
     throw UsageError(
         fmt::format("{} takes {:.10g} to {:.10g}, and not \"{}\"", option, least, most, text));
   }
-  return value;
+  return *value;
 }
 
 NetworkAddress listen_address(const std::string& text) {

@@ -1,6 +1,7 @@
 #include <cie/viewer_export/html_report.hpp>
 #include <cie/viewer_export/perfetto_export.hpp>
 
+#include "base/text.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "http_server.hpp"
@@ -8,7 +9,6 @@
 #include "output/spool.hpp"
 
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -129,12 +129,11 @@ live::HttpResponse response_to(const live::HttpRequest& request, const Pages& pa
 
 // Throws UsageError.
 std::uint16_t port_of(const std::string& text) {
-  std::uint16_t port = 0;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc{} || rest != text.data() + text.size() || text.empty()) {
+  const auto port = parse_number<std::uint16_t>(text);
+  if (!port) {
     throw UsageError("--port takes a number from 0 (any free one) to 65535: \"" + text + '"');
   }
-  return port;
+  return *port;
 }
 
 void make(const std::vector<std::filesystem::path>& traces, analysis::AnalysisOptions options,

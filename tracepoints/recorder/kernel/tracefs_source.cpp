@@ -113,13 +113,11 @@ class TracefsSource final : public KernelSource {
 
   void open_cpus() {
     for (const std::string& name : tracefs_.list(instance_.path("per_cpu"))) {
-      std::uint32_t number = 0;
-      const std::string digits = name.starts_with("cpu") ? name.substr(3) : "";
-      const auto [rest, error] =
-          std::from_chars(digits.data(), digits.data() + digits.size(), number);
-      if (error != std::errc{} || rest != digits.data() + digits.size()) continue;
+      const auto number =
+          parse_number<std::uint32_t>(name.starts_with("cpu") ? name.substr(3) : "");
+      if (!number) continue;
       const std::string directory = instance_.path("per_cpu/" + name);
-      numbers_.push_back(number);
+      numbers_.push_back(*number);
       cpus_.push_back(
           Cpu{.directory = directory,
               .pipe = tracefs_.open(directory + "/trace_pipe_raw", O_RDONLY | O_NONBLOCK)});

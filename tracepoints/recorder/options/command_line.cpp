@@ -1,15 +1,14 @@
 #include "options/command_line.hpp"
 
 #include "base/help_text.hpp"
+#include "base/text.hpp"
 #include "system/connection.hpp"
 #include "system/error.hpp"
 #include "version.hpp"
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <ctime>
-#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -61,10 +60,8 @@ void size_buffers(Options& options) {
 // For CLI11: what is wrong with the text of a time; empty if nothing is.
 std::string seconds_complaint(const std::string& text) {
   constexpr double kMost = 1e9;
-  double seconds = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-  const bool is_number = error == std::errc{} && end == text.data() + text.size();
-  if (is_number && seconds > 0 && seconds <= kMost) return {};
+  const auto seconds = parse_number<double>(text);
+  if (seconds && *seconds > 0 && *seconds <= kMost) return {};
   return fmt::format("takes seconds, above 0 and at most {:.0f}, and not \"{}\"", kMost, text);
 }
 
