@@ -5,7 +5,7 @@
 
 #include "app_file.hpp"
 #include "base/help_text.hpp"
-#include "base/messages.hpp"
+#include "base/program.hpp"
 #include "base/text.hpp"
 #include "container.hpp"
 #include "control.hpp"
@@ -29,8 +29,6 @@
 
 namespace cie::container {
 namespace {
-
-enum ExitCode : int { ended_well = 0, unusable_input = 2, failed = 4 };
 
 constexpr const char* kDescription =
     "Runs the components that APP.yaml names, by default every callback on a thread of its own,\n"
@@ -69,9 +67,7 @@ void say(const std::string& text) {
   std::fprintf(stderr, "cie-run: %s\n", printable_lines(text).c_str());
 }
 
-Answer unusable(const std::string& text) {
-  return {.exit_code = unusable_input, .text = text + "\n"};
-}
+Answer unusable(const std::string& text) { return {.exit_code = kWrongUsage, .text = text + "\n"}; }
 
 // What an order of another terminal comes to.
 Answer follow(Container& container, const std::vector<std::string>& words) noexcept {
@@ -96,7 +92,7 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
   } catch (const std::exception& error) {
     std::string text = error.what();
     if (!text.ends_with('\n')) text += '\n';
-    return {.exit_code = failed, .text = text};
+    return {.exit_code = kFailed, .text = text};
   }
 }
 
@@ -109,10 +105,10 @@ int give_order(int pid, std::vector<std::string> words) {
     return answer.exit_code;
   } catch (const std::invalid_argument& error) {
     say(error.what());
-    return unusable_input;
+    return kWrongUsage;
   } catch (const std::exception& error) {
     say(error.what());
-    return failed;
+    return kFailed;
   }
 }
 
@@ -143,7 +139,7 @@ int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
   const std::size_t loaded = container.load_all();
   if (loaded == 0) {
     say("none of the components could be loaded");
-    return failed;
+    return kFailed;
   }
   try {
     container.cancel_on(signals);
@@ -155,12 +151,12 @@ int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
     container.run();
   } catch (const std::exception& error) {
     say(error.what());
-    return failed;
+    return kFailed;
   }
   const std::uint64_t failures = container.failures();
-  if (failures == 0) return ended_well;
+  if (failures == 0) return kSuccess;
   say("callbacks ended by an exception " + counted(failures, "time"));
-  return failed;
+  return kFailed;
 }
 
 // What the command line says.
@@ -185,22 +181,17 @@ int run(const Arguments& arguments) {
     return serve(container, app, signals);
   } catch (const SpecError& error) {
     say(error.what());
-    return unusable_input;
+    return kWrongUsage;
   } catch (const std::invalid_argument& error) {
     say(error.what());
-    return unusable_input;
+    return kWrongUsage;
   } catch (const std::exception& error) {
     say(error.what());
-    return failed;
+    return kFailed;
   }
 }
 
-int wrong_usage(const std::string& what) {
-  tell_wrong_usage(what, "cie run");
-  return unusable_input;
-}
-
-int command_line(int argc, char** argv) {
+int command_line(const std::vector<std::string>& words) {
   Arguments arguments;
   CLI::App app{kDescription};
   app.name("cie-run");
@@ -231,17 +222,12 @@ int command_line(int argc, char** argv) {
                  "A parameter file of ROS 2, read before -p")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  try {
-    app.allow_extras();  // judged below, with a suggestion
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    return wrong_usage(in_words_of_help(app, error));
+  if (const auto help = parse_arguments(app, words)) {
+    std::fputs(help->c_str(), stdout);
+    return kSuccess;
   }
-  if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
-    return wrong_usage(unexpected);
   if (arguments.file.empty() && order.empty())
-    return wrong_usage("no APP was given: name an application file (YAML)");
+    throw UsageError("no APP was given: name an application file (YAML)");
   if (!order.empty()) return give_order(pid, order);
   return run(arguments);
 }
@@ -250,12 +236,7 @@ int command_line(int argc, char** argv) {
 }  // namespace cie::container
 
 int main(int argc, char** argv) {
-  try {
-    return cie::container::command_line(argc, argv);
-  } catch (const std::exception& error) {
-    cie::tell(error.what(), "cie-run");
-  } catch (...) {
-    std::fputs("cie-run: unknown exception\n", stderr);
-  }
-  return cie::container::failed;
+  return cie::run_program("cie run", "cie-run", [&] {
+    return cie::container::command_line({argv + 1, argv + argc});
+  });
 }

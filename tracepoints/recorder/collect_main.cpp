@@ -1,48 +1,36 @@
 // cie-collect: receives what `cie record --to` of several machines sends.
 #include "base/help_text.hpp"
-#include "base/messages.hpp"
 #include "base/network_address.hpp"
+#include "base/program.hpp"
 #include "collection.hpp"
 #include "system/connection.hpp"
-#include "system/error.hpp"
 #include "version.hpp"
 
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace {
 
-constexpr int kUsage = 2;
-constexpr int kFailed = 4;
-
-int wrong_usage(const std::string& what) {
-  cie::tell_wrong_usage(what, "cie collect");
-  return kUsage;
-}
-
 cie::NetworkAddress listen_address(const std::string& text) {
   const auto address = cie::parse_listen_address(text, cie::record::kRelayPort);
   if (!address) {
-    throw cie::record::UsageError(
+    throw cie::UsageError(
         fmt::format("--listen takes PORT, HOST or HOST:PORT, of IPv6 [HOST]:PORT: \"{}\"", text));
   }
   if (address->port > UINT16_MAX - 2) {
-    throw cie::record::UsageError(fmt::format(
+    throw cie::UsageError(fmt::format(
         "--listen: three ports follow each other; there are none after {}", address->port));
   }
   return *address;
 }
 
-}  // namespace
-
-// What escapes is a lack of memory. NOLINTNEXTLINE(bugprone-exception-escape)
-int main(int argc, char** argv) {
+int run(const std::vector<std::string>& arguments) {
   CLI::App app{
       "Receives what cie record --to of several machines sends, until Ctrl-C, into one "
       "directory.",
@@ -63,32 +51,22 @@ int main(int argc, char** argv) {
   app.add_option("--listen", listen, "Where to listen; port 0: any (default: 127.0.0.1:5342)")
       ->type_name("[ADDRESS:]PORT");
   app.set_version_flag("--version", std::string("cie-collect ") + cie::kToolVersion);
-  try {
-    app.allow_extras();  // judged below, with a suggestion
-    app.parse(argc, argv);
-    if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
-      throw cie::record::UsageError(unexpected);
-    if (directory.empty()) {
-      throw cie::record::UsageError(
-          "no DIR was given: name the directory for the recordings with -o");
-    }
-    cie::record::CollectOptions options;
-    options.directory = std::filesystem::absolute(directory).lexically_normal();
-    options.listen = listen_address(listen);
-    cie::record::Collection(options).run();
-    return 0;
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
-    return 0;
-  } catch (const CLI::CallForVersion&) {
-    std::printf("cie-collect %s\n", cie::kToolVersion);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    return wrong_usage(cie::in_words_of_help(app, error));
-  } catch (const cie::record::UsageError& error) {
-    return wrong_usage(error.what());
-  } catch (const std::exception& error) {
-    cie::tell(error.what());
-    return kFailed;
+  if (const auto text = cie::parse_arguments(app, arguments)) {
+    std::fputs(text->c_str(), stdout);
+    return cie::kSuccess;
   }
+  if (directory.empty()) {
+    throw cie::UsageError("no DIR was given: name the directory for the recordings with -o");
+  }
+  cie::record::CollectOptions options;
+  options.directory = std::filesystem::absolute(directory).lexically_normal();
+  options.listen = listen_address(listen);
+  cie::record::Collection(options).run();
+  return cie::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return cie::run_program("cie collect", "cie", [&] { return run({argv + 1, argv + argc}); });
 }

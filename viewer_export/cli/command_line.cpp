@@ -22,7 +22,6 @@ CommandLine::CommandLine(const HelpText& help)
     : app_(std::make_unique<CLI::App>(help.description)) {
   app_->footer(help.footer);
   lay_out_help(*app_, help.usage);
-  app_->allow_extras();  // judged below, with a suggestion
 }
 
 CommandLine::~CommandLine() = default;
@@ -52,19 +51,12 @@ void CommandLine::flag(const std::string& name, bool& value, const std::string& 
 }
 
 bool CommandLine::parse(const Arguments& arguments) {
-  try {
-    app_->parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-  } catch (const CLI::CallForHelp&) {
-    viewer_export::OutputFile out("-");
-    out.stream() << app_->help();
-    out.commit();
-    return false;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(in_words_of_help(*app_, error));
-  }
-  if (const auto unexpected = unexpected_argument(*app_); !unexpected.empty())
-    throw UsageError(unexpected);
-  return true;
+  const auto help = parse_arguments(*app_, arguments);
+  if (!help) return true;
+  viewer_export::OutputFile out("-");
+  out.stream() << *help;
+  out.commit();
+  return false;
 }
 
 void check_choice(std::string_view option, const std::string& value,

@@ -1,11 +1,11 @@
 // Reading a subcommand's arguments: CLI11 with errors that name the remedy.
 #pragma once
 
+#include "base/program.hpp"
 #include "commands.hpp"
 
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,12 +15,6 @@ class App;
 }
 
 namespace cie::cli {
-
-// The caller asked for something that does not exist. Exit code 2.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // What the help says around the options.
 struct HelpText {

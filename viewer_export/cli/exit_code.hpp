@@ -3,17 +3,19 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "base/program.hpp"
+
 #include <cstdint>
 #include <string>
 
 namespace cie::cli {
 
 enum ExitCode : std::uint8_t {
-  ok = 0,
+  ok = kSuccess,
   violation = 1,
-  usage_error = 2,  // also a spec that cannot be used
+  usage_error = kWrongUsage,  // also a spec that cannot be used
   inconclusive = 3,
-  unreadable = 4  // also output that cannot be written, and errors of ours
+  unreadable = kFailed  // also output that cannot be written, and errors of ours
 };
 
 // What --inconclusive asks for.

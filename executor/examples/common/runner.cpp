@@ -5,6 +5,7 @@
 
 #include "base/help_text.hpp"
 #include "base/messages.hpp"
+#include "base/program.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -59,11 +60,6 @@ void reload(cie::Executor& executor, const RunSettings& settings) noexcept {
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: the former spec stays in force: %s\n", program, error.what());
   }
-}
-
-int wrong_usage(const RunSettings& settings, const std::string& what) {
-  cie::tell_wrong_usage(what, settings.program);
-  return 2;
 }
 
 }  // namespace
@@ -125,24 +121,21 @@ void run(const Nodes& nodes, const RunSettings& settings, const std::function<vo
 int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
              const std::function<int()>& body) noexcept {
   try {
-    try {
-      app.allow_extras();  // judged below, with a suggestion
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      if (error.get_exit_code() == 0) return app.exit(error);  // --help
-      return wrong_usage(settings, cie::in_words_of_help(app, error));
+    if (const auto help = cie::parse_arguments(app, {argv + 1, argv + argc})) {
+      std::fputs(help->c_str(), stdout);
+      return cie::kSuccess;
     }
-    if (const auto unexpected = cie::unexpected_argument(app); !unexpected.empty())
-      return wrong_usage(settings, unexpected);
     if (!settings.spec.empty()) cie::hold_hangups();
     const cie::CancelOnSignals signals;  // until all is torn down
     return body();
+  } catch (const cie::UsageError& error) {
+    cie::tell_wrong_usage(error.what(), settings.program);
   } catch (const std::exception& error) {
     cie::tell(error.what(), settings.program);
   } catch (...) {
     cie::tell("unknown exception", settings.program);
   }
-  return 2;
+  return cie::kWrongUsage;  // also of an executor that could not be set up
 }
 
 }  // namespace example

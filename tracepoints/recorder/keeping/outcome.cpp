@@ -1,5 +1,6 @@
 #include "keeping/outcome.hpp"
 
+#include "base/program.hpp"
 #include "base/text.hpp"
 #include "keeping/chunk_names.hpp"
 

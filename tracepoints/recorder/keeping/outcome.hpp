@@ -37,8 +37,6 @@ struct Outcome {
 // next, or why it failed.
 std::string summary(const Outcome& outcome);
 
-inline constexpr int kFailed = 4;
-
 // Of the recorder: 0 or kFailed. Of what succeeded with --preserve-status the command's own, 128 + N if
 // signal N killed it, as shells and timeout(1) have it.
 int exit_status(const Outcome& outcome) noexcept;

@@ -1,9 +1,9 @@
 #include "options/command_line.hpp"
 
 #include "base/help_text.hpp"
+#include "base/program.hpp"
 #include "base/text.hpp"
 #include "system/connection.hpp"
-#include "system/error.hpp"
 #include "version.hpp"
 
 #include <algorithm>
@@ -334,21 +334,14 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));
   app.set_version_flag("--version", std::string("cie-record ") + kToolVersion);
 
-  app.allow_extras();         // judged below, with a suggestion
-  std::ranges::reverse(own);  // as CLI11 wants them
   try {
-    app.parse(own);
-  } catch (const CLI::CallForHelp&) {
-    return {.options = std::nullopt, .save = std::nullopt, .text = app.help()};
-  } catch (const CLI::CallForVersion&) {
-    return {.options = std::nullopt,
-            .save = std::nullopt,
-            .text = std::string("cie-record ") + kToolVersion + '\n'};
-  } catch (const CLI::ParseError& error) {
+    if (auto text = parse_arguments(app, own)) {
+      return {.options = std::nullopt, .save = std::nullopt, .text = *std::move(text)};
+    }
+  } catch (const UsageError&) {
     require_command_after_separator(app);
-    throw UsageError(in_words_of_help(app, error));
+    throw;
   }
-  require_command_after_separator(app);
 
   if (!snapshot.save.empty()) {
     snapshot.require_alone(app, !options.command.empty());

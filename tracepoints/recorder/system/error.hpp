@@ -2,16 +2,12 @@
 // and the cause.
 #pragma once
 
+#include "base/program.hpp"
+
 #include <stdexcept>
 #include <string>
 
 namespace cie::record {
-
-// A command line that cannot be carried out as written; what() says which part and what to do.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 class RecordError : public std::runtime_error {
  public:
