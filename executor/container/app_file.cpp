@@ -186,7 +186,7 @@ AppFile AppFile::parse(std::string_view text, std::string_view name,
 }
 
 AppFile AppFile::load(const std::filesystem::path& file) {
-  return parse(read_text(file), file.string(), file.parent_path());
+  return parse(yaml::read_file(file), file.string(), file.parent_path());
 }
 
 }  // namespace cie::container

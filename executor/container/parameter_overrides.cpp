@@ -41,7 +41,7 @@ void override_parameter(AppFile& app, const std::string& assignment) {
 }
 
 void override_parameters(AppFile& app, const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+  const std::string text = yaml::read_file(file);
   const std::string name = file.string();
   const auto document = yaml::parse(text, name, "node: {ros__parameters: {}}");
   for (const auto& [node, value] : yaml::Value{*document, name}.fields("the file")) {

@@ -1,11 +1,7 @@
 #include "yaml_parameters.hpp"
 
-#include <cie/tracepoints/scheduling_spec.hpp>
-
-#include <cerrno>
 #include <cstddef>
-#include <fstream>
-#include <system_error>
+#include <string>
 
 namespace cie::container {
 namespace {
@@ -42,20 +38,6 @@ ParameterOverrides read_parameters(const yaml::Value& map) {
   std::size_t count = 0;
   read_into(parameters, map, "parameters", "", count);
   return parameters;
-}
-
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream{file, std::ios::binary};
-  std::string text;
-  constexpr std::size_t kMaxBytes = (std::size_t{4} << 20U) + 1;  // parse() refuses the last one
-  text.resize(kMaxBytes);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.gcount() == 0 && (!stream.is_open() || stream.bad())) {
-    throw SpecError{file.string() + ": cannot read it: " +
-                    std::generic_category().message(errno == 0 ? EIO : errno)};
-  }
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
 }
 
 }  // namespace cie::container

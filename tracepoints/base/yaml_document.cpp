@@ -4,6 +4,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
+#include "file.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -252,10 +253,7 @@ std::string read_file(const std::filesystem::path& file) {
   const auto fail = [&file](int error) {
     throw SpecError(file.string() + ": cannot read it: " + std::generic_category().message(error));
   };
-  struct CloseFile {
-    void operator()(std::FILE* stream) const noexcept { std::fclose(stream); }
-  };
-  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rbe"));
+  const File stream(std::fopen(file.c_str(), "rbe"));
   if (!stream) fail(errno);
   std::string text(kMaxBytes + 1, '\0');
   text.resize(std::fread(text.data(), 1, text.size(), stream.get()));

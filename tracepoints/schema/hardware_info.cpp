@@ -1,6 +1,7 @@
 // The machine a scheduling spec was written for.
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "base/file.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <map>
-#include <memory>
 
 namespace cie {
 namespace {
@@ -55,10 +55,7 @@ bool is_same(const std::string& a, const std::string& b) {
 }
 
 std::string run_lscpu() {
-  struct ClosePipe {
-    void operator()(std::FILE* stream) const noexcept { pclose(stream); }
-  };
-  std::unique_ptr<std::FILE, ClosePipe> stream{popen("LC_ALL=C exec lscpu 2>/dev/null", "re")};
+  const Pipe stream{popen("LC_ALL=C exec lscpu 2>/dev/null", "re")};
   std::string text;
   std::array<char, 4096> buffer{};
   while (stream != nullptr) {

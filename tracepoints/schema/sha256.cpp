@@ -1,5 +1,7 @@
 #include <cie/tracepoints/sha256.hpp>
 
+#include "base/file.hpp"
+
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
@@ -61,10 +63,6 @@ std::string hex(std::span<const std::uint8_t> digest) {
   return text;
 }
 
-struct CloseFile {
-  void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-};
-
 }  // namespace
 
 std::array<std::uint8_t, kBytes> sha256(std::string_view bytes) {
@@ -81,7 +79,7 @@ std::string sha256_file(const std::filesystem::path& file) {
   const auto fail = [&file] {
     throw std::system_error(errno, std::generic_category(), "cannot read " + file.string());
   };
-  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rbe"));
+  const File stream(std::fopen(file.c_str(), "rbe"));
   if (!stream) fail();
   Sha256 hash;
   std::array<char, 65536> block{};

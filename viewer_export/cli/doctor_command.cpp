@@ -1,3 +1,4 @@
+#include "base/file.hpp"
 #include "base/text.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
@@ -11,7 +12,6 @@
 #include <array>
 #include <cstdio>
 #include <exception>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -77,10 +77,7 @@ void write_json_of(std::ostream& out, const std::vector<Finding>& findings) {
 // What `cie-record --try-kernel` prints. Throws std::runtime_error.
 std::string kernel_trial() {
   const auto command = shell_quoted(program_path("cie-record")) + " --try-kernel";
-  struct Close {
-    void operator()(std::FILE* pipe) const noexcept { ::pclose(pipe); }
-  };
-  const std::unique_ptr<std::FILE, Close> pipe(::popen(command.c_str(), "re"));
+  const Pipe pipe(::popen(command.c_str(), "re"));
   if (!pipe) throw std::runtime_error("cie-record cannot be started");
   std::string text;
   std::array<char, 4096> part{};

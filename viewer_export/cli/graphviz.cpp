@@ -1,9 +1,10 @@
 #include "graphviz.hpp"
 
+#include "base/file.hpp"
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <memory>
 #include <stdexcept>
 #include <system_error>
 
@@ -13,11 +14,6 @@
 
 namespace cie::cli {
 namespace {
-
-struct CloseFile {
-  void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 // A nameless temporary file.
 File temporary() {
