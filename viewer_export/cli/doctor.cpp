@@ -1,6 +1,7 @@
 #include "doctor.hpp"
 
 #include <cie/analysis/analyzer.hpp>
+#include <cie/tracepoints/recording_layout.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include "commands.hpp"
@@ -31,7 +32,8 @@ constexpr unsigned kPerfmon = 38;
 constexpr unsigned kBpf = 39;
 
 // What `cie record` takes by default: the channels "state" and "events".
-constexpr std::uint64_t kBuffersPerCpu = (2 << 20) + (8 << 20);
+constexpr std::uint64_t kBuffersPerCpu =
+    kStateSubbufSize * kStateSubbufs + kDefaultSubbufSize * kDefaultSubbufs;
 
 Finding fine(std::string_view id, std::string what) {
   return {.id = id, .health = Health::ok, .what = std::move(what), .advice = {}};
@@ -312,11 +314,11 @@ RecordingManifest manifest_of(const fs::path& recording) {
 }
 
 // Bytes of the channel's fullest stream, which is one CPU's.
-std::uint64_t most_bytes_of_a_cpu(const fs::path& recording, const std::string& channel) {
+std::uint64_t most_bytes_of_a_cpu(const fs::path& recording, std::string_view channel) {
   std::uint64_t most = 0;
   for (const auto& entry : fs::recursive_directory_iterator(recording)) {
     const auto name = entry.path().filename().string();
-    const bool is_stream = entry.is_regular_file() && name.starts_with(channel + "_") &&
+    const bool is_stream = entry.is_regular_file() && channel_of(name) == channel &&
                            entry.path().extension().empty() &&
                            entry.path().parent_path().filename() != "index";
     if (is_stream) most = std::max<std::uint64_t>(most, entry.file_size());
@@ -344,7 +346,7 @@ Finding examine_buffers(const fs::path& recording) {
   const auto& session = manifest.session;
   const double seconds = kNanosecond * (static_cast<double>(manifest.end.monotonic_ns) -
                                         static_cast<double>(manifest.begin.monotonic_ns));
-  const auto bytes = static_cast<double>(most_bytes_of_a_cpu(recording, "events"));
+  const auto bytes = static_cast<double>(most_bytes_of_a_cpu(recording, kEventChannel));
   const double rate = seconds > 0 ? bytes / seconds : 0;
   const double lasts =
       rate > 0 ? static_cast<double>(session.subbuf_size * session.num_subbuf) / rate : INFINITY;

@@ -28,8 +28,8 @@ def run(*command):
 
 
 def window_of(snapshot, streams):
-    """From when to when all channels of some streams reach, by the headers of their packets: see packet_start.hpp. A snapshot
-    takes one channel after the other: where what they hold has no time in common, from the first begin to the last end."""
+    """From when to when all channels of some streams reach, by the headers of their packets: see recording_layout.hpp. A
+    snapshot takes one channel after the other: where what they hold has no time in common, from the first begin to the last end."""
     begins, ends = {}, {}
     for file in snapshot.rglob(streams):
         data = file.read_bytes()

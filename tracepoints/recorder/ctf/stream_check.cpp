@@ -1,12 +1,13 @@
 #include "ctf/stream_check.hpp"
 
-#include "ctf/packet_start.hpp"
+#include <cie/tracepoints/recording_layout.hpp>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <fstream>
+#include <optional>
+#include <string>
 
 namespace cie::record {
 namespace {
@@ -19,6 +20,15 @@ bool is_stream(const fs::path& file) {
          fs::exists(parent / "metadata");
 }
 
+std::optional<PacketHeader> next_header(std::ifstream& stream, std::uint64_t position,
+                                        std::uint64_t size) {
+  std::array<char, sizeof(PacketHeader)> bytes{};
+  stream.seekg(static_cast<std::streamoff>(position));
+  if (!stream.read(bytes.data(), bytes.size())) return std::nullopt;
+  return packet_header(std::bit_cast<std::array<std::uint8_t, sizeof(PacketHeader)>>(bytes),
+                       size - position);
+}
+
 StreamSummary check_stream(const fs::path& file) {
   StreamSummary summary{.file = file};
   const std::uint64_t size = fs::file_size(file);
@@ -26,31 +36,22 @@ StreamSummary check_stream(const fs::path& file) {
   std::uint64_t position = 0;
   std::uint64_t expected = 0;
   while (position < size) {
-    std::array<char, sizeof(PacketStart)> bytes{};
-    stream.seekg(static_cast<std::streamoff>(position));
-    if (!stream.read(bytes.data(), bytes.size())) {
+    const auto packet = next_header(stream, position, size);
+    if (!packet) {
       summary.is_damaged = true;
       break;
     }
-    const auto packet = std::bit_cast<PacketStart>(bytes);
-    const std::uint64_t length = packet.packet_bits / 8;
-    if (packet.magic != kPacketMagic || packet.packet_bits % 8 != 0 ||
-        length < sizeof(PacketStart) || packet.content_bits > packet.packet_bits ||
-        length > size - position) {
-      summary.is_damaged = true;
-      break;
-    }
-    summary.lost_packets += packet.number > expected ? packet.number - expected : 0;
-    expected = packet.number + 1;
+    summary.lost_packets += packet->number > expected ? packet->number - expected : 0;
+    expected = packet->number + 1;
     summary.next_packet = expected;
     if (summary.packets == 0) {
-      summary.begin = packet.begin;
+      summary.begin = packet->begin;
     }
-    summary.end = packet.end;
-    summary.discarded_events = packet.discarded_events;
-    summary.content_bytes += packet.content_bits / 8;
+    summary.end = packet->end;
+    summary.discarded_events = packet->discarded_events;
+    summary.content_bytes += packet->content_bits / 8;
     ++summary.packets;
-    position += length;
+    position += packet->packet_bits / 8;
   }
   return summary;
 }
@@ -69,8 +70,9 @@ std::vector<StreamSummary> check_streams(const fs::path& directory) {
 }
 
 bool has_events(const StreamSummary& stream) {
-  const bool describes = stream.file.filename().string().starts_with("state_") ||
-                         stream.file.filename().string().starts_with("ros2_state_");
+  const std::string name = stream.file.filename().string();
+  const auto channel = channel_of(name);
+  const bool describes = channel == kStateChannel || channel == kRos2StateChannel;
   return !describes && stream.content_bytes > stream.packets * kEmptyPacketBytes;
 }
 

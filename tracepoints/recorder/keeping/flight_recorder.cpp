@@ -1,5 +1,7 @@
 #include "keeping/flight_recorder.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
@@ -60,8 +62,7 @@ std::chrono::nanoseconds held_by(const fs::path& snapshot) {
   std::uint64_t begin = 0;
   std::uint64_t end = std::numeric_limits<std::uint64_t>::max();
   for (const StreamSummary& stream : check_streams(snapshot)) {
-    if (stream.packets > 0 &&
-        stream.file.filename().string().starts_with(std::string(kEventChannel) + '_')) {
+    if (stream.packets > 0 && channel_of(stream.file.filename().string()) == kEventChannel) {
       begin = std::max(begin, stream.begin);
       end = std::min(end, stream.end);
     }

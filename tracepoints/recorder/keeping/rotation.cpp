@@ -1,5 +1,7 @@
 #include "keeping/rotation.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/text.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
@@ -39,12 +41,6 @@ std::vector<fs::path> unsealed_in(const fs::path& directory) {
 
 bool has_events_of_user(const StreamSummary& stream) {
   return stream.file.parent_path().filename() != kKernelDirectory && has_events(stream);
-}
-
-// "events_1": the stream of CPU 1 of the channel "events".
-std::string channel_of(const fs::path& stream) {
-  const std::string name = stream.filename().string();
-  return name.substr(0, name.rfind('_'));
 }
 
 // What is said of the whole and holds for a chunk.
@@ -220,7 +216,7 @@ void Rotation::describe_streams(const fs::path& chunk, RecordingManifest& manife
   std::map<std::string, RecordedChannel> losses;
   for (const StreamSummary& stream : check_streams(chunk)) {
     StreamEnd& before = streams_[stream.file.lexically_relative(chunk)];
-    RecordedChannel& loss = losses[channel_of(stream.file)];
+    RecordedChannel& loss = losses[std::string(channel_of(stream.file.filename().string()))];
     const std::uint64_t lost =
         stream.lost_packets - std::min(stream.lost_packets, before.next_packet);
     loss.lost_packets += lost;

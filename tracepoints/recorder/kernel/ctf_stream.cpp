@@ -1,8 +1,9 @@
 #include "kernel/ctf_stream.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/text.hpp"
 #include "base/uuid.hpp"
-#include "ctf/packet_start.hpp"
 #include "kernel/kernel_events.hpp"
 #include "system/error.hpp"
 
@@ -24,7 +25,7 @@ namespace cie::record {
 namespace {
 
 constexpr std::size_t kPacketSize = 64 << 10;
-constexpr std::size_t kHeaderSize = sizeof(PacketStart) + sizeof(std::uint32_t);  // and the CPU
+constexpr std::size_t kHeaderSize = kEmptyPacketBytes;
 
 constexpr std::string_view kStream = R"(stream {
 	id = 0;
@@ -214,16 +215,16 @@ void CtfStream::write_packet() {
     file_ = FileDescriptor(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (!file_.is_open()) throw system_error("cannot create " + in_quotes(path_), errno);
   }
-  const PacketStart start{.magic = kPacketMagic,
-                          .trace_uuid = trace_,
-                          .stream_id = 0,
-                          .stream_instance_id = cpu_,
-                          .begin = begin_,
-                          .end = end_,
-                          .content_bits = packet_.size() * 8,
-                          .packet_bits = packet_.size() * 8,
-                          .number = packets_,
-                          .discarded_events = lost_};
+  const PacketHeader start{.magic = kPacketMagic,
+                           .trace_uuid = trace_,
+                           .stream_id = 0,
+                           .stream_instance_id = cpu_,
+                           .begin = begin_,
+                           .end = end_,
+                           .content_bits = packet_.size() * 8,
+                           .packet_bits = packet_.size() * 8,
+                           .number = packets_,
+                           .discarded_events = lost_};
   std::memcpy(packet_.data(), &start, sizeof start);
   std::memcpy(packet_.data() + sizeof start, &cpu_, sizeof cpu_);
   for (std::size_t done = 0; done < packet_.size();) {

@@ -1,5 +1,7 @@
 #include "lttng/session_channels.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/text.hpp"
 #include "lttng/lttng_calls.hpp"
 #include "system/error.hpp"
@@ -19,31 +21,12 @@
 namespace cie::record {
 namespace {
 
-constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
-constexpr std::uint64_t kStateSubbufs = 4;
 // How often the consumer daemon looks for full sub-buffers. With a timer for that it is not woken
 // by whoever fills one: a thread that emits an event makes no system call, real-time or not.
 constexpr std::chrono::milliseconds kMostReadInterval{20};
 constexpr std::uint64_t kMetadataSubbufs = 2;
 constexpr std::uint64_t kLiveFileSize = 8UL << 20;
 constexpr std::uint64_t kLiveFiles = 16;
-
-const std::vector<std::string>& state_events() {
-  static const std::vector<std::string> names{"cie:run_begin",
-                                              "cie:run_end",
-                                              "cie:node_init",
-                                              "cie:group_init",
-                                              "cie:callback_init",
-                                              "cie:callback_fini",
-                                              "cie:publisher_init",
-                                              "cie:publisher_fini",
-                                              "cie:thread_init",
-                                              "cie:thread_fini",
-                                              "cie:thread_sched",
-                                              "cie:clock_sync",
-                                              "lttng_ust_statedump:procname"};
-  return names;
-}
 
 // For triggers only: analyzers compare with deadlines themselves.
 const std::string& trigger_event() {
@@ -161,7 +144,7 @@ void enable_own_events(lttng_handle* session, SessionKind kind, const Options& o
     add_contexts(session, channel, {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID});
   }
   // In a snapshot only descriptions may push out descriptions, not the clock's ticking.
-  std::vector<std::string> described = state_events();
+  std::vector<std::string> described(kStateEvents.begin(), kStateEvents.end());
   if (kind == SessionKind::snapshots) {
     std::erase(described, "cie:clock_sync");
   }

@@ -11,14 +11,6 @@ struct lttng_handle;
 
 namespace cie::record {
 
-// Two channels: `state` holds the events that describe objects and clocks (and are few), so that no
-// burst of the others can cost them; `events` holds all others.
-inline constexpr const char* kStateChannel = "state";
-inline constexpr const char* kEventChannel = "events";
-// The same for the profile `ros2`, whose readers want every event's process name.
-inline constexpr const char* kRos2StateChannel = "ros2_state";
-inline constexpr const char* kRos2EventChannel = "ros2";
-
 // Patterns of LTTng of what is recorded: the events asked for, and those of ROS 2's tracers.
 std::vector<std::string> event_patterns(const Options& options);
 

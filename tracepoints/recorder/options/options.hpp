@@ -1,6 +1,8 @@
 // What the user asks of cie-record.
 #pragma once
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/network_address.hpp"
 #include "kernel/kernel_source.hpp"
 
@@ -57,8 +59,8 @@ struct Options {
   std::vector<std::string> events{
       "cie:*"};  // patterns of LTTng, recorded into the channel "events"
   Ros2Events ros2 = Ros2Events::no;
-  std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
-  std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
+  std::uint64_t subbuf_size = kDefaultSubbufSize;  // bytes, a power of two, per sub-buffer
+  std::uint64_t num_subbuf = kDefaultSubbufs;      // a power of two, sub-buffers per CPU
   // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.
   std::chrono::milliseconds flush_interval{1000};
   std::chrono::milliseconds registration_timeout{5000};

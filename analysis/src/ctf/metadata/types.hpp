@@ -2,6 +2,8 @@
 // Plain data; names are as written, except where said.
 #pragma once
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -13,7 +15,7 @@
 namespace cie::analysis::ctf {
 
 // A packet of a trace begins with it where the metadata has a field for it.
-inline constexpr std::uint32_t kPacketMagic = 0xC1FC1FC1;
+using cie::kPacketMagic;
 // Metadata in packets does.
 inline constexpr std::uint32_t kMetadataMagic = 0x75D11D57;
 

@@ -1,5 +1,7 @@
 #include "metadata_rebuild.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "base/uuid.hpp"
 #include "ctf/metadata/file.hpp"
 #include "ctf/metadata/tokens.hpp"
@@ -25,31 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A packet's header and context as LTTng-UST 2.13 writes them on a little-endian machine.
-struct RawHeader {
-  std::uint32_t magic;
-  std::array<std::uint8_t, 16> uuid;
-  std::uint32_t stream;
-  std::uint64_t instance;
-  std::uint64_t begin;
-  std::uint64_t end;
-  std::uint64_t content_bits;
-  std::uint64_t packet_bits;
-  std::uint64_t sequence;
-  std::uint64_t discarded;
-};
-static_assert(sizeof(RawHeader) == 80);
-constexpr std::uint64_t kEventsAt = 84;  // behind the number of the CPU
 constexpr std::uint64_t kMaxPacket = 256U << 20U;
 // Of a channel's packets so much is looked at: all of most recordings' channel "state".
 constexpr std::uint64_t kMaxState = 64U << 20U;
 constexpr std::uint64_t kMaxEventsOfFile = 1U << 20U;
-
-constexpr std::string_view kStateChannel = "state";
-constexpr std::string_view kEventChannel = "events";
-
-// "events" of "events_0".
-std::string_view channel_of(std::string_view file) { return file.substr(0, file.find('_')); }
 
 struct Channel {
   std::optional<std::uint32_t> stream;
@@ -57,16 +38,14 @@ struct Channel {
   std::uint64_t bytes = 0;
 };
 
-std::optional<RawHeader> header_at(const File& file, std::uint64_t offset) {
-  std::array<std::uint8_t, sizeof(RawHeader)> bytes{};
-  RawHeader header{};
+std::optional<PacketHeader> header_at(const File& file, std::uint64_t offset) {
+  std::array<std::uint8_t, sizeof(PacketHeader)> bytes{};
   if (file.read(offset, bytes) < bytes.size()) return std::nullopt;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  const bool is_whole =
-      header.magic == kPacketMagic && header.packet_bits % 8 == 0 && header.content_bits % 8 == 0 &&
-      header.content_bits >= kEventsAt * 8 && header.content_bits <= header.packet_bits &&
-      header.packet_bits / 8 <= kMaxPacket && header.packet_bits / 8 <= file.size() - offset;
-  return is_whole ? std::optional(header) : std::nullopt;
+  const auto header = packet_header(bytes, file.size() - offset);
+  const bool is_sane = header && header->content_bits % 8 == 0 &&
+                       header->content_bits >= kEmptyPacketBytes * 8 &&
+                       header->packet_bits / 8 <= kMaxPacket;
+  return is_sane ? header : std::nullopt;
 }
 
 // Only the begin of a channel was looked at. If what occurs there has the numbers that follow from
@@ -126,20 +105,20 @@ class Rebuilder {
     for (std::uint64_t offset = 0; offset < file.size();) {
       const auto header = header_at(file, offset);
       if (!header) return;  // what is damaged says nothing; the reader tells of it
-      if (!uuid_) uuid_ = header->uuid;
-      if (!channel.stream) channel.stream = header->stream;
-      if (*uuid_ != header->uuid) throw MetadataError("its packets are of several traces");
-      if (*channel.stream != header->stream) {
+      if (!uuid_) uuid_ = header->trace_uuid;
+      if (!channel.stream) channel.stream = header->stream_id;
+      if (*uuid_ != header->trace_uuid) throw MetadataError("its packets are of several traces");
+      if (*channel.stream != header->stream_id) {
         throw MetadataError("a channel has streams of several classes");
       }
       PacketBytes packet{.begin = header->begin, .end = header->end, .events = {}};
-      packet.events.resize(header->content_bits / 8 - kEventsAt);
+      packet.events.resize(header->content_bits / 8 - kEmptyPacketBytes);
       of_file += packet.events.size();
       channel.bytes += packet.events.size();
       if (is_state && channel.bytes > kMaxState) {
         throw MetadataError("its channel \"state\" is larger than any honest one");
       }
-      packet.events.resize(file.read(offset + kEventsAt, packet.events));
+      packet.events.resize(file.read(offset + kEmptyPacketBytes, packet.events));
       channel.packets.push_back(std::move(packet));
       if (!is_state && of_file > kMaxEventsOfFile) return;
       offset += header->packet_bits / 8;

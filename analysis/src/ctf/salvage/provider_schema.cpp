@@ -1,5 +1,8 @@
 #include "provider_schema.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -14,6 +17,7 @@ constexpr std::array kStateEvents{
     provider::kPublisherInit, provider::kPublisherFini, provider::kThreadInit,
     provider::kThreadFini,    provider::kThreadSched,   provider::kClockSync,
     provider::kProcname};
+static_assert(std::ranges::equal(kStateEvents, cie::kStateEvents, {}, &ProviderEvent::name));
 constexpr std::array kEvents{provider::kCallbackRelease, provider::kThreadWakeup,
                              provider::kCallbackStart,   provider::kCallbackEnd,
                              provider::kPublish,         provider::kSampleLost};
