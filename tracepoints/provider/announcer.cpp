@@ -1,5 +1,7 @@
 #include "announcer.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "base/clock.hpp"
 #include "provider.h"
 
@@ -95,7 +97,7 @@ void Announcer::run() noexcept {
       const std::int64_t now = now_ns(CLOCK_MONOTONIC);
       if (now >= next_sync) {
         actions_.sync_clocks();
-        next_sync = now + kSecond;
+        next_sync = now + kClockSyncPeriod.count();
       }
       pause = next_sync - now;
     }

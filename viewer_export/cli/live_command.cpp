@@ -38,7 +38,8 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kLongestWait{200};
-constexpr std::chrono::seconds kSilence{3};
+// For how long the process that reads may wait for the relay daemon before the user is told.
+constexpr std::chrono::seconds kReaderSilence{3};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{60};
 
@@ -211,9 +212,9 @@ class Live {
   // The process that reads waits without limit when the relay daemon hangs, or is cut off.
   void look_for_silence() {
     const auto silence = feed_->silence();
-    if (silence < kSilence) silence_told_ = silence_told_.zero();
-    if (is_done_ || feed_->is_over() || silence < silence_told_ + kSilence) return;
-    silence_told_ += kSilence;
+    if (silence < kReaderSilence) silence_told_ = silence_told_.zero();
+    if (is_done_ || feed_->is_over() || silence < silence_told_ + kReaderSilence) return;
+    silence_told_ += kReaderSilence;
     auto last = history_.latest();
     last.state = live::SourceState::lost;
     last.source = feed_options_.url;

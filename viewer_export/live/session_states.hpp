@@ -3,6 +3,7 @@
 
 #include <cie/analysis/live_reader.hpp>
 #include <cie/analysis/report.hpp>
+#include <cie/tracepoints/schema.hpp>
 
 #include "snapshot.hpp"
 
@@ -22,8 +23,8 @@ class SessionStates {
   // A session that is lost and not there any more may have a successor for so long: a recorder that
   // has lost its relay daemon tries to find it every second, and begins a new one.
   static constexpr std::chrono::seconds kGrace{30};
-  // A traced process tells its clock every second.
-  static constexpr std::chrono::seconds kSilence{3};
+  // A traced process tells its clock in every period; what it tells is flushed and sent in others.
+  static constexpr std::chrono::nanoseconds kSilence = 3 * kClockSyncPeriod;
 
   struct State {
     std::string url;

@@ -1,5 +1,7 @@
 #include "host_gaps.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "base/text.hpp"
 #include "clock_differences.hpp"
 
@@ -11,8 +13,8 @@
 namespace cie::analysis {
 namespace {
 
-// Packets come at least every second where something is traced, and may be under way as long.
-constexpr Duration kSilence{3'000'000'000};
+// Where something is traced there are packets of every period, and they may be under way as long.
+constexpr Duration kSilence{3 * kClockSyncPeriod.count()};
 
 // What sessions cover, by machine: the begin of what follows the last gap, and the end of all.
 struct Last {

@@ -1,5 +1,7 @@
 #include "restart_rule.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "callback_doubts.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -175,10 +177,10 @@ std::optional<Timestamp> last_end(const RuleContext& context,
   return last;
 }
 
-// Every process tells of its clocks each second: one that is silent while another one of the same trace
-// goes on has ended, if nothing was lost.
+// One that misses two periods of its clocks while another one of the same trace goes on has ended, if
+// nothing was lost.
 bool is_silent_beside(const RuleContext& context, ProcessIndex index, ProcessIndex other) {
-  constexpr Duration kSilence{2'000'000'000};
+  constexpr Duration kSilence{2 * kClockSyncPeriod.count()};
   const auto& model = context.model;
   const auto& process = model.processes[at(index)];
   const auto trace_of = [&model](const ProcessFacts& of) -> std::optional<std::uint32_t> {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -18,6 +19,10 @@ inline constexpr std::string_view kProvider = "cie";
 // LTTng sessions whose names begin so are flight recorders: what their buffers held before a
 // recording begins was overwritten on purpose. Their metadata carries the name ("trace_name").
 inline constexpr std::string_view kSnapshotSession = "cie-snapshot";
+
+// While it is traced, a process tells its clocks (clock_sync) so often. Who is silent for longer is
+// gone, or not heard.
+inline constexpr std::chrono::nanoseconds kClockSyncPeriod = std::chrono::seconds(1);
 
 // Ids are given by the executor at registration, unique in a process, never reused.
 enum class NodeId : std::uint32_t {};
