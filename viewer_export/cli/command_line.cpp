@@ -1,20 +1,13 @@
 #include "command_line.hpp"
 
-#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/viewer_export/output_file.hpp>
 
 #include "base/help_text.hpp"
-#include "base/text.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <iterator>
 #include <memory>
-#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace cie::cli {
 
@@ -61,12 +54,8 @@ bool CommandLine::parse(const Arguments& arguments) {
 
 void check_choice(std::string_view option, const std::string& value,
                   const std::vector<std::string>& available) {
-  if (std::find(available.begin(), available.end(), value) != available.end()) {
-    return;
-  }
-  throw UsageError(fmt::format(
-      "{} does not know \"{}\"{}{}available: {}", option, value, did_you_mean(value, available),
-      nearest_name(value, available).empty() ? "; " : " ", joined(available)));
+  if (const auto complaint = one_of(available)(value); !complaint.empty())
+    throw UsageError(fmt::format("{} {}", option, complaint));
 }
 
 void require_traces(const std::vector<std::filesystem::path>& traces) {
