@@ -52,7 +52,8 @@ std::size_t most_edits(std::string_view name, std::string_view candidate) {
   return std::max<std::size_t>(2, letters / 3);
 }
 
-// "/a@Timer(20ms)" as ids of callbacks have it: "/a@Timer(20000000)".
+// "/a@Timer(20ms)" as ids of callbacks have it: "/a@Timer(20000000)". What is misspelt need not be an
+// id (see logical_id.hpp): its ")" may be missing.
 std::string with_period_in_nanoseconds(std::string_view name) {
   constexpr std::string_view kTimer = "@Timer(";
   std::string id(name);

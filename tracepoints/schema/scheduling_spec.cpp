@@ -1,3 +1,4 @@
+#include <cie/tracepoints/logical_id.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/sha256.hpp>
 
@@ -9,18 +10,11 @@
 namespace cie {
 namespace {
 
-constexpr std::string_view kWildcard = "/*";
-
 // "tick" and "100000000" of "/node@Timer(tick)" and of "/node@Timer(100000000)"; empty for others.
 std::string_view name_or_period(std::string_view logical_id) noexcept {
-  constexpr std::string_view kTimer = "@Timer(";
-  const auto at = logical_id.find('@');
-  if (at == std::string_view::npos || !logical_id.substr(at).starts_with(kTimer) ||
-      !logical_id.ends_with(')')) {
-    return {};
-  }
-  const auto begin = at + kTimer.size();
-  return logical_id.substr(begin, logical_id.size() - begin - 1);
+  const auto id = LogicalId::parse(logical_id);
+  const bool is_timer = id && id->kind == "Timer" && id->number.empty();
+  return is_timer ? id->what : std::string_view{};
 }
 
 bool is_all_digits(std::string_view text) noexcept {
@@ -30,6 +24,11 @@ bool is_all_digits(std::string_view text) noexcept {
 }  // namespace
 
 bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
+
+std::string_view SpecEntry::node() const noexcept {
+  const std::string_view text = id;
+  return is_wildcard() ? text.substr(0, text.size() - kWildcard.size()) : LogicalId::node_of(text);
+}
 
 SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name,
                                      std::optional<std::uint32_t> domain) {
@@ -47,14 +46,14 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
   for (std::size_t i = 0; i < spec.callbacks_.size(); ++i) {
     const SpecEntry& entry = spec.callbacks_[i];
     if (entry.is_wildcard()) {
-      spec.nodes_.emplace(entry.id.substr(0, entry.id.size() - kWildcard.size()), i);
+      spec.nodes_.emplace(entry.node(), i);
     } else {
       spec.callback_index_.emplace(entry.id, i);
       const auto digits = name_or_period(entry.id);
       std::uint64_t period = 0;
       if (!digits.empty() && is_all_digits(digits) &&
           std::from_chars(digits.data(), digits.data() + digits.size(), period).ec == std::errc{}) {
-        spec.timers_[entry.id.substr(0, entry.id.find('@'))].emplace(period, i);
+        spec.timers_[std::string(entry.node())].emplace(period, i);
       }
     }
   }
@@ -75,16 +74,16 @@ const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id,
                                                std::uint64_t period_ns) const noexcept {
   const auto exact = callback_index_.find(logical_id);
   if (exact != callback_index_.end()) return &callbacks_[exact->second];
-  const auto at = logical_id.find('@');  // "<node>@Timer(…)"
-  if (at == std::string_view::npos) return nullptr;
+  const auto its_node = LogicalId::node_of(logical_id);
+  if (its_node.size() == logical_id.size()) return nullptr;  // no id of a callback
   if (period_ns > 0 && !is_all_digits(name_or_period(logical_id))) {
-    const auto node = timers_.find(logical_id.substr(0, at));
+    const auto node = timers_.find(its_node);
     if (node != timers_.end()) {
       const auto timer = node->second.find(period_ns);
       if (timer != node->second.end()) return &callbacks_[timer->second];
     }
   }
-  const auto wildcard = nodes_.find(logical_id.substr(0, at));
+  const auto wildcard = nodes_.find(its_node);
   return wildcard == nodes_.end() ? nullptr : &callbacks_[wildcard->second];
 }
 

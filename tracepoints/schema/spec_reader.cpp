@@ -1,5 +1,6 @@
 #include "spec_reader.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
 #include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
@@ -243,7 +244,7 @@ ThreadParameters read_parameters(const Fields& fields) {
 // Waitables stood in the ids of the first configurator; a callback's id has none behind it.
 std::string_view without_waitables(std::string_view id) {
   constexpr std::string_view kWaitable = "@Waitable";
-  while (id.ends_with(kWaitable) && id.find('@') < id.size() - kWaitable.size()) {
+  while (id.ends_with(kWaitable) && LogicalId::node_of(id).size() < id.size() - kWaitable.size()) {
     id.remove_suffix(kWaitable.size());
   }
   return id;
@@ -252,8 +253,8 @@ std::string_view without_waitables(std::string_view id) {
 void check_id(const Value& value, std::string_view id) {
   const auto star = id.find('*');
   if (star == std::string_view::npos) return;
-  const bool names_node = id.size() > 2 && id.find('@') == std::string_view::npos;
-  if (star + 1 != id.size() || !id.ends_with("/*") || !names_node) {
+  const bool names_node = id.size() > kWildcard.size() && LogicalId::node_of(id) == id;
+  if (star + 1 != id.size() || !id.ends_with(kWildcard) || !names_node) {
     value.fail("\"*\" stands only at the end of \"<node>/*\", as in \"/planning/lane/*\"");
   }
 }

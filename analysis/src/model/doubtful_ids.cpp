@@ -1,5 +1,7 @@
 #include "doubtful_ids.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
+
 #include "logical_ids.hpp"
 #include "recorded_parts.hpp"
 #include "user_losses.hpp"
@@ -20,13 +22,14 @@ bool is_named(const CallbackFacts& callback) {
 
 struct Callbacks {
   std::map<std::string_view, std::vector<CallbackFacts*>> by_id;  // without numbers
-  std::set<std::string_view> without_node;                        // IdParts::what of those
+  std::set<std::string_view> without_node;                        // IdParts::kind_and_what of those
   std::vector<const CallbackFacts*> nameless;
 };
 
 // Another process with this pid may have made the one of its id before it.
 bool follows_rcl_init(const CallbackFacts& callback) {
-  const bool is_numbered = without_number(callback.logical_id).size() < callback.logical_id.size();
+  const bool is_numbered =
+      LogicalId::without_number(callback.logical_id).size() < callback.logical_id.size();
   return callback.is_after_rcl_init && is_numbered;
 }
 
@@ -45,9 +48,9 @@ void doubt_numbered_ids(Model& model) {
     if (callback.is_accounted) continue;
     auto& callbacks = processes[callback.process];
     if (is_named(callback)) {
-      callbacks.by_id[without_number(callback.logical_id)].push_back(&callback);
+      callbacks.by_id[LogicalId::without_number(callback.logical_id)].push_back(&callback);
       const IdParts parts(callback.logical_id);
-      if (parts.lacks_node()) callbacks.without_node.insert(parts.what);
+      if (parts.lacks_node()) callbacks.without_node.insert(parts.kind_and_what);
     } else {
       callbacks.nameless.push_back(&callback);
     }
@@ -65,7 +68,7 @@ void doubt_numbered_ids(Model& model) {
     for (auto& [id, of_id] : callbacks.by_id) {
       const IdParts parts(id);
       const bool is_one_without_node =
-          !parts.lacks_node() && callbacks.without_node.contains(parts.what);
+          !parts.lacks_node() && callbacks.without_node.contains(parts.kind_and_what);
       for (auto* callback : of_id) {
         const auto has_namesake = [callback](const CallbackFacts* nameless) {
           return may_be_alike(*nameless, *callback);

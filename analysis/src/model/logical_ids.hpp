@@ -1,20 +1,18 @@
-// What logical ids are made of.
+// What logical ids of one process have in common. See cie/tracepoints/logical_id.hpp.
 #pragma once
 
 #include <string_view>
 
 namespace cie::analysis {
 
-// "/node@Timer(10)" of "/node@Timer(10)#2".
-std::string_view without_number(std::string_view id);
-
-// An id in parts: "/node", "@Timer(10)"; without its number. Views into the id.
+// An id's node and what is known of the callback beside it; without its number. Traces may hold any
+// text for an id. Views into the id.
 struct IdParts {
   explicit IdParts(std::string_view id);
   bool lacks_node() const { return node == "?"; }
 
-  std::string_view node;
-  std::string_view what;
+  std::string_view node;           // "/node"
+  std::string_view kind_and_what;  // "@Timer(10)"
 };
 
 }  // namespace cie::analysis

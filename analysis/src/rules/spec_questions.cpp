@@ -34,13 +34,14 @@ bool may_be_entry_of(const SpecEntry& entry, const CallbackFacts& callback) {
   if (!callback.registered) return true;
   const IdParts known(callback.logical_id);
   if (entry.is_wildcard()) {
-    return known.lacks_node() || entry.id == std::string(known.node) + "/*";
+    return known.lacks_node() || entry.node() == known.node;
   }
   const IdParts asked(entry.id);
   if (!known.lacks_node() && asked.node != known.node) return false;
   constexpr std::string_view kUntold = "?)";  // "@Service(?)"
-  if (!known.what.ends_with(kUntold)) return asked.what == known.what;
-  return asked.what.starts_with(known.what.substr(0, known.what.size() - kUntold.size()));
+  if (!known.kind_and_what.ends_with(kUntold)) return asked.kind_and_what == known.kind_and_what;
+  return asked.kind_and_what.starts_with(
+      known.kind_and_what.substr(0, known.kind_and_what.size() - kUntold.size()));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "misspelt_ids.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
 #include <cie/tracepoints/nearest_name.hpp>
 
 #include <algorithm>
@@ -14,11 +15,6 @@ constexpr std::size_t kMost = 256;  // a spec may be another system's
 
 using Names = std::vector<std::string>;
 using NameSet = std::set<std::string_view>;
-
-// "/a/b" of "/a/b@Timer(100)" and of "/a/b/*".
-std::string_view node_of(std::string_view id) {
-  return id.ends_with("/*") ? id.substr(0, id.size() - 2) : id.substr(0, id.find('@'));
-}
 
 template <typename Predicate>
 Names those(const Names& names, Predicate is_wanted) {
@@ -43,7 +39,7 @@ class Search {
       ids_.push_back(callback.id);
       callbacks_.insert(callback.id);
       const auto* const entry = spec.find_callback(callback.id, callback.period_ns);
-      if (entry == nullptr) unconfigured.insert(node_of(callback.id));
+      if (entry == nullptr) unconfigured.insert(LogicalId::node_of(callback.id));
       if (entry != nullptr && !entry->is_wildcard()) {  // perhaps by its period
         callbacks_.insert(entry->id);
         named.insert(callback.id);
@@ -83,7 +79,7 @@ class Search {
 
  private:
   void check_wildcard(const SpecEntry& entry) {
-    const auto node = node_of(entry.id);
+    const auto node = entry.node();
     if (nodes_.contains(node)) return;
     const auto meant = nearest_name(node, unnamed_nodes_);
     if (meant.empty()) return;
@@ -94,12 +90,12 @@ class Search {
 
   void check_callback(std::string_view id, int line, const std::string& effect) {
     if (callbacks_.contains(id) || problems_.size() == kMost) return;
-    const auto node = node_of(id);
+    const auto node = LogicalId::node_of(id);
     const bool is_node_here = nodes_.contains(node);
     auto meant = did_you_mean(id, unnamed_callbacks_);
     if (meant.empty() && is_node_here) {
-      meant =
-          did_you_mean(id, those(ids_, [node](const auto& each) { return node_of(each) == node; }));
+      meant = did_you_mean(
+          id, those(ids_, [node](const auto& each) { return LogicalId::node_of(each) == node; }));
     }
     if (meant.empty() && !is_node_here) return;
     add(id, line, "no callback has this id: " + effect + meant);

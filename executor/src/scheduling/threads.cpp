@@ -1,4 +1,5 @@
 #include <cie/scheduling/threads.hpp>
+#include <cie/tracepoints/logical_id.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -52,9 +53,7 @@ std::string short_period(std::uint64_t ns) {
 
 // "DeadlineMissed" of "/lidar@RequestedDeadlineMissed(/scan)"; the name of a plain waitable.
 std::string_view event_or_name(const trace::CallbackInfo& info) {
-  std::string_view kind = info.logical_id;
-  kind.remove_prefix(kind.find('@') + 1);
-  kind = kind.substr(0, kind.find('('));
+  std::string_view kind = LogicalId::kind_of(info.logical_id);
   if (kind == "Waitable") return info.source;
   for (const std::string_view whose : {"Requested", "Offered", "Subscription", "Publication"}) {
     if (kind.starts_with(whose)) kind.remove_prefix(whose.size());
@@ -112,8 +111,7 @@ ThreadsId id_of_current_thread() noexcept {
 
 std::string thread_label(const trace::CallbackInfo& info) {
   constexpr std::size_t kRoom = kMostThreadName;
-  const std::string_view id = info.logical_id;
-  std::string node{last_part(id.substr(0, id.find('@')))};
+  std::string node{last_part(LogicalId::node_of(info.logical_id))};
   std::string source = info.kind == CallbackKind::timer
                            ? (info.period_ns == 0 ? "once" : short_period(info.period_ns))
                        : info.kind == CallbackKind::waitable

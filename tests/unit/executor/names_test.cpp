@@ -1,7 +1,5 @@
 #include "dds/names.hpp"
 
-#include <cie/tracepoints/logical_id.hpp>
-
 #include "dds/delivery.hpp"
 
 #include <array>
@@ -47,13 +45,6 @@ TEST(Topic, IsPrefixedInDds) {
 TEST(Topic, OfAServiceIsThatOfRos2) {
   EXPECT_EQ(request_topic("/car/plan").dds, "rq/car/planRequest");
   EXPECT_EQ(reply_topic("/car/plan").dds, "rr/car/planReply");
-}
-
-TEST(LogicalId, IsWhatTheExistingExecutorsWrite) {
-  EXPECT_EQ(logical_id("/a/b", CallbackKind::timer, "100000000"), "/a/b@Timer(100000000)");
-  EXPECT_EQ(logical_id("/b", CallbackKind::subscription, "/scan"), "/b@Subscription(/scan)");
-  EXPECT_EQ(logical_id("/b", CallbackKind::service, "/set"), "/b@Service(/set)");
-  EXPECT_EQ(logical_id("/b", CallbackKind::client, "/set"), "/b@Client(/set)");
 }
 
 TEST(Demangled, IsReadable) {

@@ -127,6 +127,8 @@ callback_groups:
   EXPECT_EQ(spec.find_callback("/a/plan"), nullptr);
   EXPECT_TRUE(spec.callbacks()[0].is_wildcard());
   EXPECT_FALSE(spec.callbacks()[1].is_wildcard());
+  EXPECT_EQ(spec.callbacks()[0].node(), "/a/plan");
+  EXPECT_EQ(spec.callbacks()[1].node(), "/a/plan");
 }
 
 TEST(SchedulingSpec, LoadsAFileAndKeepsItsNameAndHash) {

@@ -1,6 +1,7 @@
 #include "callback_names.hpp"
 
 #include <cie/analysis/report_rows.hpp>
+#include <cie/tracepoints/logical_id.hpp>
 
 #include "text_layout.hpp"
 
@@ -28,30 +29,14 @@ constexpr std::string_view kServesPlain = " <= ";
 constexpr std::string_view kLeadsTo = " → ";
 constexpr std::string_view kLeadsToPlain = " -> ";
 
-// "/node@Timer(100000000)#2"; see cie/tracepoints/logical_id.hpp.
-struct Parts {
-  std::string_view node;
-  std::string_view kind;
-  std::string_view what;
-  std::string_view number;  // "#2"; empty for the first of its name
-};
-
 bool is_number(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-std::optional<Parts> parts_of(std::string_view id) {
-  const auto at = id.find('@');
-  const auto open = id.find('(', at == std::string_view::npos ? id.size() : at);
-  const auto close = id.rfind(')');
-  if (at == 0 || open == std::string_view::npos || close == std::string_view::npos || close < open)
-    return std::nullopt;
-  const auto number = id.substr(close + 1);
-  if (!number.empty() && (number[0] != '#' || !is_number(number.substr(1)))) return std::nullopt;
-  return Parts{.node = id.substr(0, at),
-               .kind = id.substr(at + 1, open - at - 1),
-               .what = id.substr(open + 1, close - open - 1),
-               .number = number};
+// Empty where the node has no name.
+std::optional<LogicalId> parts_of(std::string_view id) {
+  const auto parts = LogicalId::parse(id);
+  return parts && !parts->node.empty() ? parts : std::nullopt;
 }
 
 // "unknown callback 2" of "?2": its callback_init was not seen. Empty of another id.
@@ -77,7 +62,7 @@ std::string period_words(std::string_view what) {
 }
 
 // "~/get" of "/plan/get" for the node "/plan".
-std::string source_words(const Parts& parts) {
+std::string source_words(const LogicalId& parts) {
   const bool is_below = parts.what.size() > parts.node.size() + 1 &&
                         parts.what.starts_with(parts.node) && parts.what[parts.node.size()] == '/';
   return is_below ? "~" + printable(parts.what.substr(parts.node.size())) : printable(parts.what);
@@ -90,7 +75,7 @@ std::string timer_words(std::string_view what, std::uint64_t period_ns) {
   return words + ' ' + period_words(std::to_string(period_ns));
 }
 
-std::string name_words(const Parts& parts, std::uint64_t period_ns, const std::string& node,
+std::string name_words(const LogicalId& parts, std::uint64_t period_ns, const std::string& node,
                        const TextStyle& style) {
   const auto said = [&]() -> std::string {
     if (parts.kind == "Timer") return " timer " + timer_words(parts.what, period_ns);
@@ -101,7 +86,7 @@ std::string name_words(const Parts& parts, std::uint64_t period_ns, const std::s
     if (parts.kind == "Client") return " client " + source_words(parts);
     return ' ' + printable(parts.kind) + ' ' + source_words(parts);
   };
-  const auto number = parts.number.empty() ? std::string() : ' ' + std::string(parts.number);
+  const auto number = parts.number.empty() ? std::string() : " #" + std::string(parts.number);
   return node + said() + number;
 }
 

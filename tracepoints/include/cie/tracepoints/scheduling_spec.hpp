@@ -55,6 +55,8 @@ struct SpecEntry {
 
   // "<node>/*": judges and configures every callback of that node that has no exact entry.
   bool is_wildcard() const noexcept;
+  // "<node>" of "<node>/*" and of a callback's id.
+  std::string_view node() const noexcept;
   friend bool operator==(const SpecEntry&, const SpecEntry&) = default;
 };
 
