@@ -5,6 +5,7 @@
 #include "json/documents.hpp"
 #include "json/json.hpp"
 #include "output/base64.hpp"
+#include "output/binary_numbers.hpp"
 #include "output/gzip_stream.hpp"
 #include "page_names.hpp"
 #include "text/callback_ranking.hpp"
@@ -23,23 +24,11 @@
 namespace cie::viewer_export {
 namespace {
 
-// The timeline's columns are LEB128 numbers, lane after lane, column after column.
-
-void put(std::string& out, std::uint64_t value) {
-  while (value >= 0x80) {
-    out += static_cast<char>((value & 0x7fU) | 0x80U);
-    value >>= 7U;
-  }
-  out += static_cast<char>(value);
-}
-
-std::uint64_t zigzag(std::int64_t value) {
-  return static_cast<std::uint64_t>(value) << 1U ^ static_cast<std::uint64_t>(value >> 63);
-}
+// The timeline's columns are varints, lane after lane, column after column.
 
 // Zero for what is not known.
 void put_optional(std::string& out, const std::optional<std::int64_t>& value) {
-  put(out, value ? zigzag(*value) + 1 : 0);
+  append_varint(out, value ? zigzag(*value) + 1 : 0);
 }
 
 template <typename Get>
@@ -53,7 +42,7 @@ void put_lane(std::string& out, const std::vector<KeptInstance>& instances, std:
               const std::vector<std::int64_t>& tids) {
   std::int64_t before = base;
   for (const KeptInstance& i : instances)
-    put(out, zigzag(i.start - std::exchange(before, i.start)));
+    append_varint(out, zigzag(i.start - std::exchange(before, i.start)));
   put_column(out, instances, [](const KeptInstance& i) { return i.least_start_latency(); });
   put_column(out, instances, [](const KeptInstance& i) -> std::optional<std::int64_t> {
     if (!i.numbers.is_known(KeptInstance::end)) return std::nullopt;
@@ -66,11 +55,12 @@ void put_lane(std::string& out, const std::vector<KeptInstance>& instances, std:
   std::int64_t seq_before = 0;
   for (const KeptInstance& i : instances) {
     const auto seq = static_cast<std::int64_t>(i.seq);
-    put(out, zigzag(seq - std::exchange(seq_before, seq)));
+    append_varint(out, zigzag(seq - std::exchange(seq_before, seq)));
   }
   for (const KeptInstance& i : instances) {
     const auto place = std::ranges::lower_bound(tids, i.tid) - tids.begin();
-    put(out, static_cast<std::uint64_t>(place) << 1U | (is_known(i.release_source) ? 1U : 0U));
+    append_varint(out,
+                  static_cast<std::uint64_t>(place) << 1U | (is_known(i.release_source) ? 1U : 0U));
   }
 }
 

@@ -4,7 +4,7 @@
 #include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/version.hpp>
 
-#include "little_endian.hpp"
+#include "output/binary_numbers.hpp"
 #include "table.hpp"
 
 #include <algorithm>
@@ -62,17 +62,8 @@ class Thrift {
   const std::string& bytes() const noexcept { return bytes_; }
 
  private:
-  static std::uint64_t zigzag(std::int64_t value) {
-    return static_cast<std::uint64_t>(value) << 1U ^ static_cast<std::uint64_t>(value >> 63);
-  }
   void byte(unsigned value) { bytes_ += static_cast<char>(value); }
-  void varint(std::uint64_t value) {
-    while (value >= 0x80) {
-      byte(static_cast<unsigned>(value & 0x7fU) | 0x80U);
-      value >>= 7U;
-    }
-    byte(static_cast<unsigned>(value));
-  }
+  void varint(std::uint64_t value) { append_varint(bytes_, value); }
   void text(std::string_view value) {
     varint(value.size());
     bytes_ += value;
@@ -143,12 +134,6 @@ class Bits {
   std::size_t count_ = 0;
 };
 
-void put_varint(std::string& out, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U)
-    out += static_cast<char>((value & 0x7fU) | 0x80U);
-  out += static_cast<char>(value);
-}
-
 // Text as numbers of a dictionary.
 class Dictionary {
  public:
@@ -176,7 +161,7 @@ class Dictionary {
     const auto width = std::max(1U, static_cast<unsigned>(std::bit_width(numbers_.size() - 1)));
     std::string out(1, static_cast<char>(width));
     const auto groups = (indices_.size() + 7) / 8;
-    put_varint(out, groups << 1U | 1U);
+    append_varint(out, groups << 1U | 1U);
     const auto begin = out.size();
     out.resize(begin + groups * width);
     std::uint64_t bits = 0;  // that are not written yet, the first one lowest
@@ -226,7 +211,7 @@ struct Chunk {
   // Definition levels as one bit-packed run, then the values that are there.
   std::string page() const {
     std::string levels;
-    put_varint(levels, static_cast<std::uint64_t>(is_known.bytes().size()) << 1U | 1U);
+    append_varint(levels, static_cast<std::uint64_t>(is_known.bytes().size()) << 1U | 1U);
     levels += is_known.bytes();
     std::string page;
     append_little_endian(page, static_cast<std::uint32_t>(levels.size()));

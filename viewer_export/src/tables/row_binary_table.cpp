@@ -2,7 +2,7 @@
 
 #include <cie/tracepoints/utf8.hpp>
 
-#include "little_endian.hpp"
+#include "output/binary_numbers.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -21,10 +21,7 @@ bool is_required(const FleetTable& table, const Column& column) {
 void put_text(std::string& out, std::string_view text) {
   const std::string valid = is_ascii(text) ? std::string() : valid_utf8(text);
   const std::string_view bytes = valid.empty() ? text : valid;
-  auto size = bytes.size();
-  for (; size >= 0x80; size >>= 7U)
-    out += static_cast<char>((size & 0x7fU) | 0x80U);
-  out += static_cast<char>(size);
+  append_varint(out, bytes.size());
   out += bytes;
 }
 
