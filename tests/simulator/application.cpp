@@ -71,17 +71,8 @@ void Application::launch() {
 
 void Application::run_load(std::size_t load, ThreadNumber number) {
   if (is_stopping_) return;
-  for (const auto& step : system_.loads[load].steps) {
-    if (const auto* compute = std::get_if<Compute>(&step)) {
-      machine_.compute(number, machine_.random().in(compute->time));
-    } else if (const auto* sleep = std::get_if<Sleep>(&step)) {
-      machine_.sleep(number, machine_.random().in(sleep->time));
-    } else if (const auto* lock = std::get_if<Lock>(&step)) {
-      machine_.lock(number, lock->mutex);
-    } else if (const auto* unlock = std::get_if<Unlock>(&step)) {
-      machine_.unlock(number, unlock->mutex);
-    }
-  }
+  for (const auto& step : system_.loads[load].steps)
+    execute(number, step);
   machine_.sleep(number, system_.loads[load].period);
 }
 

@@ -136,6 +136,7 @@ class Application {
   Taken take(int callback);
   void run_instance(std::size_t thread, int callback);
   void do_step(std::size_t thread, int callback, const Step& step);
+  void execute(ThreadNumber number, const Step& step);  // but for a Send
   void begin_instance(std::size_t thread, int callback, const Taken& taken);
   void end_instance(std::size_t thread, int callback);
   void send(std::size_t thread, int callback, int topic);

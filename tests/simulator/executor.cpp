@@ -200,7 +200,14 @@ void Application::run_instance(std::size_t place, int index) {
 }
 
 void Application::do_step(std::size_t place, int index, const Step& step) {
-  const auto number = threads_[place].number;
+  if (const auto* sent = std::get_if<Send>(&step)) {
+    send(place, index, sent->topic);
+  } else {
+    execute(threads_[place].number, step);
+  }
+}
+
+void Application::execute(ThreadNumber number, const Step& step) {
   if (const auto* compute = std::get_if<Compute>(&step)) {
     machine_.compute(number, machine_.random().in(compute->time));
   } else if (const auto* sleep = std::get_if<Sleep>(&step)) {
@@ -209,8 +216,6 @@ void Application::do_step(std::size_t place, int index, const Step& step) {
     machine_.lock(number, lock->mutex);
   } else if (const auto* unlock = std::get_if<Unlock>(&step)) {
     machine_.unlock(number, unlock->mutex);
-  } else {
-    send(place, index, std::get<Send>(step).topic);
   }
 }
 
