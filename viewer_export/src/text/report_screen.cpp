@@ -18,7 +18,6 @@
 #include <map>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -117,11 +116,10 @@ class ReportScreen {
     }
     auto tail = notes();
     append(tail, commands());
-    constexpr std::size_t kAround = 4;  // a blank line, two of titles, and one of what is left out
     const bool may_have_bounds = std::ranges::any_of(callbacks_, [this](const auto* callback) {
       return has_lower_bound(*callback) || longest_at_most(*callback).has_value();
     });
-    const auto taken = lines.size() + tail.size() + kAround + (may_have_bounds ? 1 : 0);
+    const auto taken = lines.size() + tail.size() + kLinesAroundRows + (may_have_bounds ? 1 : 0);
     append(lines, table(kScreenLines - std::min(kScreenLines, taken)));
     append(lines, std::move(tail));
     return lines;
@@ -287,15 +285,8 @@ class ReportScreen {
     const auto callbacks = std::min(callbacks_.size(), room - std::min(room, chains));
     if (callbacks + chains == 0) return more_than(0, 0);
     auto columns = extras();
-    auto shown = table_of(callbacks, chains, columns);
-    while (!columns.empty() && shown.natural_width() > style_.columns) {
-      columns.pop_back();
-      shown = table_of(callbacks, chains, columns);
-    }
-    Lines lines{""};
-    std::istringstream text(shown.render(style_));
-    for (std::string line; std::getline(text, line);)
-      lines.push_back(line);
+    const auto shown = [&] { return table_of(callbacks, chains, columns); };
+    auto lines = table_lines(with_room_for(columns, shown, style_), style_);
     append(lines, more_than(callbacks, chains));
     append(lines, bounds_note(std::span(callbacks_).first(callbacks), columns));
     return lines;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,14 +29,13 @@ class SchedulabilityScreen {
       : report_(report), judged_(judged), style_(style), rows_(worst_first(report)) {}
 
   Lines lines() const {
-    constexpr std::size_t kAround = 4;  // a blank line, two of titles, and one of what is left out
     constexpr std::size_t kFewest = 2;
     auto lines = head();
     auto below = tail(kMostReasons);
     for (auto most = kMostReasons;
-         most-- > 1 && lines.size() + below.size() + kAround + kFewest > kScreenLines;)
+         most-- > 1 && lines.size() + below.size() + kLinesAroundRows + kFewest > kScreenLines;)
       below = tail(most);
-    const auto taken = lines.size() + below.size() + kAround;
+    const auto taken = lines.size() + below.size() + kLinesAroundRows;
     append(lines, table(std::max(kScreenLines - std::min(kScreenLines, taken), kFewest)));
     append(lines, std::move(below));
     return lines;
@@ -142,15 +140,8 @@ class SchedulabilityScreen {
     if (rows_.empty()) return {"", "  no callback was measured"};
     const auto rows = std::min(rows_.size(), room);
     auto columns = extras();
-    auto shown = table_of(rows, columns);
-    while (!columns.empty() && shown.natural_width() > style_.columns) {
-      columns.pop_back();
-      shown = table_of(rows, columns);
-    }
-    Lines lines{""};
-    std::istringstream text(shown.render(style_));
-    for (std::string line; std::getline(text, line);)
-      lines.push_back(line);
+    const auto shown = [&] { return table_of(rows, columns); };
+    auto lines = table_lines(with_room_for(columns, shown, style_), style_);
     if (rows < rows_.size()) {
       lines.push_back(
           fmt::format("  {} {}", gap(style_), counted(rows_.size() - rows, "more callback")));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <sstream>
 
 namespace cie::viewer_export {
 namespace {
@@ -68,6 +69,14 @@ Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
     lines.push_back(
         cut((lines.empty() ? std::string(begin) : blanks) + part, style.columns, gap(style)));
   }
+  return lines;
+}
+
+Lines table_lines(const TextTable& table, const TextStyle& style) {
+  Lines lines{""};
+  std::istringstream text(table.render(style));
+  for (std::string line; std::getline(text, line);)
+    lines.push_back(line);
   return lines;
 }
 

@@ -16,6 +16,9 @@ namespace cie::viewer_export {
 // A terminal of 24 lines needs one for the prompt that follows, or the headline scrolls away.
 constexpr std::size_t kScreenLines = 23;
 
+// Beside its rows a table has a blank line above, two of titles, and one of what is left out.
+constexpr std::size_t kLinesAroundRows = 4;
+
 using Lines = std::vector<std::string>;
 
 void append(Lines& lines, Lines more);
@@ -23,6 +26,21 @@ void append(Lines& lines, Lines more);
 // Wrapped, at most `most` lines; those after the first begin as far in as the text of the first.
 Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
                 const TextStyle& style);
+
+// The widest table that is whole on the screen: `table` makes one with the `extras`, columns that there
+// may be room for, the most useful first. They become those that it has.
+template <typename Extra, typename Table>
+TextTable with_room_for(std::vector<Extra>& extras, const Table& table, const TextStyle& style) {
+  auto shown = table();
+  while (!extras.empty() && shown.natural_width() > style.columns) {
+    extras.pop_back();
+    shown = table();
+  }
+  return shown;
+}
+
+// A table below a blank line.
+Lines table_lines(const TextTable& table, const TextStyle& style);
 
 // "evidence: cie verify run1 --all    look: cie view run1": side by side where there is room. What
 // is wider than a line is broken as a shell reads on, between arguments.
