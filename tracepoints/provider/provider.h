@@ -1,6 +1,6 @@
 // The LTTng-UST provider `cie`: the events of the contract (tracepoints/README.md), and the inline
-// functions that emit them. Together with provider.cpp the only place with LTTng's macros. Without
-// LTTng (CIE_WITH_LTTNG undefined) the functions are empty.
+// functions that emit them. Together with provider.cpp and ros2_provider.* the only place with
+// LTTng's macros. Without LTTng (CIE_WITH_LTTNG undefined) the functions are empty.
 #pragma GCC system_header  // LTTng's macros do not survive this project's warnings
 
 #ifdef CIE_WITH_LTTNG

@@ -38,7 +38,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kLongestWait{200};
-// For how long the process that reads may wait for the relay daemon before the user is told.
+// The process that reads says every second that it is alive (feed.cpp).
 constexpr std::chrono::seconds kReaderSilence{3};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{60};

@@ -23,10 +23,10 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr seconds kUrlPatience{60};
-constexpr seconds kEndPatience{60};
+constexpr seconds kUrlPatience{60};  // it may start daemons first
+constexpr seconds kEndPatience{60};  // the command is to end first
 constexpr milliseconds kPollInterval{10};
-constexpr std::size_t kMaxPrinted = 16384;
+constexpr std::size_t kMaxPrinted = 16384;  // of what it prints nobody wants more than the end
 
 [[noreturn]] void fail(const char* what) {
   throw std::system_error(errno, std::generic_category(), what);

@@ -1,5 +1,6 @@
 // The events of the provider `cie` as LTTng-UST records them, in the order in which the provider defines
-// them: the one table of their fields' names and types. Tests hold it against real recordings.
+// them: the reader's table of their fields' names and types. The writer's is provider.h, in
+// tracepoints/provider; tests hold this one against real recordings.
 #pragma once
 
 #include <cie/tracepoints/schema.hpp>

@@ -83,8 +83,7 @@ class Thrift {
   std::vector<int> last_fields_{0};
 };
 
-// --- parquet.thrift's numbers
-// ---------------------------------------------------------------------
+// --- parquet.thrift's numbers --------------------------------------------------------------------
 
 enum PhysicalType : std::int32_t { kBoolean = 0, kInt64 = 2, kDouble = 5, kByteArray = 6 };
 constexpr std::int32_t kOptional = 1;

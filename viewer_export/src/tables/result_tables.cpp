@@ -52,8 +52,7 @@ struct PlaceCells {
   }
 };
 
-// --- statistics: nine columns each
-// ----------------------------------------------------------------
+// --- statistics: nine columns each ---------------------------------------------------------------
 
 const Summary kNoSummary{};
 
