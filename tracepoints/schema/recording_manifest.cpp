@@ -1,7 +1,7 @@
+#include <cie/tracepoints/fields.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include <algorithm>
-#include <concepts>
 #include <cstring>
 #include <fstream>
 #include <system_error>
@@ -23,8 +23,7 @@ constexpr std::string_view kAnySchema = "cie.recording/";
 constexpr std::uintmax_t kLargest = 16U << 20U;
 constexpr int kDeepest = 8;
 
-// The members of each object, each key named once. `T` is an object that is written, or one that is
-// read. A visitor has
+// The members of each object, each key named once. A visitor has
 //
 //   visit(key, member)
 //   visit.needed(key, number)      that every such object has
@@ -33,9 +32,6 @@ constexpr int kDeepest = 8;
 //   visit.fixed(key, text)         that is written, and not read
 //   visit.object(key, visit_its)   an object whose members are this object's own
 //   visit.where(claim, visit_more) members that are written only where the claim is true
-template <typename T, typename Object>
-concept Is = std::same_as<std::remove_const_t<T>, Object>;
-
 void fields(auto& visit, Is<RecordedInstant> auto& i) {
   visit("monotonic_ns", i.monotonic_ns);
   visit("realtime_ns", i.realtime_ns);

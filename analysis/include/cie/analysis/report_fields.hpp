@@ -13,15 +13,9 @@
 #pragma once
 
 #include <cie/analysis/report.hpp>
-
-#include <concepts>
-#include <type_traits>
+#include <cie/tracepoints/fields.hpp>
 
 namespace cie::analysis {
-
-// `T` is a row that is written, or one that is read.
-template <typename T, typename Row>
-concept Is = std::same_as<std::remove_const_t<T>, Row>;
 
 void fields(auto& visit, Is<Summary> auto& s) {
   visit("count", s.count);
