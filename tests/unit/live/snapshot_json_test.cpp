@@ -107,5 +107,21 @@ TEST(SnapshotJson, RefusesAnythingElse) {
   }
 }
 
+TEST(SnapshotJson, SaysWhatItDoesNotKnow) {
+  auto json = nlohmann::json::parse(json_line(full(), false));
+  json["verdict"] = "PERHAPS";
+  try {
+    parse_snapshot(json.dump());
+    FAIL() << "no verdict is called so";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "not a line of cie.live/1: what is \"PERHAPS\"?");
+  }
+}
+
+TEST(SnapshotJson, HasItsKeysInTheOrderOfTheContract) {
+  EXPECT_TRUE(json_line(full(), false)
+                  .starts_with(R"({"schema":"cie.live/1","sequence":3,"source":{"url":"net://x)"));
+}
+
 }  // namespace
 }  // namespace cie::live

@@ -1,4 +1,5 @@
-// Rows as JSON: a Writer and a Reader of their fields (cie/analysis/report_fields.hpp).
+// Rows as JSON: a Writer and a Reader of their fields (cie/analysis/report_fields.hpp), and
+// of those of a snapshot (live/snapshot_fields.hpp).
 #pragma once
 
 #include <cie/analysis/report_rows.hpp>
@@ -8,6 +9,8 @@
 #include "json.hpp"
 #include "json_text.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -25,6 +28,7 @@ namespace cie::viewer_export {
 struct RowContext {
   const analysis::ReportRows* rows = nullptr;
   bool has_several_hosts = false;
+  bool has_details = true;
 };
 
 class RowWriter {
@@ -47,6 +51,15 @@ class RowWriter {
   template <typename T>
   void present(const char* name, const std::optional<T>& value) {
     if (value) (*this)(name, *value);
+  }
+  template <typename T>
+  void detail(const char* name, const T& value) {
+    if (context_.has_details) (*this)(name, value);
+  }
+  template <typename VisitIts>
+  void object(const char* name, const VisitIts& visit_its) {
+    json_.key(name);
+    json_.object([&] { visit_its(*this); });
   }
   template <typename Enum>
   void word(const char* name, std::optional<Enum> value) {
@@ -95,6 +108,10 @@ class RowWriter {
   }
   template <typename T>
   void write(const std::vector<T>& values) {
+    write_array(values, [this](const T& value) { write(value); });
+  }
+  template <typename T, std::size_t count>
+  void write(const std::array<T, count>& values) {
     write_array(values, [this](const T& value) { write(value); });
   }
   void write(const RecordedExit& exit) {
@@ -149,6 +166,15 @@ class RowReader {
   }
   template <typename T>
   void derived(const char* /*name*/, const T& /*value*/) const {}
+  template <typename T>
+  void detail(const char* name, T& value) const {
+    added(name, value);
+  }
+  template <typename VisitIts>
+  void object(const char* name, const VisitIts& visit_its) const {
+    RowReader inner(json_.at(name));
+    visit_its(inner);
+  }
   template <typename Enum>
   void word(const char* name, std::optional<Enum>& value) const {
     value.reset();

@@ -8,6 +8,8 @@
 //   visit.word(name, optional)     an enumerator by its label; empty text where it is not known
 //   visit.number(name, index)      of a row: a meaning in its document alone
 //   visit.derived(name, value)     what follows from other fields
+//   visit.detail(name, value)      that a document has only for whoever asks for details
+//   visit.object(name, visit_its)  an object whose members are fields of the row
 //   visit.pid(name, process) and visit.host(name, process)  what the process's row says
 //   visit.pair(name, a, b)         two fields that are told as a list
 #pragma once
