@@ -83,6 +83,14 @@ TEST(FormatDuration, HasFourDigitsAndAUnit) {
   EXPECT_EQ(format_duration(std::numeric_limits<std::int64_t>::min()), "-9223372037 s");
 }
 
+TEST(ShortDuration, HasNoMoreDigitsThanItNeeds) {
+  EXPECT_EQ(short_duration(0), "0 ns");
+  EXPECT_EQ(short_duration(999), "999 ns");
+  EXPECT_EQ(short_duration(100'000'000), "100 ms");
+  EXPECT_EQ(short_duration(33'333'333), "33.33 ms");
+  EXPECT_EQ(short_duration(9'998'000'000'000), "9998 s");
+}
+
 TEST(WithFittingUnits, ChangesNanosecondsAlone) {
   EXPECT_EQ(with_fitting_units("took 32214275 ns, the deadline of app2.yaml:7 is 10000000 ns"),
             "took 32.21 ms, the deadline of app2.yaml:7 is 10.00 ms");

@@ -6,7 +6,6 @@
 #include "text_layout.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <set>
@@ -47,18 +46,11 @@ std::string unknown_words(std::string_view id) {
 
 // "100 ms", "33.33 ms"; a timer's own name stays.
 std::string period_words(std::string_view what) {
-  struct Unit {
-    double ns;
-    std::string_view name;
-  };
-  constexpr std::array<Unit, 4> kUnits{{{1e9, "s"}, {1e6, "ms"}, {1e3, "us"}, {1, "ns"}}};
-  double ns = 0;
+  std::int64_t ns = 0;
   const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), ns);
-  constexpr double kTooLong = 9.999e12;
+  constexpr std::int64_t kTooLong = 9'999'000'000'000;  // for four digits of seconds
   if (!is_number(what) || error != std::errc{} || ns >= kTooLong) return printable(what);
-  const auto* const unit =
-      std::ranges::find_if(kUnits, [ns](const Unit& u) { return ns >= u.ns || u.ns == 1; });
-  return fmt::format("{:.4g} {}", ns / unit->ns, unit->name);
+  return short_duration(ns);
 }
 
 // "~/get" of "/plan/get" for the node "/plan".

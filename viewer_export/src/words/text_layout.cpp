@@ -152,6 +152,18 @@ std::string compact_duration(std::int64_t ns) {
   return text;
 }
 
+std::string short_duration(std::int64_t ns) {
+  struct Unit {
+    double ns;
+    std::string_view name;
+  };
+  constexpr std::array<Unit, 4> kUnits{{{1e9, "s"}, {1e6, "ms"}, {1e3, "us"}, {1, "ns"}}};
+  const auto value = static_cast<double>(ns);
+  const auto* const unit =
+      std::ranges::find_if(kUnits, [value](const Unit& u) { return value >= u.ns || u.ns == 1; });
+  return fmt::format("{:.4g} {}", value / unit->ns, unit->name);
+}
+
 std::string with_fitting_units(std::string_view sentence) {
   constexpr std::string_view kUnit = " ns";
   std::string text;

@@ -41,6 +41,9 @@ std::string format_duration(std::int64_t ns);
 // "115.2us": a column has one unit less to say than a sentence.
 std::string compact_duration(std::int64_t ns);
 
+// "100 ms", "33.33 ms": of a span that is round, as periods are; no more of four digits than it has.
+std::string short_duration(std::int64_t ns);
+
 // "took 1.235 ms" of "took 1234567 ns".
 std::string with_fitting_units(std::string_view sentence);
 
