@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -82,6 +83,25 @@ TEST_F(StreamCheck, SeesAFileThatEndsWithinAPacket) {
     EXPECT_TRUE(check(whole.substr(0, size)).is_damaged) << size;
   }
   EXPECT_FALSE(check(whole.substr(0, 4096)).is_damaged);
+}
+
+// Two packets of 4096 bytes each, up to 20; another stream goes on.
+TEST_F(StreamCheck, SaysWhichFileHasReachedTheLimitOfItsSize) {
+  const StreamSummary cut = check(packet(0, 0) + packet(1, 0));
+  StreamSummary other = cut;
+  other.size = 4096;
+  other.end = 30;
+  const auto marked = [&](std::uint64_t limit) {
+    std::vector<StreamSummary> streams{cut, other};
+    mark_cut_by_limit(streams, limit);
+    EXPECT_FALSE(streams[1].is_cut_by_limit) << "it has room, or ends last";
+    return streams[0];
+  };
+  EXPECT_FALSE(marked(3 * 4096).is_cut_by_limit) << "a third one fits";
+  EXPECT_EQ(incompleteness_of(marked(3 * 4096)), "");
+  EXPECT_NE(incompleteness_of(marked(3 * 4096 - 1)).find("File too large"), std::string::npos);
+  other.end = 20;
+  EXPECT_FALSE(marked(2 * 4096).is_cut_by_limit) << "nothing came after";
 }
 
 TEST_F(StreamCheck, SurvivesGarbage) {

@@ -2,12 +2,16 @@
 
 #include <cie/tracepoints/recording_layout.hpp>
 
+#include "base/text.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <fstream>
 #include <optional>
 #include <string>
+
+#include <sys/resource.h>
 
 namespace cie::record {
 namespace {
@@ -30,8 +34,8 @@ std::optional<PacketHeader> next_header(std::ifstream& stream, std::uint64_t pos
 }
 
 StreamSummary check_stream(const fs::path& file) {
-  StreamSummary summary{.file = file};
   const std::uint64_t size = fs::file_size(file);
+  StreamSummary summary{.file = file, .size = size};
   std::ifstream stream(file, std::ios::binary);
   std::uint64_t position = 0;
   std::uint64_t expected = 0;
@@ -51,6 +55,7 @@ StreamSummary check_stream(const fs::path& file) {
     summary.discarded_events = packet->discarded_events;
     summary.content_bytes += packet->content_bits / 8;
     ++summary.packets;
+    summary.largest_packet = std::max(summary.largest_packet, packet->packet_bits / 8);
     position += packet->packet_bits / 8;
   }
   return summary;
@@ -66,7 +71,25 @@ std::vector<StreamSummary> check_streams(const fs::path& directory) {
     }
   }
   std::ranges::sort(summaries, {}, &StreamSummary::file);
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    mark_cut_by_limit(summaries, limit.rlim_cur);
   return summaries;
+}
+
+void mark_cut_by_limit(std::vector<StreamSummary>& streams, std::uint64_t limit) {
+  std::uint64_t latest = 0;
+  for (const auto& stream : streams)
+    latest = std::max(latest, stream.end);
+  for (auto& stream : streams)
+    stream.is_cut_by_limit = stream.size + stream.largest_packet > limit && stream.end < latest;
+}
+
+std::string incompleteness_of(const StreamSummary& stream) {
+  const auto file = in_quotes(stream.file);
+  if (stream.is_cut_by_limit)
+    return file + " has reached the limit of the size of files (ulimit -f): File too large";
+  return stream.is_damaged ? file + " ends within a packet (is the disk full?)" : std::string();
 }
 
 bool has_events(const StreamSummary& stream) {

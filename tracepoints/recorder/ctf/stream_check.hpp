@@ -11,6 +11,7 @@ namespace cie::record {
 // What the packet headers of one stream file say.
 struct StreamSummary {
   std::filesystem::path file;
+  std::uint64_t size = 0;  // in bytes
   std::uint64_t packets = 0;
   std::uint64_t content_bytes = 0;     // of events, headers included, padding not
   std::uint64_t discarded_events = 0;  // the tracer's count in the last packet
@@ -18,15 +19,25 @@ struct StreamSummary {
   std::uint64_t next_packet = 0;       // the number that would have followed
   std::uint64_t begin = 0;             // of the first packet, on the trace's clock
   std::uint64_t end = 0;               // of the last one
+  std::uint64_t largest_packet = 0;    // in bytes
   bool is_damaged = false;             // ends within a packet, or is no stream of LTTng-UST
+  bool is_cut_by_limit = false;        // see mark_cut_by_limit()
 };
+
+// Marks the streams whose file has no room left for another packet of its size below `limit`, the greatest size
+// of a file in bytes, and that end before another stream does: what came after could not be written.
+void mark_cut_by_limit(std::vector<StreamSummary>& streams, std::uint64_t limit);
+
+// Why what the stream tells is not whole; empty if it is, as far as the file itself shows.
+std::string incompleteness_of(const StreamSummary& stream);
 
 // Whether a stream of hot events holds any: its packets hold more than how they begin. (The channel
 // that describes has the tracer's own word for who registers.)
 bool has_events(const StreamSummary& stream);
 
-// Every stream file of the traces below `directory`, in order of path. Throws
-// std::filesystem::filesystem_error if the directory cannot be read.
+// Every stream file of the traces below `directory`, in order of path, those marked that this process's
+// limit of the size of files (RLIMIT_FSIZE) has cut. Throws std::filesystem::filesystem_error if the directory
+// cannot be read.
 std::vector<StreamSummary> check_streams(const std::filesystem::path& directory);
 
 // Paths of metadata files below `directory` that are empty: nothing beside one can be decoded.

@@ -70,9 +70,7 @@ void DirectoryKeeping::check_files() {
     if (stream.file.parent_path() != directory / kKernelDirectory) {
       has_any = has_any || has_events(stream);
     }
-    if (stream.is_damaged) {
-      problems.push_back(in_quotes(stream.file) + " ends within a packet (is the disk full?)");
-    }
+    if (auto why = incompleteness_of(stream); !why.empty()) problems.push_back(std::move(why));
     if (stream.lost_packets > 0) {
       problems.push_back(
           fmt::format("{} lacks {} packets", in_quotes(stream.file), stream.lost_packets));

@@ -224,10 +224,8 @@ void Rotation::describe_streams(const fs::path& chunk, RecordingManifest& manife
       loss.discarded_events += stream.discarded_events - before.discarded_events;
       before = {.next_packet = stream.next_packet, .discarded_events = stream.discarded_events};
     }
-    if (stream.is_damaged) {
-      manifest.problems.push_back(in_quotes(stream.file) +
-                                  " ends within a packet (is the disk full?)");
-    }
+    if (auto why = incompleteness_of(stream); !why.empty())
+      manifest.problems.push_back(std::move(why));
     if (lost > 0) {
       manifest.problems.push_back(fmt::format("{} lacks {} packets", in_quotes(stream.file), lost));
     }
