@@ -73,6 +73,9 @@ constexpr const char* kLacksRuns = "instances of it are missing from the recordi
 std::string unknown_runs(const Task& task) {
   const auto& callback = *task.callback;
   if (callback.may_lack_runs) return kLacksRuns;
+  if (const auto outside = callback.outside_window.value_or(0); outside > 0) {
+    return std::to_string(outside) + " of its instances lie outside of what all streams cover";
+  }
   const bool is_open_within = is_one_in_progress(callback) &&
                               callback.longest_open->until_end.ns <= task.result.execution->ns;
   if (callback.incomplete == 0 || is_open_within) return {};

@@ -105,6 +105,27 @@ TEST(SchedulabilityEvidence, DecidesNothingBesideRunsThatAreMissing) {
       "of it are missing from the recording; record without losses");
 }
 
+// A stream ends at 200: what follows was recorded in part only, and is not measured.
+TEST(SchedulabilityEvidence, DecidesNothingBesideRunsThatNotAllStreamsCover) {
+  auto trace = test::trace_of(close_releases("175"));
+  const auto begin = *std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<StreamBegin>(event.body) &&
+           std::get<StreamBegin>(event.body).domain == Domain::user;
+  });
+  const auto add = [&](Timestamp time, const EventBody& body) {
+    trace.events.push_back(
+        {.head = {.time = time, .stream = StreamIndex{20}, .cpu = 1, .pid = {}, .tid = {}},
+         .body = body});
+  };
+  add(begin.head.time, begin.body);
+  add(begin.head.time, PacketBegin{});
+  add({50}, OtherEvent{});
+  add({200}, PacketEnd{});
+  add({200}, StreamEnd{});
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  expect_undecided(of(trace, "hi"), "2 of its instances lie outside of what all streams cover");
+}
+
 TEST(SchedulabilityEvidence, DecidesNothingBesideACallbackThatNobodySaw) {
   auto trace = test::trace_of(close_releases("175"));
   const auto is_hi = [](const auto&, const EventHead& head) { return head.time.ns >= 150; };
