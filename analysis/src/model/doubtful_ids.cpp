@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -20,10 +21,39 @@ bool is_named(const CallbackFacts& callback) {
   return callback.registered && callback.is_identified;
 }
 
+// When the first callback of each id that is known in part was made ("/node@Timer(?)", "?@Timer(10)").
+class PartlyKnown {
+ public:
+  void add(const CallbackFacts& callback) {
+    if (!callback.registered) return;
+    const auto time = callback.registered->time;
+    const auto [found, is_new] =
+        first_.try_emplace(std::string(LogicalId::without_number(callback.logical_id)), time);
+    if (!is_new) found->second = std::min(found->second, time);
+  }
+  // One that was made before may be of the callback's id, whose number is one too low then.
+  bool has_namesake_before(const CallbackFacts& callback) const {
+    if (first_.empty()) return false;
+    const IdParts parts(callback.logical_id);
+    const auto kind = parts.kind_and_what.substr(0, parts.kind_and_what.find('('));
+    for (const auto node : {parts.node, std::string_view("?")}) {
+      for (const auto& rest : {std::string(parts.kind_and_what), std::string(kind) + "(?)"}) {
+        const auto found = first_.find(std::string(node) + rest);
+        if (found != first_.end() && found->second <= callback.registered->time) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  std::map<std::string, Timestamp> first_;
+};
+
 struct Callbacks {
   std::map<std::string_view, std::vector<CallbackFacts*>> by_id;  // without numbers
   std::set<std::string_view> without_node;                        // IdParts::kind_and_what of those
   std::vector<const CallbackFacts*> nameless;
+  PartlyKnown partly_known;
 };
 
 // Another process with this pid may have made the one of its id before it.
@@ -53,6 +83,7 @@ void doubt_numbered_ids(Model& model) {
       if (parts.lacks_node()) callbacks.without_node.insert(parts.kind_and_what);
     } else {
       callbacks.nameless.push_back(&callback);
+      callbacks.partly_known.add(callback);
     }
   }
   if (processes.empty()) return;
@@ -77,6 +108,7 @@ void doubt_numbered_ids(Model& model) {
         const bool is_beside_another =
             is_beside_nameless || of_id.size() > 1 || is_one_without_node;
         callback->may_be_another = follows_rcl_init(*callback) ||
+                                   callbacks.partly_known.has_namesake_before(*callback) ||
                                    (may_lack_earlier(*callback) && is_beside_another) ||
                                    (!process.ros2_begin && is_beside_nameless);
       }

@@ -476,6 +476,8 @@ TEST(Ros2Identity, TheEntryIsUnknownWhereTheOneBeforeMayBeLost) {
   EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
   EXPECT_EQ(result.callback("/n@Timer(5)").response_deadline, std::nullopt);
   EXPECT_THAT(result.evidence("R3"), HasSubstr("registered after events were lost"));
+  const auto untold = analyze_ros2(partly, -1, kFirstIsUrgent);
+  EXPECT_EQ(untold.verdict("R3"), Verdict::inconclusive) << "a timer of unknown period is there";
 }
 
 TEST(Ros2Identity, NoNumberIsCertainBehindALoss) {
