@@ -17,7 +17,7 @@ LostEnds::LostEnds(const Model& model, const ThreadLives& lives, const KernelHol
       user_losses_(user_losses),
       announced_(model.processes.size()) {
   for (const auto& thread : model.threads) {
-    if (thread.announced) ++announced_[at(thread.process)];
+    if (thread.announced) announced_[at(thread.process)] += thread.spins;  // as run_end counts
   }
   last_activities_.reserve(model.callbacks.size());
   for (const auto& callback : model.callbacks) {

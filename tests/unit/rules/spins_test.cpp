@@ -67,6 +67,19 @@ TEST(Spins, ThatReadAsOnePassNothing) {
   }
 }
 
+// run_end counts announcements, of which a thread that spins twice has two.
+TEST(Spins, OfOneThreadMakeNoAnnouncementOfAnotherMissing) {
+  const Verified verified(spun_twice("", "priority=50 cpus=0,1") + R"(
+    callback lidar
+    callback plan pooled
+    14 start lidar
+    16 end lidar
+    18 start plan on=lidar
+    20 end plan on=lidar
+    22 finish lidar)");
+  EXPECT_EQ(verified.of("M2", "thread 102"), Verdict::fail);
+}
+
 // What run_end counts is what was seen: no announcement is missing, whatever else is.
 TEST(Spins, ThatAreAllSeenAreJudgedThoughEventsWereLost) {
   const Verified lossy(spun_twice("", "priority=30 cpus=0,1") + kLostState);
