@@ -281,7 +281,7 @@ const Rule kOneCallbackPerThread{
     .violation = "ran several callbacks",
     .gravity = 3,
     .judge = judge_one_callback,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true, .totals = true, .later_state = LaterState::before_evidence}};
 
 const Rule kOneThreadPerCallback{
     .id = kOneThreadPerCallbackRule,
@@ -302,7 +302,7 @@ const Rule kOneThreadPerCallback{
     .violation = "ran on several threads",
     .gravity = 2,
     .judge = judge_one_thread,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true, .totals = true, .later_state = LaterState::before_evidence}};
 
 const Rule kUniqueLogicalId{
     .id = "M7",

@@ -171,19 +171,36 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   return verdicts;
 }
 
+// Until when the callback lived, for all that is known: its end may be among what was lost since its last sign.
+Timestamp known_end(const RuleContext& context, const CallbackFacts& callback) {
+  if (callback.fini) return callback.fini->at.time;
+  const auto last = last_sign(callback).time;
+  return context.user_losses.between(callback.process, last, kLatest) ? last : kLatest;
+}
+
 // How many of the group's callbacks lived at the same time, at most: one that was made after another
 // was destroyed takes its place.
-std::size_t most_alive(const Model& model, const std::vector<CallbackIndex>& callbacks) {
+std::size_t most_alive(const RuleContext& context, const std::vector<CallbackIndex>& callbacks) {
+  const auto& model = context.model;
   std::multiset<Timestamp> ends;  // of those alive
   std::size_t most = 0;
   for (const auto index : callbacks) {  // as they were registered
     const auto& callback = model.callbacks[at(index)];
     ends.erase(ends.begin(), ends.upper_bound(callback.registered->time));
-    ends.insert(callback.fini ? callback.fini->at.time
-                              : Timestamp{std::numeric_limits<std::int64_t>::max()});
+    ends.insert(known_end(context, callback));
     most = std::max(most, ends.size());
   }
   return most;
+}
+
+// The first one of which no end is known while others follow; null: there is none.
+const CallbackFacts* unended_of_several(const RuleContext& context,
+                                        const std::vector<CallbackIndex>& callbacks) {
+  for (std::size_t i = 0; i + 1 < callbacks.size(); ++i) {
+    const auto& callback = context.model.callbacks[at(callbacks[i])];
+    if (!callback.fini) return &callback;
+  }
+  return nullptr;
 }
 
 void judge_group(const RuleContext& context, const GroupFacts& group,
@@ -212,8 +229,13 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
     }
   };
   if (group.type == GroupType::reentrant) witness("a reentrant group");
-  if (const auto most = most_alive(model, callbacks); most >= 2) {
+  if (const auto most = most_alive(context, callbacks); most >= 2) {
     witness("a group of " + std::to_string(most) + " callbacks");
+  } else if (const auto* unended = unended_of_several(context, callbacks)) {
+    judgement.doubt(evidence("callback_init", *unended->registered,
+                             "whether " + unended->logical_id +
+                                 " still lived when the next one was registered is unknown: its "
+                                 "callback_fini was not seen"));
   }
   if (!group.type) {
     judgement.doubt(without_event(group.first_seen, "the group's announcement was not seen"));
@@ -377,7 +399,7 @@ const Rule kNoForeignWork{
         "own; record with --kernel.",
     .violation = "did other work",
     .judge = judge_foreign_work,
-    .needs = {.instances = true}};
+    .needs = {.instances = true, .later_state = LaterState::before_evidence}};
 
 const Rule kSingleCallbackGroup{
     .id = "M8",
@@ -387,14 +409,16 @@ const Rule kSingleCallbackGroup{
         "Callbacks of one group share its thread and so wait for each other, although each looks "
         "isolated in the configuration; a reentrant group needs several threads.",
     .inconclusive_when =
-        "the group, the callbacks in it, or the threads of its process were never announced.",
+        "the group, the callbacks in it, or the threads of its process were never announced, or the "
+        "callback_fini of one before the next was registered may have been lost.",
     .remedy =
         "create each callback with a callback group of its own, which is the default, instead of "
         "handing several the same one.",
     .remedy_rclcpp =
         "create a callback group for each callback: those created without one share the node's.",
     .violation = "held several callbacks",
-    .judge = judge_groups};
+    .judge = judge_groups,
+    .needs = {.later_state = LaterState::before_evidence}};
 
 const Rule kThreadKnown{
     .id = "M9",

@@ -377,7 +377,7 @@ const Rule kParametersAsSpecified{
         "cpusets are the usual causes); judge by the spec that it was given.",
     .violation = "did not run as specified",
     .judge = judge_specified,
-    .needs = {.spec = true}};
+    .needs = {.spec = true, .later_state = LaterState::at_any_time}};
 
 const Rule kParametersBeforeFirstCallback{
     .id = "S2",

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "early_stream_ends.hpp"
 #include "rule.hpp"
 #include "rule_context.hpp"
 
@@ -43,6 +44,7 @@ class SharedDoubts {
  private:
   const RuleContext& context_;
   MissingParts missing_;
+  EarlyStreamEnds early_ends_;
   SharedPids shared_;
 };
 

@@ -386,7 +386,7 @@ const Rule kAllowedCpusOnly{
         "affinity and read it back.",
     .violation = "ran on forbidden CPUs",
     .judge = judge_allowed_cpus,
-    .needs = {.kernel = true}};
+    .needs = {.kernel = true, .later_state = LaterState::before_evidence}};
 
 const Rule kNoParameterLeak{
     .id = "S5",

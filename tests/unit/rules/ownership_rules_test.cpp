@@ -151,6 +151,26 @@ TEST(SingleCallbackGroup, FailsForASharedOrReentrantGroup) {
   EXPECT_EQ(reentrant.of("M8", "group 0"), Verdict::fail);
 }
 
+// The first one was destroyed, as is told, before the second one was made; or its end is among what was lost.
+TEST(SingleCallbackGroup, DoesNotTakeALostEndForALife) {
+  constexpr auto kInTurn = R"(
+    group both
+    callback fusion group=both
+    callback plan group=both
+    10 start fusion
+    12 end fusion
+    14 fini fusion
+    20 init plan
+    22 start plan
+    24 end plan)";
+  EXPECT_EQ(Verified(kInTurn).of("M8", "group 0"), Verdict::pass);
+  auto trace = trace_of(std::string(kInTurn) + "\n16 discard user until=18 count=1");
+  trace.erase<CallbackFini>([](const auto&, const EventHead& head) { return head.time.ns == 14; });
+  const Verified lost(trace);
+  EXPECT_EQ(lost.of("M8", "group 0"), Verdict::inconclusive);
+  EXPECT_THAT(lost.evidence("M8", "group 0"), HasSubstr("its callback_fini was not seen"));
+}
+
 TEST(SingleCallbackGroup, JudgesGroupsOfPoolsNot) {
   EXPECT_EQ(Verified("group g reentrant\nthread t1 pool\ncallback a group=g pooled\n"
                      "1 start a on=t1\n2 end a on=t1")["M8"],

@@ -1,0 +1,41 @@
+#include "early_stream_ends.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace cie::analysis {
+namespace {
+
+// LTTng was seen to end the streams of twelve CPUs within 0.1 ms, those of a snapshot within 1 ms.
+constexpr Duration kTogether{10'000'000};
+
+}  // namespace
+
+EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
+  std::map<std::uint32_t, std::vector<const StreamFacts*>> traces;
+  for (const auto& stream : model.streams) {
+    const bool is_ended = stream.has_ended && stream.end && stream.is_evidence;
+    if (is_ended && stream.domain == Domain::user) traces[stream.trace].push_back(&stream);
+  }
+  for (const auto& [trace, streams] : traces) {
+    const auto [first, last] =
+        std::ranges::minmax(streams, {}, [](const StreamFacts* stream) { return *stream->end; });
+    const auto is_early = [latest = *last->end](const StreamFacts* stream) {
+      return latest - *stream->end > kTogether;
+    };
+    const auto early = static_cast<std::size_t>(std::ranges::count_if(streams, is_early));
+    // Where no tracer wrote them, each ends at its own last event.
+    const bool end_as_one = streams.size() - early >= 2 && 2 * early <= streams.size();
+    if (early > 0 && end_as_one) first_.emplace(trace, first);
+  }
+}
+
+const StreamFacts* EarlyStreamEnds::of(const ProcessFacts& process) const {
+  if (!process.first_seen) return nullptr;
+  const auto* stream = find_stream(model_, process.first_seen->stream);
+  const auto found = stream == nullptr ? first_.end() : first_.find(stream->trace);
+  return found == first_.end() ? nullptr : found->second;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,25 @@
+// Streams of applications that end before the others of their trace. LTTng ends them as one, so an early one was
+// cut: its consumer daemon was killed, the disk was full. No count tells what it lacks.
+#pragma once
+
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <map>
+
+namespace cie::analysis {
+
+// The model must outlive it.
+class EarlyStreamEnds {
+ public:
+  explicit EarlyStreamEnds(const Model& model);
+
+  // The stream that ends first where the process's events are recorded; null: none ends early.
+  const StreamFacts* of(const ProcessFacts& process) const;
+
+ private:
+  const Model& model_;
+  std::map<std::uint32_t, const StreamFacts*> first_;  // by trace
+};
+
+}  // namespace cie::analysis

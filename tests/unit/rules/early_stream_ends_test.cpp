@@ -1,0 +1,95 @@
+// A stream of applications that ends before the others of its trace was cut: what was registered or read back since
+// is not known, and what fails without it is undecided.
+#include "support/verdicts.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using testing::HasSubstr;
+
+constexpr StreamIndex kUserStream{0};
+constexpr std::int64_t kEnd = 100'000'000;
+
+// Two callbacks on one thread, the second one from 50 ms on.
+constexpr auto kShared = R"(
+  group both
+  callback fusion group=both
+  callback plan group=both pooled
+  10000000 start fusion
+  12000000 end fusion
+  50000000 start plan on=fusion
+  52000000 end plan on=fusion
+  99000000 start fusion
+  99500000 end fusion)";
+
+// As if the machine had more CPUs: streams without events that end then.
+TextTrace with_streams(const std::string& text, const std::vector<std::int64_t>& ends) {
+  auto trace = trace_of(text);
+  auto& events = trace.events;
+  const auto begin = *std::ranges::find_if(events, [](const Event& event) {
+    return event.head.stream == kUserStream && std::holds_alternative<StreamBegin>(event.body);
+  });
+  for (auto& event : events) {
+    const bool is_end = std::holds_alternative<PacketEnd>(event.body) ||
+                        std::holds_alternative<StreamEnd>(event.body);
+    if (event.head.stream == kUserStream && is_end) event.head.time.ns = kEnd;
+  }
+  std::uint32_t index = 20;
+  for (const auto end : ends) {
+    const StreamIndex stream{index++};
+    const auto add = [&](Timestamp time, const EventBody& body) {
+      events.push_back({.head = {.time = time, .stream = stream, .cpu = {}, .pid = {}, .tid = {}},
+                        .body = body});
+    };
+    add(begin.head.time, begin.body);
+    add(begin.head.time, PacketBegin{});
+    add({end}, PacketEnd{});
+    add({end}, StreamEnd{});
+  }
+  std::ranges::stable_sort(events, {}, [](const Event& event) { return event.head.time; });
+  return trace;
+}
+
+TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
+  const auto m2 = [](const std::vector<std::int64_t>& ends) {
+    return Verified(with_streams(kShared, ends)).of("M2", "thread 101");
+  };
+  EXPECT_EQ(m2({kEnd, kEnd, kEnd}), Verdict::fail);
+  EXPECT_EQ(m2({kEnd, kEnd, 30'000'000}), Verdict::inconclusive);
+  EXPECT_EQ(m2({kEnd, kEnd, 60'000'000}), Verdict::fail) << "both had started by then";
+  EXPECT_EQ(m2({kEnd, kEnd, kEnd - 10'000'000}), Verdict::fail) << "they end as one";
+  EXPECT_EQ(m2({30'000'000}), Verdict::fail) << "each at its own last event: no tracer's";
+  EXPECT_THAT(
+      Verified(with_streams(kShared, {kEnd, kEnd, 30'000'000})).evidence("M2", "thread 101"),
+      HasSubstr("ends here, before the others"));
+}
+
+TEST(EarlyStreamEnd, LeavesUndecidedWhatALaterReadBackMayExplain) {
+  constexpr auto kWrong = R"(
+  callback fusion
+  -100 initial fusion policy=other
+  -90 applied fusion policy=fifo priority=70 cpus=0
+  10000000 start fusion
+  12000000 end fusion
+  99000000 start fusion
+  99500000 end fusion)";
+  constexpr auto kSpec =
+      "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 80, affinity: [0]}\n";
+  const auto s1 = [&](std::int64_t end) {
+    return Verified(with_streams(kWrong, {kEnd, kEnd, end}), kSpec).of("S1", "callback fusion");
+  };
+  EXPECT_EQ(s1(kEnd), Verdict::fail);
+  EXPECT_EQ(s1(30'000'000), Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
