@@ -1,8 +1,7 @@
 #include "sched_parameters.hpp"
 
-#include "refusal.hpp"
-
 #include "base/cpu_list.hpp"
+#include "refusal.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,8 +1,9 @@
 // Each cause of a refusal is named, on machines that are written down here.
+#include "scheduling/refusal.hpp"
+
 #include <cie/scheduling/exclusive_cpusets.hpp>
 
 #include "kernel_tree.hpp"
-#include "scheduling/refusal.hpp"
 
 #include <cerrno>
 #include <string>
