@@ -21,32 +21,27 @@ bool is_named(const CallbackFacts& callback) {
   return callback.registered && callback.is_identified;
 }
 
-// When the first callback of each id that is known in part was made ("/node@Timer(?)", "?@Timer(10)").
+// Ids that are known in part ("/node@Timer(?)", "?@Timer(10)"). When their callbacks were made is not known: those
+// that run are told of when they do.
 class PartlyKnown {
  public:
   void add(const CallbackFacts& callback) {
-    if (!callback.registered) return;
-    const auto time = callback.registered->time;
-    const auto [found, is_new] =
-        first_.try_emplace(std::string(LogicalId::without_number(callback.logical_id)), time);
-    if (!is_new) found->second = std::min(found->second, time);
+    if (callback.registered) ids_.emplace(LogicalId::without_number(callback.logical_id));
   }
-  // One that was made before may be of the callback's id, whose number is one too low then.
-  bool has_namesake_before(const CallbackFacts& callback) const {
-    if (first_.empty()) return false;
+  // One of them may be the callback's, whose number is one too low if that was made before.
+  bool has_namesake(const CallbackFacts& callback) const {
+    if (ids_.empty()) return false;
     const IdParts parts(callback.logical_id);
     const auto kind = parts.kind_and_what.substr(0, parts.kind_and_what.find('('));
     for (const auto node : {parts.node, std::string_view("?")}) {
-      for (const auto& rest : {std::string(parts.kind_and_what), std::string(kind) + "(?)"}) {
-        const auto found = first_.find(std::string(node) + rest);
-        if (found != first_.end() && found->second <= callback.registered->time) return true;
-      }
+      for (const auto& rest : {std::string(parts.kind_and_what), std::string(kind) + "(?)"})
+        if (ids_.contains(std::string(node) + rest)) return true;
     }
     return false;
   }
 
  private:
-  std::map<std::string, Timestamp> first_;
+  std::set<std::string> ids_;
 };
 
 struct Callbacks {
@@ -108,7 +103,7 @@ void doubt_numbered_ids(Model& model) {
         const bool is_beside_another =
             is_beside_nameless || of_id.size() > 1 || is_one_without_node;
         callback->may_be_another = follows_rcl_init(*callback) ||
-                                   callbacks.partly_known.has_namesake_before(*callback) ||
+                                   callbacks.partly_known.has_namesake(*callback) ||
                                    (may_lack_earlier(*callback) && is_beside_another) ||
                                    (!process.ros2_begin && is_beside_nameless);
       }
