@@ -62,7 +62,7 @@ void Analyzer::consume(const Event& event) {
   if (!is_passing_by) {
     count(event);
     if (registry.has_any_ended()) [[unlikely]]
-      registry.meet_after_end(event.head, event.body, recording.loss_times());
+      registry.detect_reused_pid_after_end(event.head, event.body, recording.loss_times());
   }
   const auto who = note_user(event.head);
   if (category_of(event.body) == EventCategory::callback) note_own(event.head, who);

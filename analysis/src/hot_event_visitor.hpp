@@ -29,11 +29,11 @@ struct Analyzer::Pipeline::HotEventVisitor {
   }
   void operator()(const CallbackEnd& e) const { pipeline.instances->apply(head, who, e); }
   void operator()(const Publish& e) const { pipeline.instances->apply(head, who, e); }
-  void operator()(const HiddenRun& e) const { pipeline.registry.apply(who, e); }
-  void operator()(const RunBesideOwn& e) const {
+  void operator()(const UntracedInstance& e) const { pipeline.registry.apply(who, e); }
+  void operator()(const ForeignInstance& e) const {
     if (!pipeline.instances->is_running(who)) pipeline.registry.apply(head, e);
   }
-  void operator()(const CallbackBesideOwn& e) const { pipeline.registry.apply(head, e); }
+  void operator()(const ForeignCallback& e) const { pipeline.registry.apply(head, e); }
   void operator()(const ResponseTaken& e) const {
     pipeline.chains->on_response(who.host, e, head.time);
   }

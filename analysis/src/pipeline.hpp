@@ -82,7 +82,7 @@ struct Analyzer::Pipeline {
   void note_own(const EventHead& head, const Emitter& who) {
     if (head.is_derived || !who.process) return;
     auto& process = registry.process_facts_of(who);
-    if (!process.has_cie_events) Registry::note_speaker(head, process);
+    if (!process.has_cie_events) Registry::note_reported(head, process);
   }
   // Its events prove that a thread runs, if the kernel names it as they do.
   void note_running(const EventHead& head, const Emitter& who) {
@@ -119,7 +119,7 @@ struct Analyzer::Pipeline {
   struct StateEventVisitor;
   bool is_left_out(const Event& event);
   // Before an event's emitter is looked up: a process that begins is not whoever had its pid before.
-  void meet(const Event& event);
+  void detect_reused_pid(const Event& event);
   // Of what is left out, an audit still tells that nothing changed until then.
   void pass_by_state(const Event& event);
 

@@ -64,7 +64,7 @@ void Analyzer::Pipeline::consume_state(const Event& event) {
   const auto& head = event.head;
   if (cut) pass_edges(event);  // what is told of state outside the window holds in it, too
   count(event);
-  if (!is_left_out(event)) meet(event);
+  if (!is_left_out(event)) detect_reused_pid(event);
   note_own(head, note_user(head));
   if (is_left_out(event)) {
     pass_by_state(event);
@@ -79,11 +79,11 @@ bool Analyzer::Pipeline::is_left_out(const Event& event) {
   return cut && cut->leaves_out(event.head, event.body);
 }
 
-void Analyzer::Pipeline::meet(const Event& event) {
+void Analyzer::Pipeline::detect_reused_pid(const Event& event) {
   if (const auto* begin = std::get_if<RunBegin>(&event.body)) {
-    registry.meet(event.head, *begin);
+    registry.detect_reused_pid(event.head, *begin);
   } else if (registry.has_any_ended()) {
-    registry.meet_after_end(event.head, event.body, recording.loss_times());
+    registry.detect_reused_pid_after_end(event.head, event.body, recording.loss_times());
   }
 }
 

@@ -29,9 +29,9 @@ bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
           [](const ClockSync&) { return true; }, [](const ThreadWakeup&) { return true; },
           [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
           [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
-          [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },
+          [](const Publish&) { return false; }, [](const UntracedInstance&) { return false; },
           [](const ResponseTaken&) { return false; },
-          [](const CallbackBesideOwn& told) { return !told.ran; },
+          [](const ForeignCallback& told) { return !told.ran; },
           [is_before](const auto&) { return is_before; }},  // the kernel's
       event.body);
 }

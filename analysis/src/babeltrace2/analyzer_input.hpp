@@ -48,7 +48,7 @@ class AnalyzerInput {
     return event;
   }
   void pass_on() {
-    translator_.heed(batch_);
+    translator_.observe(batch_);
     batch_.each([this](const Event& event) { analyzer_.consume(event); });
   }
 

@@ -128,8 +128,9 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const auto domain = of_trace->domain;
   const auto has_events = take_has_events(stream, domain);
   // Of a running system nobody knows what its applications will declare.
-  std::optional<bool> tells_runs;
-  if (domain == Domain::user && has_events) tells_runs = declares(trace, is_callback_start);
+  std::optional<bool> has_callback_events;
+  if (domain == Domain::user && has_events)
+    has_callback_events = declares(trace, is_callback_start);
   input_.push(
       head, StreamBegin{
                 .channel = channel->second,
@@ -142,7 +143,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
                 .is_snapshot = of_trace->is_snapshot,
                 .has_events = has_events,
                 .has_inheritance = domain == Domain::kernel ? has_inheritance(trace) : std::nullopt,
-                .tells_runs = tells_runs});
+                .has_callback_events = has_callback_events});
 }
 
 void MessageDecoder::stream_end(Stream& stream) {

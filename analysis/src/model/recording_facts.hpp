@@ -59,7 +59,7 @@ struct StreamFacts {
   bool is_left_out = false;  // it has no time in common with the rest of its channel
   bool is_apart = false;     // no time is common to its channel: nothing of that is counted
   std::optional<bool> has_inheritance{};  // see StreamBegin
-  bool tells_runs = true;                 // likewise, unless it is known not to
+  bool has_callback_events = true;        // likewise, unless it is known not to
 };
 
 // Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams that
@@ -69,7 +69,7 @@ struct ChannelFacts {
   HostIndex host{};
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
-  bool tells_runs = true;  // its streams do
+  bool has_callback_events = true;  // its streams do
 };
 
 enum class LossKind : std::uint8_t {

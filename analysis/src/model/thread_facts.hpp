@@ -92,7 +92,7 @@ struct ProcessFacts {
   std::string name{};                   // command name where known
   std::vector<std::uint32_t> traces{};  // of its first event and of each run_begin
   // Of a process that only ROS 2's tracers tell of.
-  bool is_told_by_ros2 = false;
+  bool is_from_ros2 = false;
   std::optional<EventRef> ros2_begin{};  // rcl_init, before which nothing was
   std::string tracetools{};              // version; empty: not told
   std::vector<HiddenCallback> hidden{};
@@ -103,13 +103,13 @@ struct ProcessFacts {
 };
 
 // It emits none of cie's own events of its run.
-inline bool is_told_by_ros2_alone(const ProcessFacts& process) noexcept {
-  return process.is_told_by_ros2 && !process.run_begin;
+inline bool is_ros2_only(const ProcessFacts& process) noexcept {
+  return process.is_from_ros2 && !process.run_begin;
 }
 
 // Its first event was recorded.
 inline bool has_begun_here(const ProcessFacts& process) noexcept {
-  return process.run_begin || (process.is_told_by_ros2 && process.ros2_begin);
+  return process.run_begin || (process.is_from_ros2 && process.ros2_begin);
 }
 
 struct NodeFacts {

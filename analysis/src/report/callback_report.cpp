@@ -91,7 +91,7 @@ void set_queue_losses(CallbackReport& report, const RuleContext& context, Callba
   if (may_lack_later) return;
   if (losses.are_totals_seen) report.lost_samples = losses.lost;
   const bool is_each_told =
-      context.model.processes[at(facts.process)].is_told_by_ros2 && losses.overwritten > 0;
+      context.model.processes[at(facts.process)].is_from_ros2 && losses.overwritten > 0;
   if (losses.are_totals_seen || is_each_told) report.overwritten_samples = losses.overwritten;
   if (!facts.may_repeat) return;
   const auto before = [](const std::optional<std::uint64_t>& total,

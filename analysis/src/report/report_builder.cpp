@@ -39,7 +39,7 @@ bool is_pass(const VerdictReport& verdicts, const Rule& rule) {
 bool is_complete(const RuleContext& context, const std::map<ProcessIndex, Verdict>& runs,
                  ProcessIndex process) {
   const auto& facts = context.model.processes[at(process)];
-  if (facts.is_told_by_ros2) {
+  if (facts.is_from_ros2) {
     return has_begun_here(facts) &&
            std::ranges::none_of(context.model.losses, [&facts](const Loss& loss) {
              return loss.domain == Domain::user && loss.host == facts.host;
@@ -134,10 +134,10 @@ std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
   const auto is_of = [](Domain domain) {
     return [domain](const ChannelFacts& channel) { return channel.domain == domain; };
   };
-  const auto tells_runs = [](const ChannelFacts& channel) {
-    return channel.domain == Domain::user && channel.tells_runs;
+  const auto has_callback_events = [](const ChannelFacts& channel) {
+    return channel.domain == Domain::user && channel.has_callback_events;
   };
-  if (const auto recorded = recorded_by(model, host, tells_runs)) return recorded;
+  if (const auto recorded = recorded_by(model, host, has_callback_events)) return recorded;
   if (const auto recorded = recorded_by(model, host, is_of(Domain::user))) return recorded;
   return recorded_by(model, host, is_of(Domain::kernel));
 }
@@ -450,7 +450,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
         .host_index = process.host,
         .traces = process.traces};
     if (!process.executor.empty()) entry.executor = process.executor;
-    if (is_told_by_ros2_alone(process)) {
+    if (is_ros2_only(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;
       const auto told = telling.find(index);
       if (told != telling.end()) entry.tells_messages = told->second;

@@ -273,7 +273,7 @@ std::string narrowest(const Model& model, std::optional<Timestamp> StreamFacts::
                       const Narrower& is_narrower) {
   std::map<std::uint32_t, std::pair<const StreamFacts*, const StreamFacts*>> extremes;
   for (const auto& stream : model.streams) {
-    if (stream.domain != Domain::user || !stream.tells_runs || !(stream.*edge)) continue;
+    if (stream.domain != Domain::user || !stream.has_callback_events || !(stream.*edge)) continue;
     auto& [widest, narrow] = extremes.try_emplace(stream.channel, &stream, &stream).first->second;
     if (is_narrower(*(widest->*edge), *(stream.*edge))) widest = &stream;
     if (is_narrower(*(stream.*edge), *(narrow->*edge))) narrow = &stream;
@@ -321,7 +321,7 @@ void add_unpaired_instances(const Model& model, std::vector<TraceDefect>& defect
 void add_unregistered_callbacks(const Model& model, std::vector<TraceDefect>& defects) {
   const auto unregistered = [&model](bool of_ros2) {
     return total_of(model.callbacks, [&model, of_ros2](const auto& c) {
-      const auto is_of_ros2 = [&] { return is_told_by_ros2_alone(model.processes[at(c.process)]); };
+      const auto is_of_ros2 = [&] { return is_ros2_only(model.processes[at(c.process)]); };
       return std::uint64_t{!c.registered && is_of_ros2() == of_ros2};
     });
   };
@@ -393,7 +393,7 @@ void add_process_defects(const Model& model, std::vector<TraceDefect>& defects) 
              "the beginning of a process's run was not recorded");
   add_defect(defects, DefectKind::missing_run_end, Severity::info,
              missing_marker([](const ProcessFacts& p) {
-               return p.run_end.has_value() || p.is_told_by_ros2;  // which tells no end
+               return p.run_end.has_value() || p.is_from_ros2;  // which tells no end
              }),
              "a process was still running, or was interrupted, when the recording ended");
   add_defect(

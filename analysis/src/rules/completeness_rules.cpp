@@ -52,7 +52,7 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
 
 Evidence unseen_end(const Model& model, const ProcessFacts& process) {
   const auto last = process.last_seen.value_or(EventRef{});
-  if (process.is_told_by_ros2) {
+  if (process.is_from_ros2) {
     return without_event(last,
                          "ROS 2's events do not tell when a process ends; this is its last one");
   }
@@ -79,7 +79,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     Judgement judgement(names.process(index));
     judgement.check(1 + proof.totals_compared(index));
-    const bool is_of_ros2 = process.is_told_by_ros2;
+    const bool is_of_ros2 = process.is_from_ros2;
     if (!has_begun_here(process)) {
       const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
       judgement.doubt(without_event(process.first_seen.value_or(EventRef{}),
@@ -237,7 +237,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
       return;
     }
     if (callback != nullptr) {
-      const bool is_of_ros2 = model.processes[at(callback->process)].is_told_by_ros2;
+      const bool is_of_ros2 = model.processes[at(callback->process)].is_from_ros2;
       judgement.fail(evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
                               "was registered here and never ran (" + asked.place + ")"));
       if (callback->fini) {

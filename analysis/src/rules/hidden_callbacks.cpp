@@ -56,7 +56,7 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
-    if (!process.is_told_by_ros2) continue;
+    if (!process.is_from_ros2) continue;
     for (const auto& hidden : process.hidden) {
       const auto servers = servers_of(hidden, process, index, threads);
       if (!servers) anywhere_[index].add(hidden);
@@ -96,7 +96,7 @@ std::optional<Evidence> HiddenCallbacks::beside_own(ThreadIndex thread) const {
 std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
   const auto& facts = model_.threads[at(thread)];
   const auto& process = model_.processes[at(facts.process)];
-  if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
+  if (!process.is_from_ros2 || facts.ran.empty()) return std::nullopt;
   if (auto unseen = may_be_unseen(process)) return unseen;
   const auto special = on_threads_.find(thread);
   const auto general = anywhere_.find(facts.process);

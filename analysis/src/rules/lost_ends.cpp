@@ -67,7 +67,7 @@ std::optional<Evidence> LostEnds::untold_between(ThreadIndex index, Timestamp la
                                                  Timestamp next) const {
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
-  if (thread.tid == process.pid || !is_told_by_ros2_alone(process)) {
+  if (thread.tid == process.pid || !is_ros2_only(process)) {
     return between(index, last, next);
   }
   return without_event(moment(next, thread.tid),
@@ -94,7 +94,7 @@ std::optional<Evidence> LostEnds::between_callbacks(ThreadIndex index) const {
 std::optional<Evidence> LostEnds::since(ThreadIndex index, Timestamp last) const {
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
-  if (thread.tid == process.pid || !is_told_by_ros2_alone(process)) return std::nullopt;
+  if (thread.tid == process.pid || !is_ros2_only(process)) return std::nullopt;
   std::optional<Timestamp> next;
   for (const auto* pair : thread.ran) {
     const auto first = pair->first_start.time;

@@ -271,8 +271,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
       const auto& callback = model.callbacks[at(pair->callback)];
       if (callback.group) {
         unknown.try_emplace({callback.process, *callback.group}, reason);
-      } else if (!callback.registered &&
-                 !is_told_by_ros2_alone(model.processes[at(callback.process)])) {
+      } else if (!callback.registered && !is_ros2_only(model.processes[at(callback.process)])) {
         unknown_of_process.try_emplace(callback.process, reason);
       }
     }

@@ -137,7 +137,7 @@ void judge_registered_move(const RuleContext& context, const RegisteredMove& reg
     judgement.doubt(unordered_init(init, thread_of(context.model, move.from)));
   }
   judgement.doubt(context.user_losses.between(process, move.last_on_from.time, init.time));
-  if (facts.run_begin || facts.is_told_by_ros2) return;
+  if (facts.run_begin || facts.is_from_ros2) return;
   judgement.doubt(
       evidence("callback_init", init,
                "no run_begin: whether this registered it anew or announced it, before it "

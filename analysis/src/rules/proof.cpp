@@ -67,13 +67,13 @@ bool Proof::is_complete(ProcessIndex process) const {
 std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
   if (!has_begun_here(facts)) {
-    const std::string begin = facts.is_told_by_ros2 ? "rcl_init" : "run_begin";
+    const std::string begin = facts.is_from_ros2 ? "rcl_init" : "run_begin";
     return without_event(facts.first_seen.value_or(EventRef{}),
                          "no " + begin + ": what came before is unknown");
   }
   if (!facts.run_end) {
     return without_event(facts.last_seen.value_or(EventRef{}),
-                         facts.is_told_by_ros2
+                         facts.is_from_ros2
                              ? "ROS 2's events count nothing: what is missing is unknown"
                              : "no run_end: what came after the last event is unknown");
   }

@@ -105,7 +105,7 @@ void Proof::compare_totals_of(CallbackIndex index) {
 void Proof::compare_totals_of(const PublisherFacts& publisher) {
   // What ROS 2's events add to a process that counts its own.
   const bool is_added =
-      !publisher.is_accounted && !model_.processes[at(publisher.process)].is_told_by_ros2;
+      !publisher.is_accounted && !model_.processes[at(publisher.process)].is_from_ros2;
   if (is_added) return;
   auto& process = processes_[at(publisher.process)];
   if (publisher.registered) ++process.publishers_registered;
@@ -210,7 +210,7 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
 }
 
 std::optional<Evidence> Proof::unseen_threads(ProcessIndex process) const {
-  if (is_told_by_ros2_alone(model_.processes[at(process)])) return std::nullopt;
+  if (is_ros2_only(model_.processes[at(process)])) return std::nullopt;
   return unseen_or_lost(process, &RunTotals::threads, threads_announced(process),
                         "threads whose announcement was not seen: ",
                         "; nothing counts the threads: the announcement of one may be lost");

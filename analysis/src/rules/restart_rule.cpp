@@ -121,8 +121,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
                                   "what its thread ran as in this lifetime is unknown"));
   }
   const bool is_untold = was == nullptr && is == nullptr && !before.ran_on.empty() &&
-                         !after.ran_on.empty() &&
-                         is_told_by_ros2_alone(model.processes[at(after.process)]);
+                         !after.ran_on.empty() && is_ros2_only(model.processes[at(after.process)]);
   if (is_untold) {
     judgement.doubt(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
   }

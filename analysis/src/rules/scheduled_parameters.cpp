@@ -260,7 +260,7 @@ bool is_never_read_back(const CallbackFacts& callback) noexcept { return !callba
 
 bool is_never_read_back(const Model& model, const ThreadFacts& thread) noexcept {
   return !thread.announced && thread.read_backs.count == 0 && !thread.fini && !thread.former_fini &&
-         is_told_by_ros2_alone(model.processes[at(thread.process)]);
+         is_ros2_only(model.processes[at(thread.process)]);
 }
 
 const SpecEntry* sole_entry(const RuleContext& context, const ThreadFacts& thread) {

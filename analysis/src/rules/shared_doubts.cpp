@@ -135,8 +135,8 @@ void doubt_after_early_end(const Rule& rule, const Model& model, const EarlyStre
 
 // ROS 2's events have neither numbers nor totals: there any part of a recording may lack some.
 bool has_totals(const Model& model, const Subject& subject) {
-  if (subject.process) return !is_told_by_ros2_alone(model.processes[at(*subject.process)]);
-  return std::ranges::none_of(model.processes, is_told_by_ros2_alone);
+  if (subject.process) return !is_ros2_only(model.processes[at(*subject.process)]);
+  return std::ranges::none_of(model.processes, is_ros2_only);
 }
 
 // L7: of what is missing nobody knows what a rule would have said, so what is left does not pass in

@@ -39,7 +39,7 @@ std::span<const Requirement> required_of(const Model& model) {
   bool is_any = false;
   for (const auto& process : model.processes) {
     if (!process.has_cie_events) continue;
-    if (!process.is_told_by_ros2) return kRequired;
+    if (!process.is_from_ros2) return kRequired;
     is_any = true;
   }
   if (is_any) return kRequiredOfRos2;

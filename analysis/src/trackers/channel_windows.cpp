@@ -121,7 +121,7 @@ bool ChannelWindows::is_any_other(StreamIndex stream, const IsSo& is_so) const {
     const auto& channel = entry.second;
     const auto& first = model_.streams[channel.streams.front()];
     return channel.domain == Domain::user && channel.host == own.host && first.trace != own.trace &&
-           first.tells_runs && is_so(channel);
+           first.has_callback_events && is_so(channel);
   });
 }
 

@@ -190,7 +190,7 @@ void EnforcementTracker::note_own(ThreadFacts& thread, const OfTid& tid) {
 // thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
 bool EnforcementTracker::has_begun_work(const ThreadFacts& thread) const {
   const auto& process = model_.processes[at(thread.process)];
-  if (!thread.announced) return !thread.ran.empty() && is_told_by_ros2_alone(process);
+  if (!thread.announced) return !thread.ran.empty() && is_ros2_only(process);
   return process.first_moment == RunMoment::start || !thread.applied.empty() || thread.first_audit;
 }
 

@@ -80,7 +80,7 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
     const EventHead& head, const Emitter& who, const CallbackStart& event, CallbackIndex index,
     OfThread& on_thread, OfCallback& callback) {
   auto& process = registry_.process_facts_of(who);
-  Registry::note_speaker(head, process);
+  Registry::note_reported(head, process);
   auto pending = ended_.new_instance();
   auto& facts = registry_.facts_of(who, index);
   pending->callback = index;

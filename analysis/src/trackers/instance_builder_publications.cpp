@@ -96,7 +96,7 @@ void InstanceBuilder::decide(ThreadIndex thread, PendingInstance* ended) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
-  Registry::note_speaker(head, registry_.process_facts_of(who));
+  Registry::note_reported(head, registry_.process_facts_of(who));
   const auto index = registry_.publisher(who, event.publisher);
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;

@@ -39,7 +39,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.clock_offset_ns = event.clock_offset_ns;
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
-  facts.tells_runs = event.tells_runs.value_or(true);
+  facts.has_callback_events = event.has_callback_events.value_or(true);
   coverage_.begin(head, event, host);
   windows_.begin(head, event, host);
 }
@@ -137,13 +137,14 @@ void RecordingTracker::finish_window() {
   RecordedWindow asked_for;
   RecordedWindow recorded;
   for (const auto& [number, channel] : all_channels) {
-    const bool tells_runs = std::ranges::any_of(
-        channel.streams, [this](std::uint32_t index) { return model_.streams[index].tells_runs; });
+    const bool has_callback_events = std::ranges::any_of(
+        channel.streams,
+        [this](std::uint32_t index) { return model_.streams[index].has_callback_events; });
     model_.channels[number] = ChannelFacts{.domain = channel.domain,
                                            .host = channel.host,
                                            .begin = channel.window.begin,
                                            .end = channel.window.end,
-                                           .tells_runs = tells_runs};
+                                           .has_callback_events = has_callback_events};
     if (has_user && channel.domain != Domain::user) continue;
     const auto& window = channel.window;
     if (!asked_ && window.begin && window.end && *window.begin > *window.end) {
@@ -152,7 +153,7 @@ void RecordingTracker::finish_window() {
     }
     const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
     const auto trace = model_.streams[channel.streams.front()].trace;
-    if (tells_runs) windows_.add_streams_of(channel, shift);
+    if (has_callback_events) windows_.add_streams_of(channel, shift);
     asked_for.add(channel.host, trace, window, shift);
     if (asked_) recorded.add(channel.host, trace, windows_.covered(channel), shift);
   }

@@ -64,9 +64,9 @@ void Registry::note_trace(const EventHead& head, ProcessFacts& process) const {
     process.traces.push_back(trace);
 }
 
-std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
+std::optional<ProcessIndex> Registry::reported_process_of(const EventHead& head) {
   const auto process = process_of(head);
-  if (process) note_speaker(head, *process);
+  if (process) note_reported(head, *process);
   return process;
 }
 
@@ -172,7 +172,7 @@ CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
     callback.logical_id = "?" + std::to_string(to_number(id));
     auto& of = model_.processes[at(process)];
     // Its own events would have told: this follows from ROS 2's.
-    if (!of.has_cie_events) of.has_cie_events = of.is_told_by_ros2 = true;
+    if (!of.has_cie_events) of.has_cie_events = of.is_from_ros2 = true;
   }
   return *index;
 }

@@ -85,13 +85,13 @@ class Registry {
   // The process an event belongs to now; creates a provisional one. Empty without a pid.
   std::optional<ProcessIndex> process_of(const EventHead& head);
   // The same, of an event that makes it a process of the report.
-  std::optional<ProcessIndex> speaker_of(const EventHead& head);
+  std::optional<ProcessIndex> reported_process_of(const EventHead& head);
   // It is a process of the report.
-  void note_speaker(const EventHead& head, ProcessIndex process) {
-    note_speaker(head, model_.processes[at(process)]);
+  void note_reported(const EventHead& head, ProcessIndex process) {
+    note_reported(head, model_.processes[at(process)]);
   }
-  static void note_speaker(const EventHead& head, ProcessFacts& facts) noexcept {
-    facts.is_told_by_ros2 = head.is_derived && (facts.is_told_by_ros2 || !facts.has_cie_events);
+  static void note_reported(const EventHead& head, ProcessFacts& facts) noexcept {
+    facts.is_from_ros2 = head.is_derived && (facts.is_from_ros2 || !facts.has_cie_events);
     facts.has_cie_events = true;
   }
   // Brings the `last_seen` of all threads and processes up to date.
@@ -150,11 +150,12 @@ class Registry {
   }
 
   // Before its emitter is looked up: if whoever has the pid began at another time, it has it no more.
-  void meet(const EventHead& head, const RunBegin& event);
+  void detect_reused_pid(const EventHead& head, const RunBegin& event);
   bool has_any_ended() const noexcept { return is_any_ended_; }
   // Likewise of any other event: if whoever has the pid has ended and used its number before, it is of
   // another process, whose run_begin was lost. Where it may be of either, that is noted.
-  void meet_after_end(const EventHead& head, const EventBody& body, const LossTimes& losses);
+  void detect_reused_pid_after_end(const EventHead& head, const EventBody& body,
+                                   const LossTimes& losses);
   // Once all was consumed. What no one process tells twice may be of another one, if its run_begin was
   // lost.
   void doubt_told_again(const LossTimes& losses);
@@ -173,16 +174,16 @@ class Registry {
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadSched& event);
   void apply(const EventHead& head, const SchedProcessExit& event);
   void apply(const EventHead& head, const ProcessName& event);
-  void apply(const EventHead& head, const Ros2Begin& event);
-  void apply(const EventHead& head, const LivedOn& event);
-  void apply(const EventHead& head, const CrossedRuns& event);
+  void apply(const EventHead& head, const Ros2ProcessBegin& event);
+  void apply(const EventHead& head, const ProcessContinued& event);
+  void apply(const EventHead& head, const InterleavedInstances& event);
   void apply(const EventHead& head, const Ros2Tracer& event);
-  void apply(const EventHead& head, const HiddenInit& event);
-  void apply(const EventHead& head, const UnseenWriter& event);
-  void apply(const Emitter& who, const HiddenRun& event);
+  void apply(const EventHead& head, const UntracedEntity& event);
+  void apply(const EventHead& head, const UntracedWriter& event);
+  void apply(const Emitter& who, const UntracedInstance& event);
   // Of a thread that runs nothing that its process's own events tell of.
-  void apply(const EventHead& head, const RunBesideOwn& event);
-  void apply(const EventHead& head, const CallbackBesideOwn& event);
+  void apply(const EventHead& head, const ForeignInstance& event);
+  void apply(const EventHead& head, const ForeignCallback& event);
 
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any
   // (machines that are copies of each other may give equal ones). Empty if unknown.

@@ -43,7 +43,7 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   return read;
 }
 
-void Registry::meet(const EventHead& head, const RunBegin& event) {
+void Registry::detect_reused_pid(const EventHead& head, const RunBegin& event) {
   const auto pid = head.pid.value_or(event.pid);
   const auto* const found = process_by_pid_.find({scope(host_of(head)), pid});
   if (found == nullptr) return;
@@ -89,7 +89,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   if (!of_process.pid) of_process.pid = event.pid;
   const auto index = *process_of(of_process);
   auto& process = model_.processes[at(index)];
-  note_speaker(head, index);
+  note_reported(head, index);
   process.executor = event.executor;
   note_trace(head, process);
   if (event.moment == RunMoment::announce) {
@@ -121,7 +121,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
 }
 
 void Registry::apply(const EventHead& head, const RunEnd& event) {
-  const auto index = speaker_of(head);
+  const auto index = reported_process_of(head);
   if (!index) return;
   is_any_ended_ = true;
   auto& process = model_.processes[at(*index)];
@@ -134,7 +134,7 @@ void Registry::apply(const EventHead& head, const RunEnd& event) {
 }
 
 void Registry::apply(const EventHead& head, const NodeInit& event) {
-  const auto process = speaker_of(head);
+  const auto process = reported_process_of(head);
   if (!process) return;
   const auto [index, is_new] = node_by_id_.insert({scope(*process), key(event.node)});
   if (is_new) {
@@ -145,7 +145,7 @@ void Registry::apply(const EventHead& head, const NodeInit& event) {
 }
 
 void Registry::apply(const EventHead& head, const GroupInit& event) {
-  const auto process = speaker_of(head);
+  const auto process = reported_process_of(head);
   if (!process) return;
   auto& facts = model_.groups[group(*process, event.group, head)];
   facts.node = event.node;
@@ -162,7 +162,7 @@ bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& fac
 }
 
 void Registry::apply(const EventHead& head, const CallbackInit& event) {
-  const auto process = speaker_of(head);
+  const auto process = reported_process_of(head);
   if (!process) return;
   const auto index = callback(*process, event.callback);
   auto& facts = model_.callbacks[at(index)];
@@ -231,7 +231,7 @@ void Registry::apply(const EventHead& head, const CallbackFini& event) {
 }
 
 void Registry::apply(const EventHead& head, const PublisherInit& event) {
-  const auto process = speaker_of(head);
+  const auto process = reported_process_of(head);
   if (!process) return;
   const auto index = publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
@@ -260,7 +260,7 @@ void Registry::apply(const EventHead& head, const PublisherFini& event) {
 }
 
 std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
-  const auto process = speaker_of(head);
+  const auto process = reported_process_of(head);
   if (!process) return std::nullopt;
   auto index = find_thread(*process, event.tid);
   if (index) {

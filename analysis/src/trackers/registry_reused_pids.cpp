@@ -53,8 +53,8 @@ bool Registry::has_used_number_of(ProcessIndex process, const EventBody& body) c
          is_seen(publish_numbers_, *found, publish->seq, model_.publishers[*found].published);
 }
 
-void Registry::meet_after_end(const EventHead& head, const EventBody& body,
-                              const LossTimes& losses) {
+void Registry::detect_reused_pid_after_end(const EventHead& head, const EventBody& body,
+                                           const LossTimes& losses) {
   const auto holder = ended_holder_of_pid(head);
   if (!holder) return;
   if (!head.is_derived && has_used_number_of(*holder, body)) {

@@ -6,7 +6,7 @@
 
 namespace cie::analysis {
 
-void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
+void Registry::apply(const EventHead& head, const Ros2ProcessBegin& /*event*/) {
   const auto process = process_of(head);
   if (!process) return;
   auto& begin = model_.processes[at(*process)].ros2_begin;
@@ -14,7 +14,7 @@ void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
 }
 
 // Most events of ROS 2 mean nothing by themselves, and are not seen here.
-void Registry::apply(const EventHead& head, const LivedOn& event) {
+void Registry::apply(const EventHead& head, const ProcessContinued& event) {
   const auto process = process_of(head);
   if (!process) return;
   auto& first = *model_.processes[at(*process)].first_seen;
@@ -23,15 +23,15 @@ void Registry::apply(const EventHead& head, const LivedOn& event) {
   first.stream = event.stream;
 }
 
-void Registry::apply(const EventHead& head, const CrossedRuns& /*event*/) {
+void Registry::apply(const EventHead& head, const InterleavedInstances& /*event*/) {
   note_sharing(head, PidSharing::crossed);
 }
 
-void Registry::apply(const EventHead& head, const RunBesideOwn& /*event*/) {
+void Registry::apply(const EventHead& head, const ForeignInstance& /*event*/) {
   note_sharing(head, PidSharing::beside_own);
 }
 
-void Registry::apply(const EventHead& head, const CallbackBesideOwn& event) {
+void Registry::apply(const EventHead& head, const ForeignCallback& event) {
   const auto process = process_of(head);
   if (!process) return;
   std::string id(event.logical_id);
@@ -66,7 +66,7 @@ void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
     model_.processes[at(*process)].tracetools = event.version;
 }
 
-void Registry::apply(const EventHead& head, const HiddenInit& event) {
+void Registry::apply(const EventHead& head, const UntracedEntity& event) {
   const auto process = process_of(head);
   if (!process) return;
   auto& hidden = model_.processes[at(*process)].hidden;
@@ -83,11 +83,11 @@ void Registry::apply(const EventHead& head, const HiddenInit& event) {
   if (event.is_pooled) facts.is_pooled = true;
 }
 
-void Registry::apply(const EventHead& head, const UnseenWriter& event) {
+void Registry::apply(const EventHead& head, const UntracedWriter& event) {
   model_.unseen_writers.try_emplace(std::string(event.topic), ref(head));
 }
 
-void Registry::apply(const Emitter& who, const HiddenRun& event) {
+void Registry::apply(const Emitter& who, const UntracedInstance& event) {
   if (!who.process) return;
   auto& process = model_.processes[at(*who.process)];
   process.tells_responses = true;

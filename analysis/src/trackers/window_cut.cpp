@@ -121,7 +121,7 @@ void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBo
   if (!who.process) return;
   const bool is_speech =
       std::holds_alternative<CallbackStart>(body) || std::holds_alternative<Publish>(body);
-  if (is_speech) registry_.note_speaker(head, *who.process);
+  if (is_speech) registry_.note_reported(head, *who.process);
   if (is_before(head.time)) {
     before(head, who, body);
   } else {

@@ -27,10 +27,10 @@ class Keeper {
   void keep(PublisherInit& event) { keep(event.topic); }
   void keep(ThreadInit& event) { keep(event.name); }
   void keep(ThreadSched& event) { keep(event.cpus); }
-  void keep(CallbackBesideOwn& event) { keep(event.logical_id); }
+  void keep(ForeignCallback& event) { keep(event.logical_id); }
   void keep(Ros2Tracer& event) { keep(event.version); }
-  void keep(HiddenInit& event) { keep(event.what, event.node); }
-  void keep(UnseenWriter& event) { keep(event.topic); }
+  void keep(UntracedEntity& event) { keep(event.what, event.node); }
+  void keep(UntracedWriter& event) { keep(event.topic); }
   void keep(ProcessName& event) { keep(event.name); }
   void keep(OtherEvent& event) {
     keep(event.name);

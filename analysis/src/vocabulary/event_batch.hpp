@@ -28,7 +28,7 @@ constexpr std::uint64_t kinds() noexcept {
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, PacketBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit,
-          ThreadInit, ThreadSched, CallbackBesideOwn, Ros2Tracer, HiddenInit, UnseenWriter,
+          ThreadInit, ThreadSched, ForeignCallback, Ros2Tracer, UntracedEntity, UntracedWriter,
           ProcessName, OtherEvent>();
 
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than

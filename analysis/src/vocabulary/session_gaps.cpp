@@ -9,7 +9,7 @@ void SessionGaps::apply(const EventHead& head, const StreamBegin& event) {
   auto& trace = traces_[event.trace];
   trace.host = &hosts_[{std::string(event.host), std::string(event.clock_uuid)}];
   ++trace.streams;
-  trace.tells_runs = trace.tells_runs || event.tells_runs.value_or(true);
+  trace.has_callback_events = trace.has_callback_events || event.has_callback_events.value_or(true);
   const auto index = static_cast<std::size_t>(head.stream);
   if (index >= streams_.size()) streams_.resize(index + 1);
   streams_[index] = &trace;
@@ -21,7 +21,7 @@ std::optional<SessionGap> SessionGaps::apply(const EventHead& head, const Packet
   auto& host = *trace->host;
   const bool is_nobody_here = !trace->has_begun && host.traces == 0;
   const bool is_before_runs = !host.has_told_runs;
-  host.has_told_runs = host.has_told_runs || trace->tells_runs;
+  host.has_told_runs = host.has_told_runs || trace->has_callback_events;
   trace->has_begun = true;
   trace->is_open = true;
   ++host.traces;

@@ -35,7 +35,7 @@ class SessionGaps {
     std::uint32_t streams = 0;  // not ended
     bool has_begun = false;
     bool is_open = false;
-    bool tells_runs = false;
+    bool has_callback_events = false;
   };
   // Null: none of an application.
   Trace* trace_of(StreamIndex stream) const noexcept {

@@ -21,7 +21,7 @@ class Translator {
   virtual bool translate(Event& event, const Translation& translation, const Payload& fields,
                          EventBatch& batch) = 0;
   // Learns from the batch's new events, which are complete, and completes what they say.
-  virtual void heed(EventBatch& batch) = 0;
+  virtual void observe(EventBatch& batch) = 0;
   // The trace ended: adds what was still to be told.
   virtual void finish(EventBatch& batch) = 0;
 

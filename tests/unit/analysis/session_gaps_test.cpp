@@ -20,14 +20,14 @@ using ::testing::IsEmpty;
 class Recording {
  public:
   void add(std::uint32_t trace, const std::string& host = "robot", Domain domain = Domain::user,
-           std::optional<bool> tells_runs = {}) {
+           std::optional<bool> has_callback_events = {}) {
     gaps_.apply(head(streams_++, 0), StreamBegin{.channel = 0,
                                                  .trace = trace,
                                                  .domain = domain,
                                                  .host = host,
                                                  .clock_uuid = "boot",
                                                  .path = {},
-                                                 .tells_runs = tells_runs});
+                                                 .has_callback_events = has_callback_events});
   }
   void packet(std::uint32_t stream, std::int64_t begin, std::int64_t end) {
     if (const auto gap = gaps_.apply(head(stream, begin), PacketBegin{})) {

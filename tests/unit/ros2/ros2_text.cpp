@@ -166,7 +166,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   EventBatch batch(batch_size);
   EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
   const auto consume_batch = [&] {
-    translator.heed(batch);
+    translator.observe(batch);
     batch.each([&](const Event& event) {
       const auto* start = std::get_if<CallbackStart>(&event.body);
       if (start != nullptr && start->end) ++ended_at_once;
@@ -213,7 +213,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                     .clock_offset_ns = kRealtimeOffset,
                                     .path = "stream",
                                     .has_events = true,
-                                    .tells_runs = !tells(kRunsBegin)};
+                                    .has_callback_events = !tells(kRunsBegin)};
   on_streams(0, of_applications);
   consume(0, PacketBegin{});
   if (streams.size() > 1 && !tells(" second_begins")) on_stream(kSecondStream, 0, PacketBegin{});
@@ -228,7 +228,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   constexpr StreamIndex kNextSession{3'000};
   if (tells(" session until=") || tells(kRunsBegin)) {
     auto next = of_applications;
-    next.tells_runs = true;
+    next.has_callback_events = true;
     next.channel = next.trace = static_cast<std::uint32_t>(kNextSession);
     on_stream(kNextSession, 0, next);
   }

@@ -12,30 +12,30 @@
 
 namespace cie::analysis {
 
-struct Ros2Begin {
+struct Ros2ProcessBegin {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName = "rcl_init";
 };  // nothing of the process came before
 // The process spoke before a gap between two sessions, and does so behind it.
-struct LivedOn {
+struct ProcessContinued {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   Timestamp since;       // its last event before
   StreamIndex stream{};  // of that
 };
 // Instances on a thread overlap and do not nest, which those of one thread cannot.
-struct CrossedRuns {
+struct InterleavedInstances {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
 };
 // In a process that tells in this project's events, ROS 2's tell of an instance since another rcl_init.
-struct RunBesideOwn {
+struct ForeignInstance {
   static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
 };
 // In a process that tells in this project's events, ROS 2's tell of a callback that none of these tells of,
 // or of an instance that is none of theirs: another executor runs there.
-struct CallbackBesideOwn {
+struct ForeignCallback {
   static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName{};
   std::string_view logical_id;
@@ -49,7 +49,7 @@ struct Ros2Tracer {
   std::string_view version;  // of tracetools, "4.1.1"
 };
 // A callback whose runs no event shows. Told again when its group is known.
-struct HiddenInit {
+struct UntracedEntity {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::uint32_t hidden = 0;  // in its process, counted from 0
@@ -62,13 +62,13 @@ struct HiddenInit {
 };
 // Somebody whose publications are not recorded writes on the topic, and publications there tell no
 // source timestamps: which one a message was taken of is not proven.
-struct UnseenWriter {
+struct UntracedWriter {
   static constexpr EventCategory kCategory = EventCategory::state;
   static constexpr std::string_view kName{};
   std::string_view topic;
 };
 // The thread took a response of a hidden client.
-struct HiddenRun {
+struct UntracedInstance {
   static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName{};
   std::uint32_t hidden = 0;

@@ -23,10 +23,11 @@ using EventBody =
                  SessionGap, TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit,
                  CallbackFini, PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched,
                  CallbackRelease, ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost,
-                 ClockSync, Ros2Begin, LivedOn, CrossedRuns, RunBesideOwn, CallbackBesideOwn,
-                 Ros2Tracer, HiddenInit, UnseenWriter, HiddenRun, ResponseTaken, SchedSwitch,
-                 SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask,
-                 SchedPiSetprio, ProcessName, OtherEvent>;
+                 ClockSync, Ros2ProcessBegin, ProcessContinued, InterleavedInstances,
+                 ForeignInstance, ForeignCallback, Ros2Tracer, UntracedEntity, UntracedWriter,
+                 UntracedInstance, ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup,
+                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
+                 OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -31,7 +31,7 @@ struct StreamBegin {
   std::optional<bool> has_inheritance{};
   // Of the user's, whose trace declares starts of callbacks; false: what applications make at their
   // begin alone was recorded, as by the first session of `ros2 trace --dual-session`.
-  std::optional<bool> tells_runs{};
+  std::optional<bool> has_callback_events{};
 };
 struct StreamEnd {
   static constexpr EventCategory kCategory = EventCategory::structure;

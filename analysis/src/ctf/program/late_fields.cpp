@@ -30,7 +30,7 @@ void LateFields::fill(EventBatch& batch) {
 
 void LateFields::complete(EventBatch& batch) {
   fill(batch);
-  if (translator_ != nullptr) translator_->heed(batch);
+  if (translator_ != nullptr) translator_->observe(batch);
 }
 
 }  // namespace cie::analysis::ctf

@@ -115,7 +115,8 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }
   if (domain == Domain::user)
-    tells_runs = std::ranges::any_of(metadata.events, is_callback_start, &EventClass::name);
+    has_callback_events =
+        std::ranges::any_of(metadata.events, is_callback_start, &EventClass::name);
 
   if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
     throw MetadataError("it declares more streams or events than any honest tracer does");

@@ -156,7 +156,7 @@ class TracePlan {
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
   std::optional<bool> has_inheritance;  // see StreamBegin, as the next one
-  std::optional<bool> tells_runs;
+  std::optional<bool> has_callback_events;
   const Sequence* packet_header = nullptr;
   bool has_magic = false;
   bool has_header_uuid = false;

@@ -42,7 +42,7 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .has_events = !identity_.is_idle,
                            .is_left_out = identity_.is_left_out,
                            .has_inheritance = trace.has_inheritance,
-                           .tells_runs = trace.tells_runs};
+                           .has_callback_events = trace.has_callback_events};
   writer.keep(event);
 }
 

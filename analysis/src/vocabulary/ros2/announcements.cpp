@@ -64,13 +64,13 @@ void announce_hidden(std::uint32_t number, const EventHead& head, Process& proce
   const auto group = announce_group_of(hidden, head, process, sink);
   const auto* node = hidden.node ? process.directory.node(*hidden.node) : nullptr;
   emit(head,
-       HiddenInit{.hidden = number,
-                  .group = group.value_or(kNoGroup),
-                  .is_client = hidden.is_client,
-                  .is_action = hidden.is_action,
-                  .is_pooled = hidden.group && process.directory.is_pooled(*hidden.group),
-                  .what = hidden.what,
-                  .node = node != nullptr ? std::string_view(node->name) : std::string_view{}},
+       UntracedEntity{.hidden = number,
+                      .group = group.value_or(kNoGroup),
+                      .is_client = hidden.is_client,
+                      .is_action = hidden.is_action,
+                      .is_pooled = hidden.group && process.directory.is_pooled(*hidden.group),
+                      .what = hidden.what,
+                      .node = node != nullptr ? std::string_view(node->name) : std::string_view{}},
        sink);
 }
 

@@ -74,12 +74,12 @@ void enter_publisher(const Telling& telling, const Payload& p, Directory& direct
 
 }  // namespace
 
-void enter_begin(Address context, const Telling& telling, bool has_spoken, Process& process) {
+void enter_begin(Address context, const Telling& telling, bool has_emitted, Process& process) {
   if (telling.repeats) {
     process.repeated_context = context;
   } else if (process.repeated_context != context) {
     process.has_begun_beside_own = process.has_own_events;
-    if (has_spoken) process.directory.begin_again();
+    if (has_emitted) process.directory.begin_again();
   }
 }
 

@@ -163,7 +163,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
                                       const Payload& fields, EventBatch& batch) {
   begun_.event = nullptr;
   const auto ros2_event = event_of(translation.kind);
-  if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
+  if (const auto earlier = batch.take_new_before(event); !earlier.empty()) observe(earlier, batch);
   const auto& head = event.head;
   if (!head.pid) {
     EventBatch::leave_other(event, translation);
@@ -179,7 +179,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     return false;
   }
   auto& process = *emitting.process;
-  const bool lived_on = process.has_spoken && process.last.time < host.session_begin;
+  const bool lived_on = process.has_emitted && process.last.time < host.session_begin;
   if (lived_on) [[unlikely]]
     tell_lived_on(event, translation, process, batch);
   process.last.time = head.time;
@@ -187,7 +187,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   process.last.tid = emitting.tid;
   if (head.time >= host.next_look) [[unlikely]]
     look_at_losses(host, head, emitting);
-  const bool has_spoken = std::exchange(process.has_spoken, true);
+  const bool has_emitted = std::exchange(process.has_emitted, true);
   const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,
                   .realtime = realtime,
@@ -209,7 +209,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
   }
-  translate(translation.kind, has_spoken, fields, context);
+  translate(translation.kind, has_emitted, fields, context);
   return !batch.is_silent(event);
 }
 
@@ -258,7 +258,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   return true;
 }
 
-void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
+void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payload& p,
                                 Context context) {
   const auto& [head, realtime, before, process_of_event, thread_of_event, sink, realtime_ahead,
                channel] = context;
@@ -270,7 +270,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) {
     if (event != Ros2Event::callback_start) return;
-    if (process.has_begun_beside_own) emit(head, RunBesideOwn{}, sink);
+    if (process.has_begun_beside_own) emit(head, ForeignInstance{}, sink);
     note_beside_own(p, context);
     return;
   }
@@ -283,9 +283,9 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
-      if (!has_spoken || telling.repeats || is_own) emit(head, Ros2Begin{}, sink);
-      if (!has_spoken) process.is_seen_whole = true;
-      if (!is_own) enter_begin(p.number<Address>(0), telling, has_spoken, process);
+      if (!has_emitted || telling.repeats || is_own) emit(head, Ros2ProcessBegin{}, sink);
+      if (!has_emitted) process.is_seen_whole = true;
+      if (!is_own) enter_begin(p.number<Address>(0), telling, has_emitted, process);
       if (const auto version = p.text(1); !version.empty() && !is_own) {
         emit(head, Ros2Tracer{.version = version}, sink);
       }
@@ -314,7 +314,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     default:
       take(event, p, context);
-      if (tells_what_is_made(event)) channel_of(head).tells_what_is_made = true;
+      if (describes_entities(event)) channel_of(head).describes_entities = true;
       enter_description(event, telling, p, process, quiet_before(context), links_);
       services_.apply(event, telling, p, context);
       for (const auto hidden : process.directory.news_of_hidden())
@@ -355,7 +355,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
     body.release_ns = message.release->ns;
   }
   if (message.origin.shows_unseen_writer) [[unlikely]]
-    emit(head, UnseenWriter{.topic = callback.source}, sink);
+    emit(head, UntracedWriter{.topic = callback.source}, sink);
 }
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
@@ -378,7 +378,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
     if (found != thread.open.rbegin()) thread.skipped.assign(found.base(), thread.open.end());
     thread.open.erase(std::prev(found.base()), thread.open.end());
   } else if (is_across) {
-    emit(head, CrossedRuns{}, sink);
+    emit(head, InterleavedInstances{}, sink);
   }
   forget_callable(address, context.process);
 }

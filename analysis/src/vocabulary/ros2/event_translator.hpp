@@ -36,9 +36,9 @@ class EventTranslator final : public Translator {
 
   bool translate(Event& event, const Translation& translation, const Payload& fields,
                  EventBatch& batch) override;
-  void heed(EventBatch& batch) override {
+  void observe(EventBatch& batch) override {
     begun_ = {};
-    heed(batch.take_new(), batch);
+    observe(batch.take_new(), batch);
   }
   void finish(EventBatch& batch) override;
 
@@ -73,15 +73,15 @@ class EventTranslator final : public Translator {
     ContextNumber<std::int32_t> cpu{};
     enum class Progress : std::uint8_t { awaited, running, over } progress{};
     bool is_kernel = false;
-    bool bounds_window = false;  // as streams of applications with events do
-    bool tells_runs = true;      // as far as is known
+    bool bounds_window = false;       // as streams of applications with events do
+    bool has_callback_events = true;  // as far as is known
   };
   static_assert(sizeof(Stream) == 32);
   // Of applications.
   struct Channel {
     std::uint32_t running = 0;  // of its streams that bound its window
     Timestamp begin{};          // of the first of these
-    bool tells_what_is_made = false;
+    bool describes_entities = false;
   };
   // The thread of an event: looked up once for those that follow.
   struct EmittingThread {
@@ -99,7 +99,7 @@ class EventTranslator final : public Translator {
     const EmittingThread* emitting = nullptr;
   };
 
-  void heed(std::span<Event> events, EventBatch& batch);
+  void observe(std::span<Event> events, EventBatch& batch);
   // Whether an own event is the copy of one that another session recorded; then it is no more than an
   // OtherEvent.
   bool leave_copy(Event& event);
@@ -132,11 +132,11 @@ class EventTranslator final : public Translator {
   void begin_stream(const EventHead& head);
   void end_stream(const EventHead& head);
   // What the stream does not tell that of another trace does, of the same CPU.
-  bool is_told_beside(const Stream& stream) const;
+  bool has_events_beside(const Stream& stream) const;
   // All streams of the channel are over: no more is missing than that.
   void end_losses(Host& host, std::uint32_t channel, Timestamp time) const;
   // Something of it was told since then.
-  static bool has_told_since(const Host& host, Timestamp time);
+  static bool has_events_since(const Host& host, Timestamp time);
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
   // `may_be_made`: and something may have been made, unseen.
@@ -153,7 +153,7 @@ class EventTranslator final : public Translator {
   [[gnu::noinline]] bool translate_other(Event& event, const Translation& translation,
                                          const Payload& fields, EventBatch& batch);
   // Whatever it is, and whoever else tells of it.
-  void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context context);
+  void translate(std::uint32_t kind, bool has_emitted, const Payload& p, ros2::Context context);
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
   // False: it may be something else.
   inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);

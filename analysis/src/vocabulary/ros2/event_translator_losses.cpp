@@ -88,7 +88,7 @@ void EventTranslator::tell_lived_on(Event& event, const Translation& translation
   links_.lose();
   EventBatch::leave_other(event, translation);  // what it means itself is derived after that
   batch.derive(&event, event.head,
-               LivedOn{.since = process.last.time, .stream = process.last.stream});
+               ProcessContinued{.since = process.last.time, .stream = process.last.stream});
 }
 
 void EventTranslator::forget_what_runs(Host& host, bool may_be_made) {
@@ -99,20 +99,20 @@ void EventTranslator::forget_what_runs(Host& host, bool may_be_made) {
   }
 }
 
-bool EventTranslator::is_told_beside(const Stream& stream) const {
+bool EventTranslator::has_events_beside(const Stream& stream) const {
   if (!stream.host->has_several_traces) return false;
-  const auto tells_what_is_made = [this](const Stream& of) {
-    return of.channel < channels_.size() && channels_[of.channel].tells_what_is_made;
+  const auto describes_entities = [this](const Stream& of) {
+    return of.channel < channels_.size() && channels_[of.channel].describes_entities;
   };
   return std::ranges::any_of(streams_, [&](const Stream& other) {
     return other.host == stream.host && other.trace != stream.trace && other.cpu == stream.cpu &&
            other.progress == Stream::Progress::running &&
-           (other.tells_runs || !stream.tells_runs) &&
-           (tells_what_is_made(other) || !tells_what_is_made(stream));
+           (other.has_callback_events || !stream.has_callback_events) &&
+           (describes_entities(other) || !describes_entities(stream));
   });
 }
 
-bool EventTranslator::has_told_since(const Host& host, Timestamp time) {
+bool EventTranslator::has_events_since(const Host& host, Timestamp time) {
   return std::ranges::any_of(
       host.processes, [time](const auto& process) { return process.second.last.time >= time; });
 }
@@ -128,9 +128,9 @@ void EventTranslator::begin_stream(const EventHead& head) {
     channel.begin = head.time;
     return;
   }
-  if (!has_told_since(*stream.host, channel.begin) || is_told_beside(stream)) return;
+  if (!has_events_since(*stream.host, channel.begin) || has_events_beside(stream)) return;
   links_.lose();
-  forget_what_runs(*stream.host, channel.tells_what_is_made);
+  forget_what_runs(*stream.host, channel.describes_entities);
 }
 
 // Another session may follow.
@@ -142,7 +142,7 @@ void EventTranslator::end_stream(const EventHead& head) {
   if (!is_early) {
     links_.end_channel(stream.channel, detail::wrapping_add(head.time.ns, stream.offset_ns));
     end_losses(*stream.host, stream.channel, head.time);
-  } else if (!is_told_beside(stream)) {
+  } else if (!has_events_beside(stream)) {
     lose(head, head.time, kLatest);
   }
 }

@@ -4,7 +4,8 @@
 
 namespace cie::analysis::ros2 {
 
-bool MessageLinks::is_told_no_more(const MessageTopic& topic, std::int64_t source_timestamp) const {
+bool MessageLinks::may_write_unrecorded(const MessageTopic& topic,
+                                        std::int64_t source_timestamp) const {
   if (ended_.empty()) return false;
   return std::ranges::any_of(topic.told_in(), [&](const auto& told_in) {
     const auto end = ended_.find(told_in.first);
@@ -51,7 +52,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   if (entry.has_come_apart(source_timestamp)) return undecided;
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.
-  const bool may_be_lost = has_lost_ || is_told_no_more(entry, source_timestamp);
+  const bool may_be_lost = has_lost_ || may_write_unrecorded(entry, source_timestamp);
   const bool may_be_unknown = may_be_lost || source_timestamp < entry.known_from();
   const bool may_be_forgotten = may_be_unknown && source_timestamp >= entry.forgotten_from();
   const bool is_first = !may_be_unknown && !entry.tells_timestamps() && entry.note_unseen_writer();

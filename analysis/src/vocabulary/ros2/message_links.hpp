@@ -65,7 +65,7 @@ class MessageLinks {
 
   bool may_be_unannounced(std::int64_t source_timestamp);
   // A publisher of the topic may have written then what no channel tells any more.
-  bool is_told_no_more(const MessageTopic& topic, std::int64_t source_timestamp) const;
+  bool may_write_unrecorded(const MessageTopic& topic, std::int64_t source_timestamp) const;
 
   std::unordered_map<std::string, MessageTopic> topics_;
   MessageTopic unannounced_;

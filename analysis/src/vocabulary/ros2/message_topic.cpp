@@ -49,7 +49,7 @@ bool MessageTopic::has_come_apart(std::int64_t source_timestamp) {
   return of_none == kEnough;
 }
 
-void MessageTopic::move_teller(std::optional<std::uint32_t> former, std::uint32_t channel) {
+void MessageTopic::move_channel(std::optional<std::uint32_t> former, std::uint32_t channel) {
   ++told_in_[channel];
   if (!former) return;
   if (const auto left = told_in_.find(*former); --left->second == 0) told_in_.erase(left);

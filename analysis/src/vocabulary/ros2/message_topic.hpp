@@ -82,7 +82,7 @@ class MessageTopic {
   // before, if there was one, and becomes this one's.
   void tell_in(std::uint32_t channel, std::optional<std::uint32_t>& former) {
     if (former == channel) return;
-    move_teller(former, channel);
+    move_channel(former, channel);
     former = channel;
   }
   // Channels of how many publishers' latest publication.
@@ -136,7 +136,7 @@ class MessageTopic {
   // Settled are the first messages, up to one of which it is not known yet when it was written at the
   // latest.
   void settle();
-  void move_teller(std::optional<std::uint32_t> former, std::uint32_t channel);
+  void move_channel(std::optional<std::uint32_t> former, std::uint32_t channel);
 
   Recent<Written, kMost> publications_;
   std::uint64_t told_ = 0;  // all publications, forgotten ones among them

@@ -186,7 +186,7 @@ struct Process {
   std::unordered_map<Address, std::uint64_t> clients{};  // the model's gids, by rmw handle
   std::unordered_map<Address, std::string> services{};   // names, by rmw handle
   std::map<CallKey, RunningCallback> served{};           // by whom, until they respond
-  bool has_spoken = false;                               // in ROS 2's words
+  bool has_emitted = false;                              // in ROS 2's words
   bool is_seen_whole = false;   // its begin was its first word: all that it makes is told
   bool is_repeated = false;     // what was made before is told while it runs, part by part
   bool has_own_events = false;  // this project's, which say more and are numbered

@@ -57,7 +57,7 @@ enum class Ros2Event : std::uint32_t {
 };
 
 // Nodes, and what they publish, take and are called back by.
-constexpr bool tells_what_is_made(Ros2Event event) noexcept {
+constexpr bool describes_entities(Ros2Event event) noexcept {
   return event >= Ros2Event::node_init && event <= Ros2Event::timer_node;
 }
 

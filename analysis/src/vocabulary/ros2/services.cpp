@@ -166,7 +166,7 @@ void Services::take_response(const Payload& p, Context& context) {
   auto& process = context.process;
   if (p.number<int>(1, 1) == 0) return;
   if (const auto hidden = process.directory.hidden_of(p.number<Address>(0))) {
-    emit(context.head, HiddenRun{.hidden = *hidden}, context.sink);
+    emit(context.head, UntracedInstance{.hidden = *hidden}, context.sink);
   }
   const auto client = process.clients.find(p.number<Address>(0));
   if (client == process.clients.end()) return;

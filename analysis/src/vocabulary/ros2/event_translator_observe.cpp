@@ -13,7 +13,7 @@
 
 namespace cie::analysis {
 
-void EventTranslator::heed(std::span<Event> events, EventBatch& batch) {
+void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
   constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
                                CallbackInit, PublisherInit, Discarded, DamagedPacket>();
   const bool may_tell = may_have_copies_ || is_ros2_told_ || links_.has_any();
@@ -91,7 +91,7 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                      .is_kernel = event.domain == Domain::kernel,
                      .bounds_window = event.domain == Domain::user && !event.is_left_out &&
                                       event.has_events.value_or(false),
-                     .tells_runs = event.tells_runs.value_or(true)};
+                     .has_callback_events = event.has_callback_events.value_or(true)};
   if (event.domain != Domain::user) return;
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {
@@ -182,7 +182,7 @@ void EventTranslator::tell_beside_own(const Event& run_end, EventBatch& batch) {
     if (!callback.kind) continue;
     const auto id = id_of(callback, process.directory);
     if (process.own_ids.contains(id)) continue;
-    batch.derive(&run_end, head, CallbackBesideOwn{.logical_id = id});
+    batch.derive(&run_end, head, ForeignCallback{.logical_id = id});
   }
 }
 
@@ -202,7 +202,7 @@ void EventTranslator::pass_own(const Event& whole, const Edge& edge, EventBatch&
   const auto id = id_of(*other->callback, emitting.process->directory);
   if (emitting.process->own_ids.contains(id)) return;
   batch.derive(&whole, head,
-               CallbackBesideOwn{.logical_id = id, .ran = other->time, .stream = other->stream});
+               ForeignCallback{.logical_id = id, .ran = other->time, .stream = other->stream});
 }
 
 void EventTranslator::note_beside_own(const Payload& start, const ros2::Context& context) {
@@ -214,7 +214,7 @@ void EventTranslator::note_beside_own(const Payload& start, const ros2::Context&
   if (!runs.is_of_others() || is_rclcpps_own(callback)) return;
   const auto id = id_of(callback, directory);
   if (context.process.own_ids.contains(id)) return;
-  emit(head, CallbackBesideOwn{.logical_id = id, .ran = head.time, .stream = head.stream},
+  emit(head, ForeignCallback{.logical_id = id, .ran = head.time, .stream = head.stream},
        context.sink);
 }
 
@@ -231,7 +231,8 @@ void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBa
   event.writer_gid = origin.gid;
   event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;
-  if (origin.shows_unseen_writer) batch.derive(&whole, head, UnseenWriter{.topic = topic->second});
+  if (origin.shows_unseen_writer)
+    batch.derive(&whole, head, UntracedWriter{.topic = topic->second});
 }
 
 }  // namespace cie::analysis
