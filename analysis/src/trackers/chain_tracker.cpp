@@ -240,7 +240,10 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
     if (losses_.any_between(node.host, last.start, node.start.time)) return true;
   }
   // What the last callback writes is there at its end: an instance in between whose end is lost wrote, too.
+  // Of a reentrant group it may merely go on.
   const auto& last = *nodes.back();
+  if (registry_.group_type_of(model_.callbacks[at(last.callback)]) == GroupType::reentrant)
+    return false;
   return registry_.ends(last.callback).has_hole_between(progress.hops.back().seq, last.seq);
 }
 
