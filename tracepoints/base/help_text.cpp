@@ -186,7 +186,7 @@ std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error) 
   static const std::regex out_of_range(
       R"((-\S+): Value (\S+) not in range \[?(\S+) (?:to|-) ([^\]\s]+)\]?)");
   static const std::regex no_size(R"((-\S+): .*unit not recognized.*)");
-  const std::string text = error.what();
+  std::string text = error.what();
   std::smatch found;
   if (std::regex_match(text, found, missing)) {
     return found.str(1) + " needs a value: " + with_value(app, found.str(1));

@@ -56,7 +56,7 @@ std::string describe_missing(const Loss& loss) {
 // What cannot be read, and why, leads.
 std::string describe_loss(const Loss& loss) {
   if (loss.kind == LossKind::foreign_metadata) return loss.note;
-  const auto missing = describe_missing(loss);
+  auto missing = describe_missing(loss);
   if (loss.note.empty()) return missing;
   return loss.kind == LossKind::damaged_packet ? loss.note + "; " + missing
                                                : missing + ", " + loss.note;

@@ -86,9 +86,10 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     auto gap = context.lives.may_be_another(index, priority.at.time);
     if (mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
       if (!gap) gap = context.holes.since(host, applied.at.time, priority.at.time);
-      if (!gap)
+      if (!gap) {
         gap = context.kernel_record.untold_inheritance(index, context.lives.of(index).begin,
                                                        priority.at.time);
+      }
     }
     if (gap) {
       hole = gap;

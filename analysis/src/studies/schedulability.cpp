@@ -43,9 +43,10 @@ class Analysis {
   std::string obstacle(const Task& task) const {
     const auto& callback = *task.callback;
     const auto* sched = task.sched();
-    if (callback.threads.empty() && known_runs(callback) > 0)
+    if (callback.threads.empty() && known_runs(callback) > 0) {
       return std::string("none of its instances is in the ") +
              (asked_window(report_.trace) ? "window" : "recording");
+    }
     if (callback.threads.empty()) return "it never ran";
     if (callback.threads.size() > 1) return "it ran on several threads";
     if (sched == nullptr) return "the parameters of its thread are not in the recording";

@@ -114,9 +114,10 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
   if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }
-  if (domain == Domain::user)
+  if (domain == Domain::user) {
     has_callback_events =
         std::ranges::any_of(metadata.events, is_callback_start, &EventClass::name);
+  }
 
   if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
     throw MetadataError("it declares more streams or events than any honest tracer does");
