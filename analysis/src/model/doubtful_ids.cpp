@@ -28,10 +28,9 @@ class PartlyKnown {
   void add(const CallbackFacts& callback) {
     if (callback.registered) ids_.emplace(LogicalId::without_number(callback.logical_id));
   }
-  // One of them may be the callback's, whose number is one too low if that was made before.
-  bool has_namesake(const CallbackFacts& callback) const {
+  // One of them may be this one: numbers of it are one too low if that callback was made before.
+  bool may_hold(const IdParts& parts) const {
     if (ids_.empty()) return false;
-    const IdParts parts(callback.logical_id);
     const auto kind = parts.kind_and_what.substr(0, parts.kind_and_what.find('('));
     for (const auto node : {parts.node, std::string_view("?")}) {
       for (const auto& rest : {std::string(parts.kind_and_what), std::string(kind) + "(?)"})
@@ -95,6 +94,7 @@ void doubt_numbered_ids(Model& model) {
       const IdParts parts(id);
       const bool is_one_without_node =
           !parts.lacks_node() && callbacks.without_node.contains(parts.kind_and_what);
+      const bool may_be_known_in_part = callbacks.partly_known.may_hold(parts);
       for (auto* callback : of_id) {
         const auto has_namesake = [callback](const CallbackFacts* nameless) {
           return may_be_alike(*nameless, *callback);
@@ -102,8 +102,7 @@ void doubt_numbered_ids(Model& model) {
         const bool is_beside_nameless = std::ranges::any_of(callbacks.nameless, has_namesake);
         const bool is_beside_another =
             is_beside_nameless || of_id.size() > 1 || is_one_without_node;
-        callback->may_be_another = follows_rcl_init(*callback) ||
-                                   callbacks.partly_known.has_namesake(*callback) ||
+        callback->may_be_another = follows_rcl_init(*callback) || may_be_known_in_part ||
                                    (may_lack_earlier(*callback) && is_beside_another) ||
                                    (!process.ros2_begin && is_beside_nameless);
       }
