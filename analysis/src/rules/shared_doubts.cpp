@@ -4,6 +4,7 @@
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -109,6 +110,12 @@ void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& s
   }
 }
 
+// Keeps what was seen as evidence, behind the reason.
+void leave_undecided(SubjectVerdict& subject, Evidence reason) {
+  subject.verdict = Verdict::inconclusive;
+  subject.evidence.insert(subject.evidence.begin(), std::move(reason));
+}
+
 // What was registered, announced or read back after the end of a stream that was cut is not told.
 void doubt_after_early_end(const Rule& rule, const Model& model, const EarlyStreamEnds& ends,
                            std::vector<SubjectVerdict>& subjects) {
@@ -124,9 +131,8 @@ void doubt_after_early_end(const Rule& rule, const Model& model, const EarlyStre
                                  ? goes_on
                                  : std::ranges::any_of(subject.evidence, is_later);
     if (!is_doubtful) continue;
-    subject.verdict = Verdict::inconclusive;
-    subject.evidence.insert(
-        subject.evidence.begin(),
+    leave_undecided(
+        subject,
         evidence("stream_end", moment(*stream->end),
                  "a stream of the process's trace ends here, before the others (" + stream->path +
                      "): what was registered or read back since is not known"));
@@ -150,8 +156,7 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
     for (auto& subject : subjects) {
       if (subject.verdict != Verdict::fail) continue;
       if (!rule.needs.whole_recording && has_totals(context.model, subject.about)) continue;
-      subject.verdict = Verdict::inconclusive;
-      subject.evidence.insert(subject.evidence.begin(), doubt);
+      leave_undecided(subject, doubt);
     }
   }
   const bool is_doubted = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
