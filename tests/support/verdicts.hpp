@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace cie::analysis {
 inline void PrintTo(Verdict verdict, std::ostream* out) { *out << label(verdict); }
@@ -32,6 +33,17 @@ struct Verified {
   }
   explicit Verified(std::string_view trace_text, std::string_view spec_text = {})
       : Verified(trace_of(trace_text), spec_text) {}
+  // With what its recorder says of it.
+  Verified(const TextTrace& trace, const std::vector<analysis::Recording>& recordings,
+           const SchedulingSpec* spec = nullptr) {
+    analysis::AnalysisOptions options;
+    options.spec = spec;
+    analysis::Analyzer analyzer(options);
+    analyzer.add(recordings);
+    for (const auto& event : trace.events)
+      analyzer.consume(event);
+    result = analyzer.finish();
+  }
 
   const analysis::RuleVerdict& rule(std::string_view id) const {
     for (const auto& rule : result.verdicts.rules) {

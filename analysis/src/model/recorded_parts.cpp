@@ -1,5 +1,7 @@
 #include "recorded_parts.hpp"
 
+#include "recording/discovery.hpp"
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -184,6 +186,14 @@ std::optional<std::string> missing_kernel_part(const Model& model) {
     if (part.kind == PartKind::kernel) return part.note;
   }
   return std::nullopt;
+}
+
+std::vector<const Recording*> recordings_around(const Model& model, const std::string& file) {
+  std::vector<const Recording*> around;
+  for (const auto& recording : model.recordings) {
+    if (is_below(file, without_slash(recording.name))) around.push_back(&recording);
+  }
+  return around;
 }
 
 bool begins_late(const RecordingReport& recording) noexcept {

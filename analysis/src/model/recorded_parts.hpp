@@ -29,6 +29,9 @@ std::optional<std::string> missing_user_part(const Model& model);
 // The same of all events of the kernel.
 std::optional<std::string> missing_kernel_part(const Model& model);
 
+// Those that a file lies in.
+std::vector<const Recording*> recordings_around(const Model& model, const std::string& file);
+
 // What recordings say of themselves, the chunks of one taken together.
 std::vector<RecordingReport> recording_reports(const Model& model);
 

@@ -1,5 +1,6 @@
 // Streams of applications that end before the others of their trace. LTTng ends them as one, so an early one was
-// cut: its consumer daemon was killed, the disk was full. No count tells what it lacks.
+// cut: its consumer daemon was killed, the disk was full. No count tells what it lacks. The streams of a chunk
+// (`lttng rotate`, `cie record --rotate`) say nothing: there a CPU's stream ends with its last packet.
 #pragma once
 
 #include "model/facts.hpp"

@@ -32,13 +32,17 @@ constexpr auto kShared = R"(
   99500000 end fusion)";
 
 // As if the machine had more CPUs: streams without events that end then.
-TextTrace with_streams(const std::string& text, const std::vector<std::int64_t>& ends) {
+TextTrace with_streams(const std::string& text, const std::vector<std::int64_t>& ends,
+                       std::string_view path = {}) {
   auto trace = trace_of(text);
   auto& events = trace.events;
   const auto begin = *std::ranges::find_if(events, [](const Event& event) {
     return event.head.stream == kUserStream && std::holds_alternative<StreamBegin>(event.body);
   });
   for (auto& event : events) {
+    if (auto* stream = std::get_if<StreamBegin>(&event.body)) {
+      if (!path.empty()) stream->path = path;
+    }
     const bool is_end = std::holds_alternative<PacketEnd>(event.body) ||
                         std::holds_alternative<StreamEnd>(event.body);
     if (event.head.stream == kUserStream && is_end) event.head.time.ns = kEnd;
@@ -71,6 +75,28 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
   EXPECT_THAT(
       Verified(with_streams(kShared, {kEnd, kEnd, 30'000'000})).evidence("M2", "thread 101"),
       HasSubstr("ends here, before the others"));
+}
+
+// There LTTng ends a stream with its last packet, and a CPU may have been quiet.
+TEST(EarlyStreamEnd, SaysNothingInAChunk) {
+  const auto m2 = [](std::string_view path, const std::vector<Recording>& recordings = {}) {
+    return Verified(with_streams(kShared, {kEnd, kEnd, 30'000'000}, path), recordings)
+        .of("M2", "thread 101");
+  };
+  constexpr auto kOfLttng =
+      "run/archives/20261129T042623+0000-20261129T042624-0500-3/ust/uid/0/64-bit/events_0";
+  EXPECT_EQ(m2(kOfLttng), Verdict::fail);
+  EXPECT_EQ(m2("run/archives/20261129T042623+0000-20261129T042624-0500/events_0"),
+            Verdict::inconclusive);
+  const auto chunk = [](const std::vector<std::string>& problems) {
+    RecordingManifest manifest;
+    manifest.chunk = 3;
+    manifest.problems = problems;
+    return std::vector<Recording>{{.name = "run/third/", .manifest = manifest}};
+  };
+  EXPECT_EQ(m2("run/third/events_0", chunk({})), Verdict::fail);
+  EXPECT_EQ(m2("run/fourth/events_0", chunk({})), Verdict::inconclusive);
+  EXPECT_EQ(m2("run/third/events_0", chunk({"the consumer daemon ended"})), Verdict::inconclusive);
 }
 
 TEST(EarlyStreamEnd, LeavesUndecidedWhatALaterReadBackMayExplain) {

@@ -44,17 +44,7 @@ Recording recording_of(const RecordingManifest& manifest) {
 }
 
 struct Judged : Verified {
-  Judged(const TextTrace& trace, const std::vector<Recording>& recordings,
-         const SchedulingSpec* spec = nullptr)
-      : Verified(TextTrace{}) {
-    AnalysisOptions options;
-    options.spec = spec;
-    Analyzer analyzer(options);
-    analyzer.add(recordings);
-    for (const auto& event : trace.events)
-      analyzer.consume(event);
-    result = analyzer.finish();
-  }
+  using Verified::Verified;
   Judged(const TextTrace& trace, const RecordingManifest& manifest)
       : Judged(trace, std::vector{recording_of(manifest)}) {}
 };
