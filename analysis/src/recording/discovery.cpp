@@ -147,7 +147,7 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
   for (const auto& directory : directories.found) {
     std::error_code ignored;
     const bool is_trace =
-        fs::is_regular_file(directory / "metadata", ignored) || ctf::has_packets(directory);
+        fs::is_regular_file(directory / kMetadataName, ignored) || ctf::has_packets(directory);
     if (is_trace) found.push_back(directory);
     if (found.size() > kMaxTraces) break;
   }

@@ -9,6 +9,7 @@ namespace cie::analysis {
 
 // So many directories deep below what the user named.
 inline constexpr int kMaxDepth = 16;
+inline constexpr const char* kMetadataName = "metadata";  // of each CTF trace's file
 
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& directory);
 

@@ -3,6 +3,7 @@
 
 #include "ctf/metadata/types.hpp"
 #include "discovery.hpp"
+#include "missing_streams.hpp"
 
 #include <algorithm>
 #include <array>
@@ -82,7 +83,7 @@ bool has_streams(const fs::path& directory) {
     if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
     std::error_code ignored;
     const auto& path = entry->path();
-    const bool is_stream = path.filename() != kManifestName && path.filename() != "metadata" &&
+    const bool is_stream = path.filename() != kManifestName && path.filename() != kMetadataName &&
                            path.parent_path().filename() != kIndexDirectory &&
                            entry->is_regular_file(ignored) && entry->file_size(ignored) > 0;
     if (is_stream) return true;
@@ -90,9 +91,10 @@ bool has_streams(const fs::path& directory) {
   return false;
 }
 
-std::optional<Recording> recording_at(const fs::path& directory, const std::string& name,
-                                      bool is_content_checked) {
-  Recording recording{.name = name};
+std::optional<Recording> recording_at(const fs::path& named, bool is_content_checked) {
+  Recording recording{.name = named.string()};
+  std::error_code ignored;
+  const auto directory = fs::canonical(named, ignored);
   try {
     recording.manifest = load_recording_manifest(directory);
     if (!recording.manifest) return std::nullopt;
@@ -120,14 +122,23 @@ std::optional<Recording> recording_at(const fs::path& directory, const std::stri
   return recording;
 }
 
-// Directories with a manifest, itself included. What cannot be listed is told where traces are
-// looked for.
-std::vector<fs::path> directories_with_manifest(const fs::path& trace) {
+// A trace that no manifest describes: only what its directory shows is known. Empty: nothing is wrong.
+std::optional<Recording> trace_at(const fs::path& directory) {
+  Recording trace{.name = directory.string()};
+  for (auto& missing : missing_streams(directory)) {
+    trace.doubts.push_back({.kind = FileDoubtKind::missing_file,
+                            .note = std::move(missing),
+                            .costs_user_events = true});
+  }
+  return trace.doubts.empty() ? std::nullopt : std::optional(std::move(trace));
+}
+
+// Directories with such a file, in order of their names. What cannot be listed is told where traces are looked for.
+std::vector<fs::path> with_file(std::span<const fs::path> directories, std::string_view name) {
   std::vector<fs::path> found;
-  for (const auto& directory : directories_in(trace).found) {
+  for (const auto& directory : directories) {
     std::error_code ignored;
-    if (fs::exists(fs::symlink_status(directory / kManifestName, ignored)))
-      found.push_back(directory);
+    if (fs::exists(fs::symlink_status(directory / name, ignored))) found.push_back(directory);
     if (found.size() > kMaxRecordings) break;
   }
   std::ranges::sort(found);
@@ -151,13 +162,26 @@ std::string_view label(FileDoubtKind kind) noexcept {
 std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is_content_checked) {
   std::vector<Recording> recordings;
   std::set<fs::path> known;  // traces may be named twice
+  const auto is_new = [&known](const fs::path& directory) {
+    std::error_code error;
+    return known.insert(fs::canonical(directory, error)).second && !error;
+  };
   for (const auto& trace : traces) {
-    for (const auto& directory : directories_with_manifest(trace)) {
-      std::error_code error;
-      const auto place = fs::canonical(directory, error);
-      if (error || !known.insert(place).second) continue;
-      auto recording = recording_at(place, directory.string(), is_content_checked);
+    const auto directories = directories_in(trace).found;
+    const auto described = with_file(directories, kManifestName);
+    for (const auto& directory : described) {
+      if (!is_new(directory)) continue;
+      auto recording = recording_at(directory, is_content_checked);
       if (recording) recordings.push_back(*std::move(recording));
+    }
+    const auto is_described = [&described](const fs::path& directory) {
+      return std::ranges::any_of(described, [&directory](const fs::path& recording) {
+        return recording == directory || is_below(directory, recording);
+      });
+    };
+    for (const auto& directory : with_file(directories, kMetadataName)) {
+      if (is_described(directory) || !is_new(directory)) continue;
+      if (auto found = trace_at(directory)) recordings.push_back(*std::move(found));
     }
   }
   return recordings;

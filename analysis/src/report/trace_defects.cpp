@@ -180,7 +180,7 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
     }
   }
   add_defect(defects, DefectKind::missing_files, Severity::error, files,
-             "files that the manifest names are missing or changed; cie verify names them (T1)");
+             "recorded files are missing or changed; cie verify names them (T1)");
   for (const auto& part : unseen_parts(model))
     add_defect(defects, defect_of(part.kind), Severity::loss, 1, part.note);
   for (const auto& recording : recording_reports(model)) {

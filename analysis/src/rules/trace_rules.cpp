@@ -64,7 +64,7 @@ std::vector<const Loss*> losses_of(const Model& model, Predicate is_wanted) {
   return losses;
 }
 
-// What the recordings' manifests and their files do not agree about. However many files are gone,
+// What recordings and their files do not agree about. However many files are gone,
 // some are named, and all are counted.
 void doubt_files(const Model& model, Judgement& judgement) {
   constexpr std::size_t kNamed = 32;
@@ -78,8 +78,8 @@ void doubt_files(const Model& model, Judgement& judgement) {
     }
   }
   if (count > kNamed) {
-    judgement.doubt(evidence("missing_file", begin_of(model),
-                             "and " + counted(count - kNamed, "more file") + " of the manifest"));
+    judgement.doubt(
+        evidence("missing_file", begin_of(model), "and " + counted(count - kNamed, "more file")));
   }
 }
 

@@ -18,6 +18,13 @@ TEST(ChannelOf, IsWhatStandsBeforeTheCpu) {
   EXPECT_EQ(channel_of("metadata"), "metadata");
 }
 
+TEST(CpuOf, IsTheNumberAtTheEnd) {
+  EXPECT_EQ(cpu_of("events_0"), 0U);
+  EXPECT_EQ(cpu_of("ros2_state_12"), 12U);
+  for (const auto* other : {"metadata", "events_", "events_1x", "_4", "events_99999999999", ""})
+    EXPECT_EQ(cpu_of(other), std::nullopt) << other;
+}
+
 // A packet of 4096 bytes, of which 100 are used.
 constexpr PacketHeader kPacket{.magic = kPacketMagic,
                                .trace_uuid = {},

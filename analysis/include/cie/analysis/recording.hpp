@@ -16,7 +16,8 @@ namespace cie::analysis {
 enum class FileDoubtKind : std::uint8_t { missing_file, changed_file, manifest };
 std::string_view label(FileDoubtKind kind) noexcept;  // "missing_file", …
 
-// A file is not what the manifest says, or the manifest itself is of no use.
+// A file is not what the manifest says, or not there though its trace's other files show that it was, or the manifest
+// itself is of no use.
 struct FileDoubt {
   FileDoubtKind kind{};
   std::string note;  // names the file and says what is wrong
@@ -27,14 +28,14 @@ struct FileDoubt {
 
 struct Recording {
   std::string name;                             // of its directory, as the user named it
-  std::optional<RecordingManifest> manifest{};  // empty: it cannot be used, as a doubt says
+  std::optional<RecordingManifest> manifest{};  // empty: it has none that can be used
   std::vector<FileDoubt> doubts{};
   std::vector<std::string> missing_chunks{};  // that it names: nothing is where they were
   bool is_kernel_missing = false;             // it names kernel events: nothing is where they were
 };
 
 // The recordings at and below what the user named, each with a manifest, in order of their names: a
-// recording in chunks and each of its chunks. Files are held against it by their sizes; also by
+// recording in chunks and each of its chunks. Behind them, traces without a manifest of which files are missing. Files are held against it by their sizes; also by
 // their SHA-256 if `is_content_checked`, which reads all of them. What is wrong is a doubt, never
 // an exception.
 std::vector<Recording> find_recordings(std::span<const std::filesystem::path> traces,

@@ -37,6 +37,8 @@ inline constexpr std::array<std::string_view, 13> kStateEvents{"cie:run_begin",
 constexpr std::string_view channel_of(std::string_view file) noexcept {
   return file.substr(0, file.rfind('_'));
 }
+// 1 of it; empty if it is no stream's.
+std::optional<std::uint32_t> cpu_of(std::string_view file) noexcept;
 
 // Buffers of each CPU: bytes of a sub-buffer, and how many. Those of the channels that describe, and
 // those of the others if the user does not ask for more.
