@@ -189,6 +189,22 @@ TEST(Packets, OfAnotherUuidBeforeGarbageAreDamage) {
               ElementsAre("110 tick on 0", "120 tick on 0", StartsWith("damaged")));
 }
 
+// LTTng has a stream for each CPU; other tracers may have their own ways.
+TEST(Packets, OfAnotherCpuThanTheirStreamAreDamageWhereLttngWroteThem) {
+  auto packets = three();
+  packets[1].cpu = 0x4000001;
+  TraceFolder folder;
+  folder.write("stream", bytes_of(packets));
+  folder.write("metadata", metadata() + R"(env { tracer_name = "lttng-ust"; };)");
+  const auto lines = read(folder);
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[2], HasSubstr("a packet of CPU 67108865 in a stream of CPU 0"));
+  EXPECT_THAT(lines[3], StartsWith("310"));
+  folder.write("metadata", metadata() + R"(env { tracer_name = "other"; };)");
+  EXPECT_THAT(read(folder), ElementsAre("110 tick on 0", "120 tick on 0", "210 tick on 67108865",
+                                        "310 tick on 0"));
+}
+
 TEST(Packets, ABeginBehindTheEndCostsOnePacket) {
   auto packets = three();
   packets[1].begin = packets[1].end + 1;

@@ -110,7 +110,9 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
   host = host_of(metadata);
   is_snapshot = value_of(metadata, "trace_name").starts_with(kSnapshotSession);
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
-  if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
+  const auto tracer = value_of(metadata, "tracer_name");
+  if (tracer == "lttng-modules") priority_offset = 100;
+  has_stream_per_cpu = tracer == "lttng-modules" || tracer == "lttng-ust";
   if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }

@@ -155,6 +155,7 @@ class TracePlan {
   bool is_snapshot = false;  // of a flight recorder
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
+  bool has_stream_per_cpu = false;      // LTTng's tracers write so
   std::optional<bool> has_inheritance;  // see StreamBegin, as the next one
   std::optional<bool> has_callback_events;
   const Sequence* packet_header = nullptr;

@@ -170,6 +170,15 @@ bool PacketScanner::is_mostly_hole(const Packet& packet) {
   return true;
 }
 
+bool PacketScanner::is_of_other_cpu(const Packet& packet) {
+  if (!trace_.has_stream_per_cpu || !packet.cpu) return false;
+  if (!cpu_) cpu_ = packet.cpu;
+  if (cpu_ == packet.cpu) return false;
+  reason_ = "a packet of CPU " + std::to_string(*packet.cpu) + " in a stream of CPU " +
+            std::to_string(*cpu_);
+  return true;
+}
+
 // What a crash left behind has no end: it may hold anything.
 bool PacketScanner::is_outside(const Packet& packet) const {
   if (!packet.stream->has_packet_times || !packet.begin || !packet.end) return false;
@@ -322,6 +331,11 @@ PacketScanner::Found PacketScanner::next() {
     if (!packet) {
       note(offset_);
       offset_ = find_magic(offset_ + 1, window_);
+      continue;
+    }
+    if (is_of_other_cpu(*packet)) {
+      note(packet->offset);
+      offset_ = packet->offset + packet->size;
       continue;
     }
     auto clock = packet->begin.value_or(0);

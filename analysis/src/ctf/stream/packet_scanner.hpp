@@ -72,6 +72,8 @@ class PacketScanner {
   const StreamPlan* stream_of(const Field* header);
   std::optional<Packet> describe(std::uint64_t offset, const StreamPlan& stream,
                                  const Field* header, const Field* context, std::uint64_t at);
+  // Than those before it in a stream that has one.
+  bool is_of_other_cpu(const Packet& packet);
   bool is_outside(const Packet& packet) const;
   bool is_mostly_hole(const Packet& packet);
   bool has_readable_events(const Packet& packet, std::uint64_t& last_clock);
@@ -89,6 +91,7 @@ class PacketScanner {
   std::uint64_t offset_ = 0;
   std::uint64_t examined_ = 0;  // bytes of content looked at, to bound looking again
   std::uint64_t holes_ = 0;     // bytes of holes in them
+  std::optional<std::int32_t> cpu_;
   // What packets have instead of the metadata's uuid, as the last one that was taken for a packet
   // shows; and whether a packet was refused for its uuid alone.
   std::optional<Uuid> other_uuid_;
