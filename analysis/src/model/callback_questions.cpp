@@ -7,7 +7,10 @@ namespace cie::analysis {
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
   const bool is_attached =
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  auto count = std::max(callback.starts.count + callback.starts_outside, callback.started_in_all);
+  const auto& starts = callback.starts;
+  // Those that numbers show to be missing may be some of those outside.
+  auto count = starts.count + std::max(callback.starts_outside, starts.missing);
+  count = std::max(count, callback.started_in_all);
   if (callback.fini) count = std::max(count, callback.fini->started);
   if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
   if (callback.ended.last) count = std::max<std::uint64_t>(count, 1);

@@ -98,6 +98,20 @@ TEST(Isolation, OfWhatRanUnseenIsNotThatOfWhatNeverRan) {
   EXPECT_EQ(runs_not_seen("now"), 7U);
 }
 
+// No total tells of a process that was killed.
+TEST(Isolation, NumbersProveRunsBetweenOthers) {
+  const auto report = analyze(trace_of(R"(
+    process app crash
+    callback first
+    20 start first seq=0
+    22 end first seq=0
+    50 start first seq=3
+    52 end first seq=3)"))
+                          .report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 2U);
+  EXPECT_EQ(report.callbacks.at(0).runs_not_seen, 2U) << "1 and 2";
+}
+
 TEST(Isolation, IsNotKnownOfRunsWithoutAThread) {
   auto trace = trace_of(kThree);
   for (auto& event : trace.events) {
