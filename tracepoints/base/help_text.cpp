@@ -4,11 +4,13 @@
 #include <cie/tracepoints/text_columns.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <iterator>
 #include <memory>
 #include <regex>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -140,12 +142,13 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
-// "1" of "1.000000".
-std::string without_zeros(std::string number) {
-  if (number.find('.') == std::string::npos) return number;
-  number.erase(number.find_last_not_of('0') + 1);
-  if (number.ends_with('.')) number.pop_back();
-  return number;
+// "1000000" of what versions of the library write as "1000000.000000" or "1e+06".
+std::string without_zeros(const std::string& number) {
+  if (number.find_first_of(".e") == std::string::npos) return number;
+  double value = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+  const bool is_number = error == std::errc() && end == number.data() + number.size();
+  return is_number ? fmt::format("{}", value) : number;
 }
 
 // "--rotate SECONDS".
