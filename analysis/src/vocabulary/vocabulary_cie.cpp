@@ -46,17 +46,20 @@ void group_init(const Payload& p, VocabularyState&, EventBody& body) {
 
 void callback_init(const Payload& p, VocabularyState&, EventBody& body) {
   constexpr auto kEvent = provider::kCallbackInit;
-  body.emplace<CallbackInit>() = {.callback = p.id<CallbackId>(kEvent["callback_id"]),
-                                  .group = p.id<GroupId>(kEvent["group_id"]),
-                                  .node = p.id<NodeId>(kEvent["node_id"]),
-                                  .kind = p.label<CallbackKind>(kEvent["kind"]),
-                                  .logical_id = p.text(kEvent["logical_id"]),
-                                  .source = p.text(kEvent["source"]),
-                                  .symbol = p.text(kEvent["symbol"]),
-                                  .period_ns = p.number<std::uint64_t>(kEvent["period_ns"]),
-                                  .queue_depth = p.number<std::uint32_t>(kEvent["queue_depth"]),
-                                  .deadline_ns = p.number<std::uint64_t>(kEvent["deadline_ns"]),
-                                  .next_seq = p.number<std::uint64_t>(kEvent["next_seq"])};
+  auto& event = body.emplace<CallbackInit>();
+  event = {.callback = p.id<CallbackId>(kEvent["callback_id"]),
+           .group = p.id<GroupId>(kEvent["group_id"]),
+           .node = p.id<NodeId>(kEvent["node_id"]),
+           .kind = p.label<CallbackKind>(kEvent["kind"]),
+           .logical_id = p.text(kEvent["logical_id"]),
+           .source = p.text(kEvent["source"]),
+           .symbol = p.text(kEvent["symbol"]),
+           .period_ns = p.number<std::uint64_t>(kEvent["period_ns"]),
+           .queue_depth = p.number<std::uint32_t>(kEvent["queue_depth"]),
+           .deadline_ns = p.number<std::uint64_t>(kEvent["deadline_ns"]),
+           .next_seq = p.number<std::uint64_t>(kEvent["next_seq"])};
+  // A timer has none. In copies that babeltrace2 2.0 made it is what an event before had.
+  if (event.kind == CallbackKind::timer) event.source = {};
 }
 
 void callback_fini(const Payload& p, VocabularyState&, EventBody& body) {
