@@ -25,8 +25,20 @@ namespace fs = std::filesystem;
 // More CPUs than Linux can have (CONFIG_NR_CPUS) are a name's, not a machine's.
 constexpr std::uint32_t kMaxCpus = 8192;
 
+using Uuid = std::array<std::uint8_t, 16>;
 using Cpus = std::set<std::uint32_t>;
 using Channels = std::map<std::string, Cpus>;
+
+struct Missing {
+  std::string file;
+  std::string why;
+};
+// What a directory shows of its trace.
+struct TraceFiles {
+  Uuid uuid{};
+  std::set<std::string> streams;
+  std::vector<Missing> missing;
+};
 
 // Names of files in `directory` that end so, without that.
 std::set<std::string> names_in(const fs::path& directory, std::string_view ending) {
@@ -52,18 +64,24 @@ bool is_of_lttng_ust(const fs::path& directory) {
   return begin.find("\"lttng-ust\"") != std::string::npos;
 }
 
-// Of the file's first packet; empty: there is none.
-std::optional<std::uint32_t> recorded_cpu(const fs::path& path) {
+struct Recorded {
+  Uuid trace{};
+  std::uint32_t stream = 0;  // of a channel's class
+  std::uint32_t cpu = 0;
+};
+// What the file's first packet tells; empty: there is none.
+std::optional<Recorded> recorded_in(const fs::path& path) {
   std::array<std::uint8_t, kEmptyPacketBytes> bytes{};
   std::ifstream file(path, std::ios::binary);
   file.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
   std::error_code error;
   const auto size = fs::file_size(path, error);
-  const auto header = std::span(bytes).first<sizeof(PacketHeader)>();
-  if (!file || error || !packet_header(header, size)) return std::nullopt;
-  std::uint32_t cpu = 0;
-  std::memcpy(&cpu, bytes.data() + header.size(), sizeof cpu);
-  return cpu;
+  if (!file || error) return std::nullopt;
+  const auto header = packet_header(std::span(bytes).first<sizeof(PacketHeader)>(), size);
+  if (!header) return std::nullopt;
+  Recorded recorded{.trace = header->trace_uuid, .stream = header->stream_id};
+  std::memcpy(&recorded.cpu, bytes.data() + sizeof(PacketHeader), sizeof recorded.cpu);
+  return recorded;
 }
 
 struct StreamName {
@@ -79,25 +97,35 @@ std::optional<StreamName> stream_name(std::string_view file, bool is_split) {
   return StreamName{.channel = channel_of(file), .cpu = *cpu};
 }
 
-// By the names of its files; empty if those are not the names that LTTng gave them.
-Channels channels_of(const fs::path& directory, const std::set<std::string>& files, bool is_split) {
+// By the names of its files; empty if those are not the names that LTTng gave them. What no file with a packet
+// confirms is no channel.
+Channels channels_of(const fs::path& directory, const std::set<std::string>& files, bool is_split,
+                     Uuid& trace) {
   Channels channels;
-  bool is_confirmed = false;
+  std::map<std::uint32_t, std::string> confirmed;  // by stream class
   for (const auto& file : files) {
     const auto name = stream_name(file, is_split);
-    const auto recorded = recorded_cpu(directory / file);
-    if (recorded && (!name || *recorded != name->cpu)) return {};
-    if (name) channels[std::string(name->channel)].insert(name->cpu);
-    is_confirmed = is_confirmed || recorded;
+    const auto recorded = recorded_in(directory / file);
+    if (recorded && (!name || recorded->cpu != name->cpu)) return {};
+    if (!name) continue;
+    const std::string channel(name->channel);
+    channels[channel].insert(name->cpu);
+    if (!recorded) continue;
+    trace = recorded->trace;
+    if (confirmed.try_emplace(recorded->stream, channel).first->second != channel) return {};
   }
-  return is_confirmed ? channels : Channels{};
+  std::erase_if(channels, [&confirmed](const auto& channel) {
+    return std::ranges::none_of(
+        confirmed, [&channel](const auto& other) { return other.second == channel.first; });
+  });
+  return channels;
 }
 
-std::vector<std::string> holes_in(const Channels& channels) {
+std::vector<Missing> holes_in(const Channels& channels) {
   std::uint32_t cpus = 0;
   for (const auto& [channel, seen] : channels)
     cpus = std::max(cpus, *seen.rbegin() + 1);
-  std::vector<std::string> holes;
+  std::vector<Missing> holes;
   for (const auto& [channel, seen] : channels) {
     for (std::uint32_t cpu = 0; cpu < cpus; ++cpu) {
       if (seen.contains(cpu)) continue;
@@ -105,34 +133,62 @@ std::vector<std::string> holes_in(const Channels& channels) {
           channels, [cpu](const auto& other) { return other.second.contains(cpu); });
       const auto other = sister != channels.end() ? sister->first + '_' + std::to_string(cpu)
                                                   : channel + '_' + std::to_string(*seen.rbegin());
-      holes.push_back(channel + '_' + std::to_string(cpu) + " is missing, and " + other +
-                      " is here: LTTng writes a file for each channel and CPU");
+      holes.push_back({.file = channel + '_' + std::to_string(cpu),
+                       .why = other + " is here: LTTng writes a file for each channel and CPU"});
     }
   }
   return holes;
 }
 
-}  // namespace
-
-std::vector<std::string> missing_streams(const fs::path& directory) {
+TraceFiles files_of(const fs::path& directory) {
   if (!is_of_lttng_ust(directory)) return {};
-  const auto files = names_in(directory, "");
+  TraceFiles found;
+  found.streams = names_in(directory, "");
   // A channel's name may end with a number, too: what has a reading without holes has none.
-  std::optional<std::vector<std::string>> missing;
+  bool is_any = false;
   for (const bool is_split : {false, true}) {
-    const auto channels = channels_of(directory, files, is_split);
+    const auto channels = channels_of(directory, found.streams, is_split, found.uuid);
     if (channels.empty()) continue;
     auto holes = holes_in(channels);
-    if (!missing || holes.size() < missing->size()) missing = std::move(holes);
+    if (!is_any || holes.size() < found.missing.size()) found.missing = std::move(holes);
+    is_any = true;
   }
-  if (!missing) return {};
+  if (!is_any) return {};
+  found.streams.erase(kMetadataName);
   for (const auto& name : names_in(directory / "index", ".idx")) {
-    const bool is_told = std::ranges::any_of(
-        *missing, [&name](const std::string& line) { return line.starts_with(name + ' '); });
-    if (!is_told && !files.contains(name))
-      missing->push_back(name + " is missing, and its index is here");
+    const bool is_told =
+        std::ranges::find(found.missing, name, &Missing::file) != found.missing.end();
+    if (!is_told && !found.streams.contains(name))
+      found.missing.push_back({.file = name, .why = "its index is here"});
   }
-  return *std::move(missing);
+  return found;
+}
+
+// Parts of one trace have no file in common; its chunks have all.
+bool has_part(const TraceFiles& part, const TraceFiles& other, const std::string& file) {
+  return other.uuid == part.uuid && other.streams.contains(file) &&
+         std::ranges::none_of(part.streams, [&other](const std::string& own) {
+           return other.streams.contains(own);
+         });
+}
+
+}  // namespace
+
+std::vector<std::vector<std::string>> missing_streams(std::span<const fs::path> directories) {
+  std::vector<TraceFiles> traces;
+  for (const auto& directory : directories)
+    traces.push_back(files_of(directory));
+  std::vector<std::vector<std::string>> lines;
+  for (const auto& trace : traces) {
+    auto& of_trace = lines.emplace_back();
+    for (const auto& [file, why] : trace.missing) {
+      const bool is_elsewhere = std::ranges::any_of(
+          traces,
+          [&trace, &file = file](const TraceFiles& other) { return has_part(trace, other, file); });
+      if (!is_elsewhere) of_trace.push_back(file + " is missing, and " + why);
+    }
+  }
+  return lines;
 }
 
 }  // namespace cie::analysis

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -122,15 +123,18 @@ std::optional<Recording> recording_at(const fs::path& named, bool is_content_che
   return recording;
 }
 
-// A trace that no manifest describes: only what its directory shows is known. Empty: nothing is wrong.
-std::optional<Recording> trace_at(const fs::path& directory) {
-  Recording trace{.name = directory.string()};
-  for (auto& missing : missing_streams(directory)) {
-    trace.doubts.push_back({.kind = FileDoubtKind::missing_file,
-                            .note = std::move(missing),
-                            .costs_user_events = true});
+// Of traces that no manifest describes only what their directories show is known.
+void add_traces(std::span<const fs::path> directories, std::vector<Recording>& recordings) {
+  auto missing = missing_streams(directories);
+  for (std::size_t i = 0; i < directories.size(); ++i) {
+    if (missing[i].empty()) continue;
+    auto& trace = recordings.emplace_back(Recording{.name = directories[i].string()});
+    for (auto& line : missing[i]) {
+      trace.doubts.push_back({.kind = FileDoubtKind::missing_file,
+                              .note = std::move(line),
+                              .costs_user_events = true});
+    }
   }
-  return trace.doubts.empty() ? std::nullopt : std::optional(std::move(trace));
 }
 
 // Directories with such a file, in order of their names. What cannot be listed is told where traces are looked for.
@@ -161,6 +165,7 @@ std::string_view label(FileDoubtKind kind) noexcept {
 
 std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is_content_checked) {
   std::vector<Recording> recordings;
+  std::vector<fs::path> undescribed;
   std::set<fs::path> known;  // traces may be named twice
   const auto is_new = [&known](const fs::path& directory) {
     std::error_code error;
@@ -180,10 +185,10 @@ std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is
       });
     };
     for (const auto& directory : with_file(directories, kMetadataName)) {
-      if (is_described(directory) || !is_new(directory)) continue;
-      if (auto found = trace_at(directory)) recordings.push_back(*std::move(found));
+      if (!is_described(directory) && is_new(directory)) undescribed.push_back(directory);
     }
   }
+  add_traces(undescribed, recordings);
   return recordings;
 }
 

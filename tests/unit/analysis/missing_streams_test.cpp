@@ -29,11 +29,11 @@ using testing::IsEmpty;
 constexpr auto kUst = R"(env { domain = "ust"; tracer_name = "lttng-ust"; };)";
 
 // As LTTng writes one without events.
-std::string packet_of_cpu(std::uint32_t cpu) {
+std::string packet_of_cpu(std::uint32_t cpu, std::uint32_t stream = 0) {
   constexpr auto kBits = kEmptyPacketBytes * 8;
   const PacketHeader header{.magic = kPacketMagic,
                             .trace_uuid = {},
-                            .stream_id = 0,
+                            .stream_id = stream,
                             .stream_instance_id = cpu,
                             .begin = 10,
                             .end = 20,
@@ -47,7 +47,7 @@ std::string packet_of_cpu(std::uint32_t cpu) {
   return bytes;
 }
 
-// A trace's directory with empty files, and one that holds a packet of CPU 0.
+// A trace's directory with empty files, and one that holds a packet of CPU 0; `state_0` holds one, too.
 class Trace {
  public:
   explicit Trace(const std::vector<std::string>& files, std::string_view metadata = kUst,
@@ -55,11 +55,12 @@ class Trace {
     std::filesystem::create_directories(path() / "index");
     std::ofstream(path() / "metadata") << metadata;
     std::ofstream(path() / of_cpu_0) << packet_of_cpu(0);
-    for (const auto& file : files)
-      std::ofstream(path() / file).flush();
+    for (const auto& file : files) {
+      std::ofstream(path() / file) << (file == "state_0" ? packet_of_cpu(0, 1) : "");
+    }
   }
   std::filesystem::path path() const { return directory_.path() / "ust"; }
-  std::vector<std::string> missing() const { return missing_streams(path()); }
+  std::vector<std::string> missing() const { return missing_streams(std::array{path()}).front(); }
   const TemporaryDirectory& around() const { return directory_; }
 
  private:
@@ -112,6 +113,23 @@ TEST(MissingStreams, AreNotKnownBehindOtherNames) {
   EXPECT_THAT(Trace({"z_1", "index/z_3.idx"}, kUst, "z_9").missing(), IsEmpty());
   EXPECT_THAT(Trace({"z_1", "z_3"}, kUst, "first").missing(), IsEmpty());
   EXPECT_THAT(Trace({"z", "z_", "_4", "z_99999999999", "z_8192"}).missing(), IsEmpty());
+  EXPECT_THAT(Trace({"z_1", "notes_2026"}).missing(), IsEmpty()) << "no packet is in it";
+  const Trace copied({"z_1"});
+  std::filesystem::copy_file(copied.path() / "z_0", copied.path() / "old_z_0");
+  EXPECT_THAT(copied.missing(), IsEmpty()) << "a class of streams has one channel";
+}
+
+// As one part of a recording was copied here, and the other there.
+TEST(MissingStreams, AreNotThoseInAnotherDirectory) {
+  const Trace first({"index/state_0.idx"});
+  const Trace other({"index/z_0.idx"}, kUst, "state_0");
+  ASSERT_THAT(first.missing(), ElementsAre(HasSubstr("state_0 is missing")));
+  EXPECT_THAT(missing_streams(std::array{first.path(), other.path()}),
+              ElementsAre(IsEmpty(), IsEmpty()));
+  const Trace chunk({"state_0"});
+  EXPECT_THAT(missing_streams(std::array{first.path(), chunk.path()}),
+              ElementsAre(ElementsAre(HasSubstr("state_0 is missing")), IsEmpty()))
+      << "each chunk has all of its files";
 }
 
 TEST(MissingStreams, AreFoundWhereNoManifestNamesTheFiles) {
