@@ -164,14 +164,41 @@ std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const no
   return static_cast<std::uint64_t>(std::ranges::count(*carries_, bucket)) << 32U;
 }
 
-template <typename Integer, typename Visit>
-void LogLinearHistogram::add_all(std::span<const Integer> values, const Visit& visit) {
-  const bool are_kept = std::is_unsigned_v<Integer> && positive_.has_room_for(values.size());
+// Where counters are stays in registers as long as there are no new ones.
+void LogLinearHistogram::Counters::add(std::span<const std::uint32_t> values) {
+  if (has_room_for(values.size())) {
+    for (const auto value : values)
+      keep(bucket_of(value));
+    return;
+  }
+  const auto* places = places_.data();
+  auto size = places_.size();
+  auto first = first_block_;
+  auto* counts = counts_.data();
   for (const auto value : values) {
-    visit(value);
-    if (are_kept) {
-      positive_.keep(bucket_of(static_cast<std::uint64_t>(value)));
-    } else if (std::is_unsigned_v<Integer> || value >= 0) [[likely]] {
+    const auto bucket = bucket_of(value);
+    const auto near = bucket / kBlock - first;
+    if (near >= size || places[near] == 0) [[unlikely]] {
+      add(bucket);
+      places = places_.data();
+      size = places_.size();
+      first = first_block_;
+      counts = counts_.data();
+      continue;
+    }
+    if (++counts[(places[near] - std::size_t{1}) * kBlock + bucket % kBlock] == 0) [[unlikely]]
+      carry(bucket);
+  }
+}
+
+void LogLinearHistogram::add(std::span<const std::uint32_t> values) {
+  positive_.add(values);
+  count_ += values.size();
+}
+
+void LogLinearHistogram::add(std::span<const std::int64_t> values) {
+  for (const auto value : values) {
+    if (value >= 0) [[likely]] {
       positive_.add(bucket_of(static_cast<std::uint64_t>(value)));
     } else {
       if (!negative_) negative_.emplace();
@@ -179,10 +206,6 @@ void LogLinearHistogram::add_all(std::span<const Integer> values, const Visit& v
     }
   }
   count_ += values.size();
-}
-
-void LogLinearHistogram::add(std::span<const std::int64_t> values) {
-  add_all(values, [](std::int64_t /*value*/) {});
 }
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
@@ -253,11 +276,12 @@ void Statistics::Settled::take(std::span<const Integer> values) {
   auto least = values.front();
   auto most = values.front();
   Total total = 0;
-  histogram.add_all(values, [&](Integer value) {
+  for (const auto value : values) {
     least = std::min(least, value);
     most = std::max(most, value);
     total += value;
-  });
+  }
+  histogram.add(values);
   min = is_first ? least : std::min<std::int64_t>(min, least);
   max = is_first ? most : std::max<std::int64_t>(max, most);
   sum += total;

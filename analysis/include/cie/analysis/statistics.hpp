@@ -87,6 +87,8 @@ class LogLinearHistogram {
       if (++count == 0) [[unlikely]]
         carry(bucket);
     }
+    // Of several values the same.
+    void add(std::span<const std::uint32_t> values);
     // Whether that many need no counters.
     bool has_room_for(std::size_t values) const noexcept {
       return places_.empty() && few_count_ + values <= kFew;
@@ -146,9 +148,7 @@ class LogLinearHistogram {
   };
 
   friend class Statistics;
-  // Calls `visit` with each.
-  template <typename Integer, typename Visit>
-  void add_all(std::span<const Integer> values, const Visit& visit);
+  void add(std::span<const std::uint32_t> values);
   template <typename Visit>
   void each(const Visit& visit) const;
 
