@@ -180,6 +180,7 @@ MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces
 std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,
                                           const AnalysisOptions& options) {
   Model model;
+  model.recordings = find_recordings(traces, /*is_content_checked=*/false);
   Registry registry(model);
   RecordingTracker recording(model, registry);
   ctf::read_traces(traces,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <system_error>
 
 namespace cie::analysis {
 namespace {
@@ -189,9 +190,13 @@ std::optional<std::string> missing_kernel_part(const Model& model) {
 }
 
 std::vector<const Recording*> recordings_around(const Model& model, const std::string& file) {
+  const auto place = [](const std::string& name) {
+    std::error_code error;
+    return std::filesystem::absolute(without_slash(name), error).lexically_normal();
+  };
   std::vector<const Recording*> around;
   for (const auto& recording : model.recordings) {
-    if (is_below(file, without_slash(recording.name))) around.push_back(&recording);
+    if (is_below(place(file), place(recording.name))) around.push_back(&recording);
   }
   return around;
 }

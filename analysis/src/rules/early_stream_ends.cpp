@@ -1,12 +1,9 @@
 #include "early_stream_ends.hpp"
 
-#include "model/recorded_parts.hpp"
+#include "model/stream_ends.hpp"
 
 #include <algorithm>
 #include <cstddef>
-#include <filesystem>
-#include <string_view>
-#include <system_error>
 #include <vector>
 
 namespace cie::analysis {
@@ -14,34 +11,6 @@ namespace {
 
 // LTTng was seen to end the streams of twelve CPUs within 0.1 ms, those of a snapshot within 1 ms.
 constexpr Duration kTogether{10'000'000};
-
-// As LTTng names the directories of a rotated session's chunks: "20261129T042623+0000-20261129T042624+0000-3".
-bool is_chunk_of_lttng(std::string_view name) {
-  constexpr std::string_view kTimes = "00000000T000000+0000-00000000T000000+0000-";
-  if (name.size() <= kTimes.size()) return false;
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  const auto is_like = [&is_digit](char c, char like) {
-    return like == '0' ? is_digit(c) : c == like || (like == '+' && c == '-');
-  };
-  return std::ranges::equal(name.substr(0, kTimes.size()), kTimes, is_like) &&
-         std::ranges::all_of(name.substr(kTimes.size()), is_digit);
-}
-
-// A chunk's streams end with what they held when LTTng rotated: of a CPU that was quiet, early. Where its recorder
-// had a problem, they may end early as all others do.
-bool is_of_sound_chunk(const Model& model, const StreamFacts& stream) {
-  bool is_of_chunk = false;
-  for (const auto* recording : recordings_around(model, stream.path)) {
-    if (!recording->manifest) continue;
-    if (!recording->manifest->problems.empty()) return false;
-    is_of_chunk = is_of_chunk || recording->manifest->chunk;
-  }
-  if (is_of_chunk) return true;
-  std::error_code error;
-  const auto path = std::filesystem::absolute(stream.path, error);
-  return std::ranges::any_of(
-      path, [](const std::filesystem::path& part) { return is_chunk_of_lttng(part.native()); });
-}
 
 }  // namespace
 
@@ -52,7 +21,7 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
     if (is_ended && stream.domain == Domain::user) traces[stream.trace].push_back(&stream);
   }
   for (const auto& [trace, streams] : traces) {
-    if (is_of_sound_chunk(model, *streams.front())) continue;
+    if (ends_with_last_packet(model, *streams.front())) continue;
     const auto [first, last] =
         std::ranges::minmax(streams, {}, [](const StreamFacts* stream) { return *stream->end; });
     const auto is_early = [latest = *last->end](const StreamFacts* stream) {
@@ -66,10 +35,14 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
 }
 
 const StreamFacts* EarlyStreamEnds::of(const ProcessFacts& process) const {
-  if (!process.first_seen) return nullptr;
-  const auto* stream = find_stream(model_, process.first_seen->stream);
-  const auto found = stream == nullptr ? first_.end() : first_.find(stream->trace);
-  return found == first_.end() ? nullptr : found->second;
+  const StreamFacts* first = nullptr;
+  for (const auto& seen : {process.first_seen, process.last_seen}) {
+    const auto* stream = seen ? find_stream(model_, seen->stream) : nullptr;
+    const auto found = stream == nullptr ? first_.end() : first_.find(stream->trace);
+    if (found == first_.end()) continue;
+    if (first == nullptr || *found->second->end < *first->end) first = found->second;
+  }
+  return first;
 }
 
 }  // namespace cie::analysis

@@ -1,6 +1,7 @@
 // Streams of applications that end before the others of their trace. LTTng ends them as one, so an early one was
 // cut: its consumer daemon was killed, the disk was full. No count tells what it lacks. The streams of a chunk
-// (`lttng rotate`, `cie record --rotate`) say nothing: there a CPU's stream ends with its last packet.
+// (`lttng rotate`, `cie record --rotate`) say nothing: there a CPU's stream ends with its last packet. Nor do those
+// that another program wrote anew.
 #pragma once
 
 #include "model/facts.hpp"
@@ -15,7 +16,8 @@ class EarlyStreamEnds {
  public:
   explicit EarlyStreamEnds(const Model& model);
 
-  // The stream that ends first where the process's events are recorded; null: none ends early.
+  // The stream that ends first in the session that saw the process first, or in the one that saw it last; null: none
+  // ends early.
   const StreamFacts* of(const ProcessFacts& process) const;
 
  private:

@@ -1,6 +1,7 @@
 #include "recording_tracker.hpp"
 
 #include "model/clock_differences.hpp"
+#include "model/stream_ends.hpp"
 #include "recorded_window.hpp"
 
 #include <algorithm>
@@ -37,6 +38,8 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.path = event.path;
   facts.clock_uuid = event.clock_uuid;
   facts.clock_offset_ns = event.clock_offset_ns;
+  facts.is_copy = event.is_copy;
+  facts.is_descriptive = event.is_descriptive;
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
   facts.has_callback_events = event.has_callback_events.value_or(true);
@@ -50,9 +53,22 @@ bool RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) 
   facts->has_ended = !is_live_;
   coverage_.end(head.stream, facts->end.value_or(head.time));
   windows_.end(head.stream);
-  const bool ends_record = facts->domain == Domain::user && facts->has_ended && facts->end &&
-                           windows_.narrows(head.stream);
+  if (facts->domain != Domain::user || !facts->has_ended || !facts->end) return false;
+  const bool ends_record =
+      ends_apart(*facts) ? !is_any_to_end(*facts) : windows_.narrows(head.stream);
   return ends_record && ended_traces_.emplace(facts->host, facts->trace).second;
+}
+
+bool RecordingTracker::ends_apart(const StreamFacts& stream) {
+  const auto [known, is_new] = ends_apart_.try_emplace(stream.trace);
+  if (is_new) known->second = ends_with_last_packet(model_, stream);
+  return known->second;
+}
+
+bool RecordingTracker::is_any_to_end(const StreamFacts& stream) const {
+  return std::ranges::any_of(model_.streams, [&stream](const StreamFacts& other) {
+    return other.trace == stream.trace && other.domain == stream.domain && !other.has_ended;
+  });
 }
 
 std::optional<std::int32_t> RecordingTracker::apply(const EventHead& head,
@@ -154,6 +170,9 @@ void RecordingTracker::finish_window() {
     const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
     const auto trace = model_.streams[channel.streams.front()].trace;
     if (has_callback_events) windows_.add_streams_of(channel, shift);
+    // State counts wherever it is.
+    const auto& first = model_.streams[channel.streams.front()];
+    if (first.is_descriptive && ends_apart(first)) continue;
     asked_for.add(channel.host, trace, window, shift);
     if (asked_) recorded.add(channel.host, trace, windows_.covered(channel), shift);
   }

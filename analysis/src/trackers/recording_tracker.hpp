@@ -15,6 +15,7 @@
 #include "registry.hpp"
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -99,6 +100,10 @@ class RecordingTracker {
  private:
   // A stream that was taken for idle has an event after all.
   void wake(StreamIndex stream);
+  // See ends_with_last_packet().
+  bool ends_apart(const StreamFacts& stream);
+  // Of the streams of its trace.
+  bool is_any_to_end(const StreamFacts& stream) const;
   void finish_streams();
   void finish_window();
   void set_apart(const ChannelWindows::Channel& channel);
@@ -115,6 +120,7 @@ class RecordingTracker {
   bool has_unrelated_clocks_ = false;           // streams of one host disagree about the boot
   std::vector<RunsBetweenSessions> between_{};  // whether or not another session follows
   std::set<std::pair<HostIndex, std::uint32_t>> ended_traces_;  // of user space
+  std::map<std::uint32_t, bool> ends_apart_;                    // by trace
 };
 
 }  // namespace cie::analysis

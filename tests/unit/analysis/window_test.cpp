@@ -338,5 +338,44 @@ TEST_F(TwoStreams, AnEndWithoutAStartIsNoInstance) {
   EXPECT_EQ(listed_.size(), 1U);
 }
 
+// A channel that describes objects is quiet for most of a chunk, and its stream ends with its last packet.
+class QuietState : public TwoStreams {
+ protected:
+  static StreamBegin second(bool is_copy) {
+    StreamBegin begin;
+    begin.channel = 1;
+    begin.is_descriptive = true;
+    begin.is_copy = is_copy;
+    return begin;
+  }
+  explicit QuietState(bool is_copy = true) : TwoStreams(second(is_copy)) {}
+  TimeWindow window() {
+    push(0, 0, PacketBegin{});
+    push(5, 1, PacketBegin{});
+    push(10, 1, PacketEnd{});
+    push(10, 1, StreamEnd{});
+    start(30);
+    end(40);
+    push(100, 0, PacketEnd{});
+    push(100, 0, StreamEnd{});
+    const auto report = analyzer_.finish().report;
+    EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+    return {.from = *report.trace.begin, .to = *report.trace.end};
+  }
+};
+
+class QuietStateOfLttng : public QuietState {
+ protected:
+  QuietStateOfLttng() : QuietState(false) {}
+};
+
+TEST_F(QuietStateOfLttng, NarrowsIt) { EXPECT_EQ(window().to, Timestamp{10}) << "it was cut"; }
+
+TEST_F(QuietState, DoesNotNarrowTheWindowOfTheWhole) {
+  const auto whole = window();
+  EXPECT_EQ(whole.from, Timestamp{0});
+  EXPECT_EQ(whole.to, Timestamp{100});
+}
+
 }  // namespace
 }  // namespace cie::analysis

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,41 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
       HasSubstr("ends here, before the others"));
 }
 
+// The first session recorded all of it, the second one was cut.
+TEST(EarlyStreamEnd, OfTheLastSessionCountsToo) {
+  auto trace = with_streams(kShared, {kEnd, kEnd, 30'000'000});
+  const auto add = [&trace](std::int64_t time, const EventBody& body) {
+    trace.events.push_back(
+        {.head = {.time = {time}, .stream = StreamIndex{40}, .cpu = {}, .pid = {}, .tid = {}},
+         .body = body});
+  };
+  auto other = std::get<StreamBegin>(std::ranges::find_if(trace.events, [](const Event& event) {
+                                       return event.head.stream == kUserStream &&
+                                              std::holds_alternative<StreamBegin>(event.body);
+                                     })->body);
+  other.trace = 7;
+  other.channel = 7;
+  add(0, other);
+  add(0, PacketBegin{});
+  add(15'000'000, PacketEnd{});
+  add(15'000'000, StreamEnd{});
+  for (auto& event : trace.events) {  // of a process: in the session that ends first
+    const bool is_of_user = event.head.pid && event.head.stream == kUserStream;
+    if (is_of_user && event.head.time.ns < 15'000'000) event.head.stream = StreamIndex{40};
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::inconclusive);
+}
+
+// As `babeltrace2 --end T -o ctf` writes it: a stream ends with its last packet.
+TEST(EarlyStreamEnd, SaysNothingInACopy) {
+  auto trace = with_streams(kShared, {kEnd, kEnd, 30'000'000});
+  for (auto& event : trace.events) {
+    if (auto* stream = std::get_if<StreamBegin>(&event.body)) stream->is_copy = true;
+  }
+  EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::fail);
+}
+
 // There LTTng ends a stream with its last packet, and a CPU may have been quiet.
 TEST(EarlyStreamEnd, SaysNothingInAChunk) {
   const auto m2 = [](std::string_view path, const std::vector<Recording>& recordings = {}) {
@@ -95,6 +131,8 @@ TEST(EarlyStreamEnd, SaysNothingInAChunk) {
     return std::vector<Recording>{{.name = "run/third/", .manifest = manifest}};
   };
   EXPECT_EQ(m2("run/third/events_0", chunk({})), Verdict::fail);
+  const auto here = std::filesystem::current_path().string();
+  EXPECT_EQ(m2(here + "/run/third/events_0", chunk({})), Verdict::fail);
   EXPECT_EQ(m2("run/fourth/events_0", chunk({})), Verdict::inconclusive);
   EXPECT_EQ(m2("run/third/events_0", chunk({"the consumer daemon ended"})), Verdict::inconclusive);
 }

@@ -1,6 +1,7 @@
 #include "support/verdicts.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
 #include <variant>
 
@@ -120,6 +121,45 @@ TEST(NoForeignWork, WhatAnInstanceRanThatHasNotEndedIsOfItsCallback) {
   const Verified above(trace, budget(49'504'950));
   EXPECT_THAT(above.evidence("M6", "thread 101"),
               HasSubstr("5 ns on a CPU outside callbacks within 101 ns"));
+}
+
+// A stream of another channel ends at 40, with its last packet: what the thread did later is counted, too.
+TEST(NoForeignWork, IsCountedToTheEndOfACopyAndOfWhatLttngEndedAsOne) {
+  auto text = "process app pid=100 crash" + std::string(kForeignTime);
+  text.erase(text.find("  80 finish"));
+  const auto evidence = [](const TextTrace& trace) {
+    return Verified(trace, budget(1)).evidence("M6", "thread 101");
+  };
+  const auto whole = trace_of(text);
+  const auto with_quiet_stream = [&whole](bool is_copy) {
+    auto trace = whole;
+    StreamBegin quiet;
+    std::uint32_t streams = 0;
+    for (auto& event : trace.events) {
+      auto* begin = std::get_if<StreamBegin>(&event.body);
+      if (begin == nullptr) continue;
+      ++streams;
+      if (begin->domain != Domain::user) continue;
+      begin->is_copy = is_copy;
+      quiet = *begin;
+    }
+    const auto add = [&](std::int64_t time, const EventBody& body) {
+      trace.events.push_back(
+          {.head =
+               {.time = {time}, .stream = StreamIndex{streams}, .cpu = {}, .pid = {}, .tid = {}},
+           .body = body});
+    };
+    quiet.channel = 20;
+    quiet.is_descriptive = true;
+    add(-9000, quiet);
+    add(-9000, PacketBegin{});
+    add(40, PacketEnd{});
+    add(40, StreamEnd{});
+    std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+    return trace;
+  };
+  EXPECT_EQ(evidence(with_quiet_stream(true)), evidence(whole));
+  EXPECT_NE(evidence(with_quiet_stream(false)), evidence(whole)) << "it was cut";
 }
 
 TEST(NoForeignWork, IsInconclusiveWithoutKernelEventsForABudget) {

@@ -22,6 +22,8 @@ struct StreamBegin {
   std::string_view path;             // where it lies, for messages
   // It is a flight recorder's: it begins where the buffers were not overwritten yet.
   bool is_snapshot = false;
+  // Not the tracer's own: another program wrote its packets anew, as `babeltrace2 -o ctf` does.
+  bool is_copy = false;
   // What a reader knows ahead (empty: it does not). A stream without any event, as of a CPU on
   // which nothing ran, covers everything up to its end, wherever its packets begin. One that has no
   // time in common with most streams of its channel does not narrow their window.
@@ -32,6 +34,8 @@ struct StreamBegin {
   // Of the user's, whose trace declares starts of callbacks; false: what applications make at their
   // begin alone was recorded, as by the first session of `ros2 trace --dual-session`.
   std::optional<bool> has_callback_events{};
+  // It declares none itself, but its trace does: it describes objects and clocks, as far as a reader knows.
+  bool is_descriptive = false;
 };
 struct StreamEnd {
   static constexpr EventCategory kCategory = EventCategory::structure;

@@ -40,6 +40,12 @@ std::string value_of(const Metadata& metadata, const char* name) {
   return found == metadata.environment.end() ? std::string{} : found->second;
 }
 
+// LTTng's tracers put the time first in a packet's context, babeltrace2's sink the packet's size.
+bool begins_as_lttngs(const std::pair<const std::uint64_t, StreamClass>& stream) {
+  const auto& context = stream.second.packet_context;
+  return context && !context->members.empty() && context->members.front().name == "timestamp_begin";
+}
+
 // The clock that a stream's times are of: the one its types name, else the trace's first.
 ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
   const Clock* chosen = metadata.clocks.empty() ? nullptr : &metadata.clocks.front();
@@ -113,6 +119,7 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
   const auto tracer = value_of(metadata, "tracer_name");
   if (tracer == "lttng-modules") priority_offset = 100;
   has_stream_per_cpu = tracer == "lttng-modules" || tracer == "lttng-ust";
+  is_copy = has_stream_per_cpu && !std::ranges::all_of(metadata.streams, begins_as_lttngs);
   if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }
@@ -180,6 +187,8 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
       throw MetadataError("event \"" + event->name.substr(0, 100) + "\": " + error.what());
     }
   }
+  plan.starts_callbacks = std::ranges::any_of(
+      events, [](const EventClass* event) { return is_callback_start(event->name); });
   plan.has_event_id = header.has_slot(slot(EventHeaderSlot::id));
   if (!plan.has_event_id && events.size() > 1) {
     throw MetadataError("several events, but the event header has no id");

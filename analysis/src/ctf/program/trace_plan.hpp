@@ -101,6 +101,7 @@ class StreamPlan {
   const Sequence* shown_context = nullptr;  // the same for events that are shown
   bool has_event_id = false;                // otherwise there is one class of events
   bool has_event_time = false;
+  bool starts_callbacks = false;  // it declares such an event
   bool has_packet_times = false;  // begin and end
   ClockPlan clock;
   std::optional<HeaderLayout> header_layout;
@@ -153,6 +154,7 @@ class TracePlan {
   std::optional<Uuid> uuid;
   std::string host;
   bool is_snapshot = false;  // of a flight recorder
+  bool is_copy = false;      // see StreamBegin
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
   bool has_stream_per_cpu = false;      // LTTng's tracers write so

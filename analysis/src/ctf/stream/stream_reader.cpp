@@ -31,6 +31,7 @@ void StreamReader::emit_begin(EventWriter& writer) const {
   event.head = {.time = {}, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
   if (packet_) event.head.cpu = packet_->cpu;
   const auto& trace = files_.front().trace->plan();
+  const auto& first = files_.front().first;
   event.body = StreamBegin{.channel = identity_.channel,
                            .trace = identity_.trace,
                            .domain = trace.domain,
@@ -39,10 +40,13 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .clock_offset_ns = clock_.offset_ns,
                            .path = files_.front().file.path(),
                            .is_snapshot = trace.is_snapshot,
+                           .is_copy = trace.is_copy,
                            .has_events = !identity_.is_idle,
                            .is_left_out = identity_.is_left_out,
                            .has_inheritance = trace.has_inheritance,
-                           .has_callback_events = trace.has_callback_events};
+                           .has_callback_events = trace.has_callback_events,
+                           .is_descriptive = trace.has_callback_events == true && first &&
+                                             !first->stream->starts_callbacks};
   writer.keep(event);
 }
 
