@@ -47,8 +47,8 @@ struct StreamFacts {
   std::optional<Timestamp> covers_from{};
   std::optional<Timestamp> covers_to{};
   bool has_ended = false;  // none follows it
-  bool is_copy = false;    // see StreamBegin, as the next one
-  bool is_descriptive = false;
+  PacketWriter writer = PacketWriter::unknown;
+  bool is_descriptive = false;  // see StreamBegin
   std::uint64_t packets = 0;
   std::vector<Timestamp> packet_begins{};  // of the first million
   struct File {

@@ -39,7 +39,7 @@ bool is_of_sound_chunk(const Model& model, const StreamFacts& stream) {
 }  // namespace
 
 bool ends_with_last_packet(const Model& model, const StreamFacts& stream) {
-  return stream.is_copy || is_of_sound_chunk(model, stream);
+  return stream.writer == PacketWriter::copier || is_of_sound_chunk(model, stream);
 }
 
 }  // namespace cie::analysis

@@ -29,7 +29,8 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
     };
     const auto early = static_cast<std::size_t>(std::ranges::count_if(streams, is_early));
     // Where no tracer wrote them, each ends at its own last event.
-    const bool end_as_one = streams.size() - early >= 2 && 2 * early <= streams.size();
+    const bool end_as_one = streams.front()->writer == PacketWriter::lttng ||
+                            (streams.size() - early >= 2 && 2 * early <= streams.size());
     if (early > 0 && end_as_one) first_.emplace(trace, first);
   }
 }

@@ -38,7 +38,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.path = event.path;
   facts.clock_uuid = event.clock_uuid;
   facts.clock_offset_ns = event.clock_offset_ns;
-  facts.is_copy = event.is_copy;
+  facts.writer = event.writer;
   facts.is_descriptive = event.is_descriptive;
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;

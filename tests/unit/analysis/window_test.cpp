@@ -345,7 +345,7 @@ class QuietState : public TwoStreams {
     StreamBegin begin;
     begin.channel = 1;
     begin.is_descriptive = true;
-    begin.is_copy = is_copy;
+    begin.writer = is_copy ? PacketWriter::copier : PacketWriter::lttng;
     return begin;
   }
   explicit QuietState(bool is_copy = true) : TwoStreams(second(is_copy)) {}

@@ -78,6 +78,21 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
       HasSubstr("ends here, before the others"));
 }
 
+// Its tracers end all as one, so whatever is early was cut: one of two, or each at its own time.
+TEST(EarlyStreamEnd, OfLttngIsOneWhateverTheOthersDo) {
+  const auto m2 = [](const std::vector<std::int64_t>& ends) {
+    auto trace = with_streams(kShared, ends);
+    for (auto& event : trace.events) {
+      if (auto* stream = std::get_if<StreamBegin>(&event.body))
+        stream->writer = PacketWriter::lttng;
+    }
+    return Verified(trace).of("M2", "thread 101");
+  };
+  EXPECT_EQ(m2({30'000'000}), Verdict::inconclusive);
+  EXPECT_EQ(m2({30'000'000, 45'000'000, 70'000'000}), Verdict::inconclusive);
+  EXPECT_EQ(m2({kEnd}), Verdict::fail);
+}
+
 // The first session recorded all of it, the second one was cut.
 TEST(EarlyStreamEnd, OfTheLastSessionCountsToo) {
   auto trace = with_streams(kShared, {kEnd, kEnd, 30'000'000});
@@ -108,7 +123,7 @@ TEST(EarlyStreamEnd, OfTheLastSessionCountsToo) {
 TEST(EarlyStreamEnd, SaysNothingInACopy) {
   auto trace = with_streams(kShared, {kEnd, kEnd, 30'000'000});
   for (auto& event : trace.events) {
-    if (auto* stream = std::get_if<StreamBegin>(&event.body)) stream->is_copy = true;
+    if (auto* stream = std::get_if<StreamBegin>(&event.body)) stream->writer = PacketWriter::copier;
   }
   EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::fail);
 }

@@ -140,7 +140,7 @@ TEST(NoForeignWork, IsCountedToTheEndOfACopyAndOfWhatLttngEndedAsOne) {
       if (begin == nullptr) continue;
       ++streams;
       if (begin->domain != Domain::user) continue;
-      begin->is_copy = is_copy;
+      begin->writer = is_copy ? PacketWriter::copier : PacketWriter::lttng;
       quiet = *begin;
     }
     const auto add = [&](std::int64_t time, const EventBody& body) {

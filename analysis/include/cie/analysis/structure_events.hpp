@@ -10,6 +10,10 @@
 
 namespace cie::analysis {
 
+// Who wrote a trace's packets, as far as a reader knows: LTTng's own tracers, or another program that wrote anew what
+// they had recorded, as `babeltrace2 -o ctf` does.
+enum class PacketWriter : std::uint8_t { unknown, lttng, copier };
+
 struct StreamBegin {
   static constexpr EventCategory kCategory = EventCategory::structure;
   static constexpr std::string_view kName{};
@@ -22,8 +26,7 @@ struct StreamBegin {
   std::string_view path;             // where it lies, for messages
   // It is a flight recorder's: it begins where the buffers were not overwritten yet.
   bool is_snapshot = false;
-  // Not the tracer's own: another program wrote its packets anew, as `babeltrace2 -o ctf` does.
-  bool is_copy = false;
+  PacketWriter writer = PacketWriter::unknown;
   // What a reader knows ahead (empty: it does not). A stream without any event, as of a CPU on
   // which nothing ran, covers everything up to its end, wherever its packets begin. One that has no
   // time in common with most streams of its channel does not narrow their window.

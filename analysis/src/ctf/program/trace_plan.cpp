@@ -119,7 +119,10 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
   const auto tracer = value_of(metadata, "tracer_name");
   if (tracer == "lttng-modules") priority_offset = 100;
   has_stream_per_cpu = tracer == "lttng-modules" || tracer == "lttng-ust";
-  is_copy = has_stream_per_cpu && !std::ranges::all_of(metadata.streams, begins_as_lttngs);
+  if (has_stream_per_cpu) {
+    const bool is_own = std::ranges::all_of(metadata.streams, begins_as_lttngs);
+    writer = is_own ? PacketWriter::lttng : PacketWriter::copier;
+  }
   if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }

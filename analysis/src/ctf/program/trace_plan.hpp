@@ -154,7 +154,7 @@ class TracePlan {
   std::optional<Uuid> uuid;
   std::string host;
   bool is_snapshot = false;  // of a flight recorder
-  bool is_copy = false;      // see StreamBegin
+  PacketWriter writer = PacketWriter::unknown;
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
   bool has_stream_per_cpu = false;      // LTTng's tracers write so

@@ -40,7 +40,7 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .clock_offset_ns = clock_.offset_ns,
                            .path = files_.front().file.path(),
                            .is_snapshot = trace.is_snapshot,
-                           .is_copy = trace.is_copy,
+                           .writer = trace.writer,
                            .has_events = !identity_.is_idle,
                            .is_left_out = identity_.is_left_out,
                            .has_inheritance = trace.has_inheritance,
