@@ -1,6 +1,6 @@
 #include "recorded_parts.hpp"
 
-#include "recording/discovery.hpp"
+#include "base/paths.hpp"
 
 #include <algorithm>
 #include <filesystem>

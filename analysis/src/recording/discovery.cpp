@@ -3,6 +3,7 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/paths.hpp"
 #include "ctf/salvage/metadata_rebuild.hpp"
 
 #include <algorithm>
@@ -106,11 +107,6 @@ std::string why_there_is_none(const std::filesystem::path& directory) {
 }
 
 }  // namespace
-
-bool is_below(const fs::path& path, const fs::path& directory) {
-  const auto [end, rest] = std::ranges::mismatch(directory, path);
-  return end == directory.end() && rest != path.end();
-}
 
 Directories directories_in(const fs::path& path) {
   Directories directories;

@@ -11,8 +11,6 @@ namespace cie::analysis {
 inline constexpr int kMaxDepth = 16;
 inline constexpr const char* kMetadataName = "metadata";  // of each CTF trace's file
 
-bool is_below(const std::filesystem::path& path, const std::filesystem::path& directory);
-
 // Directories at and below `path`, each once, in no order. Links to directories are followed, but not
 // to one that the link lies in: not in circles, and never through the whole file system.
 struct Directories {

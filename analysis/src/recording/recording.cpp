@@ -1,6 +1,7 @@
 #include <cie/analysis/recording.hpp>
 #include <cie/tracepoints/sha256.hpp>
 
+#include "base/paths.hpp"
 #include "ctf/metadata/types.hpp"
 #include "discovery.hpp"
 #include "missing_streams.hpp"
