@@ -65,9 +65,11 @@ void DirectoryKeeping::check_files() {
     problems.push_back(in_quotes(file) +
                        " is empty: its streams cannot be read (is the disk full?)");
   }
-  bool has_any = false;  // events of applications
+  bool has_streams = false;  // of applications
+  bool has_any = false;      // events of theirs
   for (const StreamSummary& stream : check_streams(directory)) {
     if (stream.file.parent_path() != directory / kKernelDirectory) {
+      has_streams = true;
       has_any = has_any || has_events(stream);
     }
     if (auto why = incompleteness_of(stream); !why.empty()) problems.push_back(std::move(why));
@@ -79,6 +81,10 @@ void DirectoryKeeping::check_files() {
   // Buffers are written out for who registered, whether it emitted anything or not.
   if (!has_any && tracing_.manifest.processes.empty()) {
     tracing_.note_nothing_recorded();
+  } else if (!has_streams) {
+    problems.emplace_back(
+        "nothing was recorded: LTTng could make no buffers for the applications (is /dev/shm full, or a limit of the "
+        "size of files, ulimit -f, below that of a buffer?)");
   }
 }
 
