@@ -10,6 +10,7 @@ namespace cie::analysis {
 // So many directories deep below what the user named.
 inline constexpr int kMaxDepth = 16;
 inline constexpr const char* kMetadataName = "metadata";  // of each CTF trace's file
+inline constexpr const char* kIndexDirectory = "index";   // of LTTng's, beside the streams
 
 // Directories at and below `path`, each once, in no order. Links to directories are followed, but not
 // to one that the link lies in: not in circles, and never through the whole file system.

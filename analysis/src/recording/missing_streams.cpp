@@ -2,6 +2,7 @@
 
 #include <cie/tracepoints/recording_layout.hpp>
 
+#include "ctf/metadata/uuid.hpp"
 #include "discovery.hpp"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 // More CPUs than Linux can have (CONFIG_NR_CPUS) are a name's, not a machine's.
 constexpr std::uint32_t kMaxCpus = 8192;
 
-using Uuid = std::array<std::uint8_t, 16>;
+using ctf::Uuid;
 using Cpus = std::set<std::uint32_t>;
 using Channels = std::map<std::string, Cpus>;
 
@@ -84,6 +85,8 @@ std::optional<Recorded> recorded_in(const fs::path& path) {
   return recorded;
 }
 
+using Files = std::map<std::string, std::optional<Recorded>>;  // by name
+
 struct StreamName {
   std::string_view channel;
   std::uint32_t cpu = 0;
@@ -99,19 +102,16 @@ std::optional<StreamName> stream_name(std::string_view file, bool is_split) {
 
 // By the names of its files; empty if those are not the names that LTTng gave them. What no file with a packet
 // confirms is no channel.
-Channels channels_of(const fs::path& directory, const std::set<std::string>& files, bool is_split,
-                     Uuid& trace) {
+Channels channels_of(const Files& files, bool is_split) {
   Channels channels;
   std::map<std::uint32_t, std::string> confirmed;  // by stream class
-  for (const auto& file : files) {
+  for (const auto& [file, recorded] : files) {
     const auto name = stream_name(file, is_split);
-    const auto recorded = recorded_in(directory / file);
     if (recorded && (!name || recorded->cpu != name->cpu)) return {};
     if (!name) continue;
     const std::string channel(name->channel);
     channels[channel].insert(name->cpu);
     if (!recorded) continue;
-    trace = recorded->trace;
     if (confirmed.try_emplace(recorded->stream, channel).first->second != channel) return {};
   }
   std::erase_if(channels, [&confirmed](const auto& channel) {
@@ -144,18 +144,23 @@ TraceFiles files_of(const fs::path& directory) {
   if (!is_of_lttng_ust(directory)) return {};
   TraceFiles found;
   found.streams = names_in(directory, "");
+  found.streams.erase(kMetadataName);
+  Files files;
+  for (const auto& name : found.streams) {
+    const auto& recorded = files.emplace(name, recorded_in(directory / name)).first->second;
+    if (recorded) found.uuid = recorded->trace;
+  }
   // A channel's name may end with a number, too: what has a reading without holes has none.
   bool is_any = false;
   for (const bool is_split : {false, true}) {
-    const auto channels = channels_of(directory, found.streams, is_split, found.uuid);
+    const auto channels = channels_of(files, is_split);
     if (channels.empty()) continue;
     auto holes = holes_in(channels);
     if (!is_any || holes.size() < found.missing.size()) found.missing = std::move(holes);
     is_any = true;
   }
   if (!is_any) return {};
-  found.streams.erase(kMetadataName);
-  for (const auto& name : names_in(directory / "index", ".idx")) {
+  for (const auto& name : names_in(directory / kIndexDirectory, ".idx")) {
     const bool is_told =
         std::ranges::find(found.missing, name, &Missing::file) != found.missing.end();
     if (!is_told && !found.streams.contains(name))

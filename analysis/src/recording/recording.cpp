@@ -22,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxRecordings = 100'000;
-constexpr const char* kIndexDirectory = "index";  // of LTTng's, beside the streams
 
 bool has_part(const fs::path& path, const char* part) {
   return std::ranges::any_of(path.parent_path(), [part](const fs::path& p) { return p == part; });
