@@ -6,6 +6,7 @@
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "signs_of_life.hpp"
 #include "thread_questions.hpp"
 #include "thread_succession.hpp"
 
@@ -90,8 +91,12 @@ void doubt_runs_of_others(const CallbackFacts& callback, Judgement& judgement) {
 // Compares the threads that a callback ran on, two at a time.
 class ThreadsOfCallback {
  public:
-  ThreadsOfCallback(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement)
-      : context_(context), judgement_(judgement), pairs_(in_order(context.model, callback.ran_on)) {
+  ThreadsOfCallback(const RuleContext& context, SignsOfLife& signs, const CallbackFacts& callback,
+                    Judgement& judgement)
+      : context_(context),
+        signs_(signs),
+        judgement_(judgement),
+        pairs_(in_order(context.model, callback.ran_on)) {
     std::erase_if(pairs_, [](const CallbackOnThread* pair) { return !pair->is_certain; });
     is_told_.resize(pairs_.size());
   }
@@ -144,9 +149,7 @@ class ThreadsOfCallback {
           judgement_.doubt(*std::move(why));
           break;
         }
-        tell(one);
-        tell(other);
-        tell_life(earlier, later);
+        tell(one, other);
         break;
       case Succession::unknown:
         judgement_.doubt([&] {
@@ -162,25 +165,28 @@ class ThreadsOfCallback {
     }
   }
 
-  void tell(std::size_t place) {
-    if (!is_told_[place])
+  // That it ran on both, and what shows that they lived together.
+  void tell(std::size_t one, std::size_t other) {
+    if (is_told_[one] && is_told_[other]) return;
+    for (const auto place : {one, other}) {
+      if (is_told_[place]) continue;
       judgement_.fail([&] { return started_here(context_.model, *pairs_[place]); });
-    is_told_[place] = true;
-  }
-
-  // What shows the earlier one alive, if it is none of its own events.
-  void tell_life(ThreadIndex earlier, ThreadIndex later) {
-    const auto& lives = context_.lives;
-    if (lives.of(earlier).end >= lives.of(later).begin) return;
-    const auto* alive = lived_on(context_, earlier, lives.of(later).begin);
-    if (alive == nullptr) return;
-    judgement_.fail([&] {
-      return evidence("sched_switch", *alive,
-                      thread_name(thread_of(context_.model, earlier)) + " still runs");
-    });
+      is_told_[place] = true;
+    }
+    const auto& former = *pairs_[std::min(one, other)];
+    const auto& latter = *pairs_[std::max(one, other)];
+    if (const auto sign = signs_.since(former.thread, latter.first_start.time)) {
+      judgement_.fail(*sign);
+      return;
+    }
+    const auto begin = context_.lives.of(latter.thread).begin;
+    judgement_.fail([&] { return signs_.first(latter.thread); });
+    if (former.first_start.time >= begin) return;
+    if (const auto sign = signs_.since(former.thread, begin)) judgement_.fail(*sign);
   }
 
   const RuleContext& context_;
+  SignsOfLife& signs_;
   Judgement& judgement_;
   std::vector<const CallbackOnThread*> pairs_;
   std::vector<bool> is_told_;
@@ -188,10 +194,11 @@ class ThreadsOfCallback {
 
 std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
   const auto& proof = context.proof;
+  SignsOfLife signs(context);
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
-        ThreadsOfCallback(context, callback, judgement).judge();
+        ThreadsOfCallback(context, signs, callback, judgement).judge();
         if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
         judgement.doubt(proof.lost_runs(index));
         judgement.doubt(context.hidden.on_thread_of(callback));

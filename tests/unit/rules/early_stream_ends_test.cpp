@@ -78,6 +78,25 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
       HasSubstr("ends here, before the others"));
 }
 
+// The first thread is still there when the second one runs the callback; that it had not ended, and its tid was not
+// somebody else's since, is not known.
+TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByALaterSignOfLife) {
+  constexpr auto kMoved = R"(
+  thread t1 pool tid=301
+  thread t2 pool tid=302
+  callback fusion pooled
+  10000000 start fusion on=t1
+  12000000 end fusion on=t1
+  20000000 start fusion on=t2
+  22000000 end fusion on=t2
+  90000000 finish t1)";
+  const auto m3 = [&](std::int64_t end) {
+    return Verified(with_streams(kMoved, {kEnd, kEnd, end})).of("M3", "callback fusion");
+  };
+  EXPECT_EQ(m3(kEnd), Verdict::fail);
+  EXPECT_EQ(m3(30'000'000), Verdict::inconclusive);
+}
+
 // Its tracers end all as one, so whatever is early was cut: one of two, or each at its own time.
 TEST(EarlyStreamEnd, OfLttngIsOneWhateverTheOthersDo) {
   const auto m2 = [](const std::vector<std::int64_t>& ends) {

@@ -12,6 +12,7 @@ namespace {
 using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kPool = R"(
   process app executor=multi_threaded
@@ -85,9 +86,28 @@ TEST(OneThreadPerCallback, FailsWhenBothThreadsWereAlive) {
   EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::fail);
   EXPECT_THAT(verified.evidence("M3", "callback fusion"),
               AllOf(HasSubstr("10 callback_start fusion started here (seq 0)"),
-                    HasSubstr("30 callback_start fusion started here (seq 1)")));
+                    HasSubstr("30 callback_start fusion started here (seq 1)"),
+                    HasSubstr("42 callback_end thread 101 \"t1\" still runs plan")));
   EXPECT_EQ(verified.of("M3", "callback plan"), Verdict::pass);
   EXPECT_EQ(verified["M4"], Verdict::pass) << "threads that live together are no succession";
+}
+
+// The witness is whole: the one that ran it first had ended when the other ran it, but had seen its begin.
+TEST(OneThreadPerCallback, ShowsThatTheLatterWasThereAlready) {
+  const Verified verified(R"(
+    thread t1 pool tid=301
+    thread t2 pool tid=302
+    callback a pooled
+    8 begin t2
+    10 start a on=t1
+    12 end a on=t1
+    20 finish t1
+    30 start a on=t2
+    32 end a on=t2)");
+  EXPECT_EQ(verified["M3"], Verdict::fail);
+  const auto evidence = verified.evidence("M3", "callback a");
+  EXPECT_THAT(evidence, HasSubstr("8 thread_init thread 302 \"t2\" is there already"));
+  EXPECT_THAT(evidence, Not(HasSubstr("thread_fini"))) << "it ran the callback after that";
 }
 
 TEST(OneThreadPerCallback, IsInconclusiveForACallbackThatLostInstances) {
