@@ -135,8 +135,10 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
 
 AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options) {
-  analyzer.add(find_recordings(traces, options.is_content_checked));
-  const auto translator = std::make_unique<EventTranslator>();  // too large for untouched stack
+  auto recordings = find_recordings(traces, options.is_content_checked);
+  analyzer.add(recordings);
+  // Too large for untouched stack.
+  const auto translator = std::make_unique<EventTranslator>(std::move(recordings));
   const auto consume_one = [&analyzer](const Event& event) { analyzer.consume(event); };
   const auto consume = [&analyzer, &consume_one](const EventBatch& batch) {
     if (analyzer.is_worth_prefetching()) {

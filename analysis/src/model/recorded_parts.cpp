@@ -189,13 +189,14 @@ std::optional<std::string> missing_kernel_part(const Model& model) {
   return std::nullopt;
 }
 
-std::vector<const Recording*> recordings_around(const Model& model, const std::string& file) {
+std::vector<const Recording*> recordings_around(std::span<const Recording> recordings,
+                                                const std::string& file) {
   const auto place = [](const std::string& name) {
     std::error_code error;
     return std::filesystem::absolute(without_slash(name), error).lexically_normal();
   };
   std::vector<const Recording*> around;
-  for (const auto& recording : model.recordings) {
+  for (const auto& recording : recordings) {
     if (is_below(place(file), place(recording.name))) around.push_back(&recording);
   }
   return around;

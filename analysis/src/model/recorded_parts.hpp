@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,7 +31,8 @@ std::optional<std::string> missing_user_part(const Model& model);
 std::optional<std::string> missing_kernel_part(const Model& model);
 
 // Those that a file lies in.
-std::vector<const Recording*> recordings_around(const Model& model, const std::string& file);
+std::vector<const Recording*> recordings_around(std::span<const Recording> recordings,
+                                                const std::string& file);
 
 // What recordings say of themselves, the chunks of one taken together.
 std::vector<RecordingReport> recording_reports(const Model& model);

@@ -22,24 +22,25 @@ bool is_chunk_of_lttng(std::string_view name) {
          std::ranges::all_of(name.substr(kTimes.size()), is_digit);
 }
 
-bool is_of_sound_chunk(const Model& model, const StreamFacts& stream) {
+bool is_of_sound_chunk(std::span<const Recording> recordings, const std::string& file) {
   bool is_of_chunk = false;
-  for (const auto* recording : recordings_around(model, stream.path)) {
+  for (const auto* recording : recordings_around(recordings, file)) {
     if (!recording->manifest) continue;
     if (!recording->manifest->problems.empty()) return false;
     is_of_chunk = is_of_chunk || recording->manifest->chunk;
   }
   if (is_of_chunk) return true;
   std::error_code error;
-  const auto path = std::filesystem::absolute(stream.path, error);
+  const auto path = std::filesystem::absolute(file, error);
   return std::ranges::any_of(
       path, [](const std::filesystem::path& part) { return is_chunk_of_lttng(part.native()); });
 }
 
 }  // namespace
 
-bool ends_with_last_packet(const Model& model, const StreamFacts& stream) {
-  return stream.writer == PacketWriter::copier || is_of_sound_chunk(model, stream);
+bool ends_with_last_packet(std::span<const Recording> recordings, PacketWriter writer,
+                           const std::string& path) {
+  return writer == PacketWriter::copier || is_of_sound_chunk(recordings, path);
 }
 
 }  // namespace cie::analysis

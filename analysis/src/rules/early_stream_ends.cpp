@@ -21,7 +21,8 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
     if (is_ended && stream.domain == Domain::user) traces[stream.trace].push_back(&stream);
   }
   for (const auto& [trace, streams] : traces) {
-    if (ends_with_last_packet(model, *streams.front())) continue;
+    const auto& any = *streams.front();
+    if (ends_with_last_packet(model.recordings, any.writer, any.path)) continue;
     const auto [first, last] =
         std::ranges::minmax(streams, {}, [](const StreamFacts* stream) { return *stream->end; });
     const auto is_early = [latest = *last->end](const StreamFacts* stream) {
@@ -29,7 +30,7 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
     };
     const auto early = static_cast<std::size_t>(std::ranges::count_if(streams, is_early));
     // Where no tracer wrote them, each ends at its own last event.
-    const bool end_as_one = streams.front()->writer == PacketWriter::lttng ||
+    const bool end_as_one = any.writer == PacketWriter::lttng ||
                             (streams.size() - early >= 2 && 2 * early <= streams.size());
     if (early > 0 && end_as_one) first_.emplace(trace, first);
   }

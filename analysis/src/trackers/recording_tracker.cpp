@@ -61,7 +61,7 @@ bool RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) 
 
 bool RecordingTracker::ends_apart(const StreamFacts& stream) {
   const auto [known, is_new] = ends_apart_.try_emplace(stream.trace);
-  if (is_new) known->second = ends_with_last_packet(model_, stream);
+  if (is_new) known->second = ends_with_last_packet(model_.recordings, stream.writer, stream.path);
   return known->second;
 }
 

@@ -53,6 +53,18 @@ TEST(Ros2RaggedStreams, NothingEndsBehindTheEndOfOneThatBeganBefore) {
     EXPECT_LE(row.end, 65) << row.logical_id << " from " << row.start;
 }
 
+// `lttng rotate` ends a stream with its last packet: that CPU was quiet from then on.
+TEST(Ros2RaggedStreams, InAChunkNothingIsMissingBehindTheEndOfOne) {
+  EXPECT_EQ(result_of(kEndsEarly).callback("/n@Timer(1)").incomplete, 1U);
+  auto chunk = kEndsEarly;
+  const std::string end = "second_ends";
+  chunk.insert(chunk.find(end) + end.size(), " of_chunk");
+  const auto timer = result_of(chunk).callback("/n@Timer(1)");
+  EXPECT_EQ(timer.incomplete, 0U);
+  EXPECT_EQ(timer.cut, 1U) << "from 60 to 86, where the window ends at 65";
+  EXPECT_EQ(timer.outside_window, 1U) << "from 90 to 91";
+}
+
 // Another session beside it tells what one CPU's stream of this one does not, if it records that CPU.
 TEST(Ros2RaggedStreams, AnotherSessionTellsNothingOfACpuThatItDoesNotRecord) {
   const auto result = result_of(kOtherSession + kBeginsLate + R"(

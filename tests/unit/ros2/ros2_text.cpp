@@ -205,13 +205,15 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     return text.find(what) != std::string_view::npos;
   };
   constexpr const char* kRunsBegin = " session of runs until=";
+  constexpr std::string_view kChunk =
+      "archives/20261129T042623+0000-20261129T042624+0000-3/ust/uid/0/64-bit/ros2_0";
   const StreamBegin of_applications{.channel = 0,
                                     .trace = 0,
                                     .domain = Domain::user,
                                     .host = "robot",
                                     .clock_uuid = "boot",
                                     .clock_offset_ns = kRealtimeOffset,
-                                    .path = "stream",
+                                    .path = tells(" second_ends of_chunk") ? kChunk : "stream",
                                     .has_events = true,
                                     .has_callback_events = !tells(kRunsBegin)};
   on_streams(0, of_applications);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/recording.hpp>
 
 #include "message_links.hpp"
 #include "process_state.hpp"
@@ -30,7 +31,9 @@ namespace cie::analysis {
 
 class EventTranslator final : public Translator {
  public:
-  EventTranslator() = default;
+  // `recordings`: those that the traces are of, by which their chunks are known.
+  explicit EventTranslator(std::vector<Recording> recordings = {})
+      : recordings_(std::move(recordings)) {}
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
@@ -82,6 +85,8 @@ class EventTranslator final : public Translator {
     std::uint32_t running = 0;  // of its streams that bound its window
     Timestamp begin{};          // of the first of these
     bool describes_entities = false;
+    // A stream ends with its last packet: early where its CPU was quiet, and nothing is missing then.
+    bool ends_apart = false;
   };
   // The thread of an event: looked up once for those that follow.
   struct EmittingThread {
@@ -204,6 +209,7 @@ class EventTranslator final : public Translator {
   }
   static void find(EmittingThread& emitting, Host& host, std::int64_t pid, std::int64_t tid);
 
+  std::vector<Recording> recordings_;
   std::vector<Stream> streams_;
   std::vector<Channel> channels_;
   std::size_t speaking_hosts_ = 0;                    // of which user space tells
