@@ -14,6 +14,11 @@ std::int32_t kernel_priority(const ReadBack& read_back) {
                               read_back.priority);
 }
 
+std::int32_t without_idle_nice(const ReadBack& read_back, std::int32_t prio) {
+  const bool is_idle = static_cast<Policy>(read_back.policy) == Policy::idle;
+  return is_idle && !is_real_time_priority(prio) ? kernel_priority(read_back) : prio;
+}
+
 bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
   if (a.policy != b.policy || a.cpus != b.cpus) return false;
   switch (static_cast<Policy>(a.policy)) {
@@ -25,8 +30,9 @@ bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
              a.period_ns == b.period_ns;
     case Policy::other:
     case Policy::batch:
-    case Policy::idle:
       return a.nice == b.nice;
+    case Policy::idle:
+      return true;
   }
   return a.priority == b.priority && a.nice == b.nice;
 }

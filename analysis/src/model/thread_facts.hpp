@@ -152,10 +152,14 @@ struct ReadBack {
 inline bool is_older(const ReadBack& a, const ReadBack& b) {
   return a.at.time == b.at.time ? a.n < b.n : a.at.time < b.at.time;
 }
-// Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.
+// Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs. The nice value of
+// SCHED_IDLE means nothing.
 bool is_same_parameters(const ReadBack& a, const ReadBack& b);
 // The kernel's priority (99 - rt, 120 + nice, -1) that a read-back's policy gives.
 std::int32_t kernel_priority(const ReadBack& read_back);
+// A priority that the kernel shows of a thread that was read back so: that of the read-back where the two
+// differ by nothing but the nice value of SCHED_IDLE, of which sched_getattr() and sched_switch tell two.
+std::int32_t without_idle_nice(const ReadBack& read_back, std::int32_t prio);
 // The kernel's priority of SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
 constexpr bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
   return kernel_priority < 100;

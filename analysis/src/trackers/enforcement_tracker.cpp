@@ -98,12 +98,13 @@ void EnforcementTracker::on_priority(const EventHead& head, HostIndex host, std:
 }
 
 void EnforcementTracker::check_priority(const EventRef& where, HostIndex host, ThreadIndex index,
-                                        std::int32_t prio) {
+                                        std::int32_t shown) {
   auto& thread = model_.threads[at(index)];
   auto& state = threads_[index];
   if (thread.fini || state.is_changing) return;
   const auto& expected = *reference(thread);
   const auto own = kernel_priority(expected);
+  const auto prio = without_idle_nice(expected, shown);
   if (is_inherited(where.time, prio, own, state.inheritance)) return;
   const bool is_raised = prio < own;
   if (!is_raised) {
@@ -324,7 +325,8 @@ void EnforcementTracker::forget_fork(OfTid& child) {
 }
 
 void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
-                                       const SchedPiSetprio& event) {
+                                       const SchedPiSetprio& told) {
+  auto event = told;
   auto& tid = tids_[host][event.tid];
   tid.taken_back.reset();
   if (!tid.inheritance.is_boosted) {
@@ -343,6 +345,8 @@ void EnforcementTracker::on_pi_setprio(const EventHead& head, HostIndex host,
   const auto* expected = reference(thread);
   if (expected == nullptr) return;
   const auto own = kernel_priority(*expected);
+  for (auto* prio : {&event.old_prio, &event.new_prio})
+    *prio = without_idle_nice(*expected, *prio);
   const bool is_raised = event.new_prio < own;
   state.may_be_boosted = is_raised && event.new_prio == event.old_prio;
   state.inheritance = {
