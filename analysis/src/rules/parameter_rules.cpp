@@ -202,14 +202,14 @@ std::map<ProcessIndex, const Evidence*> unannounced_threads(const RuleContext& c
   return found;
 }
 
-std::vector<SubjectVerdict> judge_workers(const RuleContext& context) {
+std::vector<SubjectVerdict> judge_named_threads(const RuleContext& context) {
   if (!asks_for_any(context.options.spec->threads())) return {};
   return judge_threads(context,
                        [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
                          if (!thread.announced) {
                            judgement.doubt(context.proof.loss(index));
-                         } else if (thread.role == ThreadRole::worker) {
-                           const auto* entry = context.options.spec->find_thread(thread.name);
+                         } else {
+                           const auto* entry = entry_of_name(context, thread);
                            if (entry != nullptr && judges_parameters(entry->parameters)) {
                              judge_as_specified(context, index, *entry, judgement);
                            }
@@ -242,7 +242,7 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
           }
         }
       });
-  std::ranges::move(judge_workers(context), std::back_inserter(verdicts));
+  std::ranges::move(judge_named_threads(context), std::back_inserter(verdicts));
   return verdicts;
 }
 

@@ -80,10 +80,16 @@ std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& call
   return most;
 }
 
+const SpecEntry* entry_of_name(const RuleContext& context, const ThreadFacts& thread) {
+  const bool is_callbacks = thread.role.value_or(ThreadRole::callback) == ThreadRole::callback;
+  const auto* spec = context.options.spec;
+  return spec == nullptr || is_callbacks ? nullptr : spec->find_thread(thread.name);
+}
+
 const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {
   if (context.options.spec == nullptr) return nullptr;
   const auto& thread = context.model.threads[at(index)];
-  if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
+  if (const auto* named = entry_of_name(context, thread)) return named;
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
     if (is_registered_to(thread, callback)) return spec_entry(context, callback);

@@ -28,7 +28,9 @@ std::optional<Evidence> unknown_entry(const RuleContext& context, const Callback
 // most that is allowed by one that may be.
 std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
                            std::optional<std::uint64_t> SpecEntry::*limit);
-// For a thread: the entry of its callback, or, for a worker, of its name.
+// Of a thread that is no callback's own: a worker, a dispatcher, one of a pool.
+const SpecEntry* entry_of_name(const RuleContext& context, const ThreadFacts& thread);
+// For a thread: the entry of its callback, or of its name.
 const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index);
 // "robot.yaml:12".
 std::string place(const RuleContext& context, int line);

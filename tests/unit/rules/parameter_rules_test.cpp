@@ -142,6 +142,20 @@ TEST(ParametersAsSpecifiedEvidence, JudgesNamedWorkers) {
   EXPECT_EQ(verified.of("S1", "thread 101"), Verdict::fail);
 }
 
+// An executor gives an entry's parameters to whatever thread of its own has that name.
+TEST(ParametersAsSpecifiedEvidence, JudgesPoolsAndDispatchersThatAnEntryNames) {
+  for (const std::string role : {"pool", "dispatcher"}) {
+    const auto judged = [&role](const std::string& applied) {
+      return Verified("thread t1 " + role + " tid=150\ncallback fusion\n-100 initial t1\n" +
+                          "-90 applied t1 " + applied + "\n1 start fusion\n2 end fusion",
+                      "non_ros_threads:\n  - name: t1\n    policy: SCHED_FIFO\n    priority: 4\n")
+          .of("S1", "thread 150");
+    };
+    EXPECT_EQ(judged("policy=fifo priority=3"), Verdict::fail) << role;
+    EXPECT_EQ(judged("policy=fifo priority=4"), Verdict::pass) << role;
+  }
+}
+
 TEST(ParametersAsSpecifiedEvidence, TakesTheFirstAuditOfAnAttachedProcess) {
   EXPECT_EQ(Verified("process app attached\ncallback fusion next=3\n10 start fusion\n12 end fusion",
                      "callback_groups:\n  - id: fusion\n    policy: SCHED_OTHER\n")["S1"],
