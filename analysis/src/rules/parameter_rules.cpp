@@ -217,6 +217,32 @@ std::vector<SubjectVerdict> judge_named_threads(const RuleContext& context) {
                        });
 }
 
+// A callback that has a thread of its own ran on another one all the same, as a worker or one of a pool.
+void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callback,
+                         const SpecEntry& entry, Judgement& judgement) {
+  for (const auto* pair : callback.ran_on) {
+    const auto index = pair->thread;
+    const auto& thread = context.model.threads[at(index)];
+    const bool is_others = thread.announced && thread.role && !is_isolated(thread);
+    if (!is_others || !is_there_for_certain(context.model, *pair)) continue;
+    judgement.check();
+    const auto elsewhere = evidence("callback_start", pair->first_start,
+                                    callback.logical_id + " ran " + counted(pair->starts, "time") +
+                                        " on " + thread_name(thread) + ", which is not its own");
+    const auto& runs = thread.last_read_back;
+    const auto is_right = runs ? is_as_specified(*runs, entry.parameters) : std::nullopt;
+    if (!is_right) {
+      judgement.doubt(elsewhere);
+    } else if (!*is_right) {
+      if (context.proof.may_hide_read_back(index, &*runs, nullptr))
+        judgement.overrule(context.proof.loss(index));
+      judgement.fail(elsewhere);
+      judgement.fail(evidence("thread_sched", runs->at,
+                              asks(context, entry) + "; that thread runs " + describe(*runs)));
+    }
+  }
+}
+
 std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   if (context.options.spec == nullptr) return {};
   const auto unknown = on_unknown_threads(context);
@@ -240,21 +266,19 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
           for (const auto thread : threads) {
             judge_as_specified(context, thread, *entry, judgement);
           }
+          if (!threads.empty()) judge_ran_elsewhere(context, callback, *entry, judgement);
         }
       });
   std::ranges::move(judge_named_threads(context), std::back_inserter(verdicts));
   return verdicts;
 }
 
-// The isolated thread that seq 0 ran on, or else the first one announced for the callback.
+// Of a callback with threads of its own: the one that seq 0 ran on, or else the first one announced for it.
 std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callback,
                                                     const std::vector<ThreadIndex>& isolated) {
+  if (isolated.empty()) return std::nullopt;
   const auto ran = std::ranges::find(callback.ran_on, 0U, &CallbackOnThread::first_seq);
-  if (ran != callback.ran_on.end() &&
-      std::ranges::find(isolated, (*ran)->thread) != isolated.end()) {
-    return (*ran)->thread;
-  }
-  return isolated.empty() ? std::nullopt : std::optional(isolated.front());
+  return ran != callback.ran_on.end() ? (*ran)->thread : isolated.front();
 }
 
 // The parameters came with a change, as of a reload, after the callback's first start: did that run
@@ -278,6 +302,48 @@ void judge_changed(const RuleContext& context, ThreadIndex index, const EventRef
                                kUnknownSpec));
 }
 
+// By the first parameters that match: whether the thread had them when the callback started there first.
+void judge_match(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
+                 const EventRef& first_start, std::uint64_t seq, const ReadBack& match,
+                 const SpecEntry& entry, Judgement& judgement) {
+  const auto& proof = context.proof;
+  const bool is_in_time = first_start.time >= match.at.time;
+  if (!is_in_time && match.change != 0) {
+    judge_changed(context, index, first_start, match, entry, judgement);
+    return;
+  }
+  judgement.check();
+  if (is_in_time) return;
+  if (proof.may_hide_read_back(index, nullptr, &match)) judgement.overrule(proof.loss(index));
+  judgement.fail(
+      evidence("callback_start", first_start,
+               callback.logical_id + " started (seq " + std::to_string(seq) + ") unconfigured; " +
+                   counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") + " did"));
+  judgement.fail(evidence("thread_sched", match.at,
+                          "only now the thread runs as specified: " + describe(match)));
+}
+
+std::vector<ReadBack>::const_iterator first_match(const ThreadFacts& thread,
+                                                  const SpecEntry& entry) {
+  return std::ranges::find_if(thread.applied, [&entry](const ReadBack& read_back) {
+    return is_as_specified(read_back, entry.parameters) == true;
+  });
+}
+
+// A thread that took the place of the one that ran the callback first: parameters that came too late are a witness. Its
+// first start may be what was lost, so none that came in time is one.
+void judge_before_next(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
+                       const SpecEntry& entry, Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto ran = std::ranges::find(callback.ran_on, index, &CallbackOnThread::thread);
+  const auto match = first_match(thread, entry);
+  const bool is_judged = ran != callback.ran_on.end() && (*ran)->starts > 0 &&
+                         match != thread.applied.end() && match->change == 0;
+  if (!is_judged || (*ran)->first_start.time >= match->at.time) return;
+  judge_match(context, index, callback, (*ran)->first_start, (*ran)->first_seq, *match, entry,
+              judgement);
+}
+
 void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackIndex callback_index,
                         const SpecEntry& entry, Judgement& judgement) {
   const auto& model = context.model;
@@ -297,9 +363,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (!is_attached || is_promised) judgement.doubt(proof.loss(callback_index));
     return;
   }
-  const auto match = std::ranges::find_if(thread.applied, [&entry](const ReadBack& read_back) {
-    return is_as_specified(read_back, entry.parameters) == true;
-  });
+  const auto match = first_match(thread, entry);
   if (match == thread.applied.end()) {
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
                             is_as_specified(*thread.first_audit, entry.parameters) == true;
@@ -307,22 +371,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
-  const bool is_in_time = starts.first_at.time >= match->at.time;
-  if (!is_in_time && match->change != 0) {
-    judge_changed(context, index, starts.first_at, *match, entry, judgement);
-    return;
-  }
-  judgement.check();
-  if (is_in_time) return;
-  if (proof.may_hide_read_back(index, nullptr, &*match)) {
-    judgement.overrule(proof.loss(index));
-  }
-  judgement.fail(
-      evidence("callback_start", starts.first_at,
-               callback.logical_id + " started (seq 0) unconfigured; " +
-                   counted(std::max<std::uint64_t>(match->starts_before, 1), "instance") + " did"));
-  judgement.fail(evidence("thread_sched", match->at,
-                          "only now the thread runs as specified: " + describe(*match)));
+  judge_match(context, index, callback, starts.first_at, 0, *match, entry, judgement);
 }
 
 std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
@@ -341,9 +390,12 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(*found->second);
         }
-        const auto thread = thread_of_first_instance(callback, context.isolated.of(callback));
-        if (thread && !unknown.contains(index)) {
-          judge_before_first(context, *thread, index, *entry, judgement);
+        if (unknown.contains(index)) return;
+        const auto threads = context.isolated.of(callback);
+        const auto first = thread_of_first_instance(callback, threads);
+        if (first) judge_before_first(context, *first, index, *entry, judgement);
+        for (const auto thread : threads) {
+          if (thread != first) judge_before_next(context, thread, callback, *entry, judgement);
         }
       });
 }
@@ -358,7 +410,8 @@ const Rule kParametersAsSpecified{
         "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, "
         "CPUs. After a reload the spec to judge by is the new one; threads that ended before, "
         "under another one, owe it nothing. On a process that was attached to, the first audit "
-        "stands for it.",
+        "stands for it. Where a callback ran on another thread than its own, what that was read "
+        "back to run as is judged, too.",
     .why_it_matters =
         "A refused or forgotten request leaves the thread with other parameters than planned, and "
         "every analysis of the plan is void.",
@@ -383,9 +436,10 @@ const Rule kParametersBeforeFirstCallback{
     .id = "S2",
     .name = "parameters-before-first-callback",
     .meaning =
-        "A thread was configured before its callback ran for the first time; the evidence counts "
-        "the instances that ran unconfigured. Not judged where parameters came with a change and "
-        "the thread ran as another spec said before.",
+        "A thread was configured before its callback ran for the first time (seq 0), and one that "
+        "took its place before it ran there; the evidence counts the instances that ran "
+        "unconfigured. Not judged where parameters came with a change and the thread ran as "
+        "another spec said before.",
     .why_it_matters =
         "The first instances after a start are often the longest ones, and without their "
         "parameters they are late or delay others.",

@@ -142,6 +142,25 @@ TEST(ParametersAsSpecifiedEvidence, JudgesNamedWorkers) {
   EXPECT_EQ(verified.of("S1", "thread 101"), Verdict::fail);
 }
 
+// Its own thread is as specified, and idle.
+TEST(ParametersAsSpecifiedEvidence, JudgesTheThreadThatRanTheCallbackInPlaceOfItsOwn) {
+  for (const std::string role : {"worker", "pool", "dispatcher"}) {
+    const auto judged = [&role](const std::string& read_back) {
+      return Verified("thread w " + role + " tid=150\n" + "callback fusion\n-100 initial fusion\n" +
+                          "-90 applied fusion policy=fifo priority=80 cpus=1\n" + read_back +
+                          "\n1 start fusion on=w\n2 end fusion on=w",
+                      kFifo80);
+    };
+    const auto other = judged("-80 initial w policy=other");
+    EXPECT_EQ(other.of("S1", "callback fusion"), Verdict::fail) << role;
+    EXPECT_THAT(
+        other.evidence("S1", "callback fusion"),
+        HasSubstr("1 callback_start fusion ran 1 time on thread 150 \"w\", which is not its"));
+    EXPECT_NE(other["S2"], Verdict::pass) << role;
+    EXPECT_EQ(judged("-80 applied w policy=fifo priority=80 cpus=1")["S1"], Verdict::pass) << role;
+  }
+}
+
 // An executor gives an entry's parameters to whatever thread of its own has that name.
 TEST(ParametersAsSpecifiedEvidence, JudgesPoolsAndDispatchersThatAnEntryNames) {
   for (const std::string role : {"pool", "dispatcher"}) {
@@ -160,6 +179,26 @@ TEST(ParametersAsSpecifiedEvidence, TakesTheFirstAuditOfAnAttachedProcess) {
   EXPECT_EQ(Verified("process app attached\ncallback fusion next=3\n10 start fusion\n12 end fusion",
                      "callback_groups:\n  - id: fusion\n    policy: SCHED_OTHER\n")["S1"],
             Verdict::pass);
+}
+
+// The thread that replaced the first one ran the callback twice before it was configured.
+TEST(ParametersBeforeFirstCallback, JudgesAThreadThatReplacedTheFirstOne) {
+  const auto judged = [](const std::string& applied_at) {
+    return Verified(
+        "callback fusion pooled\nthread t1 callback of=fusion tid=101\n"
+        "thread t2 callback of=fusion tid=102\n-500 begin t1\n-90 initial t1\n"
+        "-80 applied t1 policy=fifo priority=80 cpus=1\n10 start fusion on=t1\n"
+        "12 end fusion on=t1\n14 finish t1\n20 begin t2\n21 initial t2\n22 init fusion\n" +
+            applied_at + " applied t2 policy=fifo priority=80 cpus=1\n" +
+            "30 start fusion on=t2\n32 end fusion on=t2\n40 start fusion on=t2\n"
+            "42 end fusion on=t2\n60 finish t2",
+        kFifo80);
+  };
+  EXPECT_EQ(judged("25")["S2"], Verdict::pass);
+  const auto late = judged("50");
+  EXPECT_EQ(late["S2"], Verdict::fail);
+  EXPECT_THAT(late.evidence("S2", "callback fusion"),
+              HasSubstr("30 callback_start fusion started (seq 1) unconfigured; 2 instances did"));
 }
 
 TEST(ParametersBeforeFirstCallback, FailsAndCountsWhatRanUnconfigured) {
