@@ -334,6 +334,13 @@ struct ChainFacts {
   Statistics
       response{};  // of a service that ends it: from its being sent to the client's taking it
   std::uint64_t reads_not_kept = 0;  // too many without an answer: in no reaction time
+  // Reads of the first callback that no instance answered until the end: of one that a spec names.
+  struct Unanswered {
+    std::uint64_t reads = 0;  // behind that of the last instance
+    Timestamp first{};        // of those that are kept
+    Timestamp last{};
+  };
+  std::optional<Unanswered> unanswered{};
   // The hop table. Of instances with a path latency, each cell those whose releases it needs are
   // known of; the rest of their path latency is undivided, so that all together add up.
   Statistics undivided{};

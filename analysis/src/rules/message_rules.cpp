@@ -16,6 +16,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -262,6 +263,40 @@ class ChainLosses {
   std::optional<std::size_t> of_unknown_topic_;                     // likewise
 };
 
+// Until when all callbacks of the chain were there, as far as was seen. Empty: on clocks of several hosts.
+std::optional<Timestamp> last_together(const RuleContext& context, const ChainFacts& chain) {
+  const auto& model = context.model;
+  std::optional<HostIndex> host;
+  auto until = kLatest;
+  for (const auto index : chain.last_callbacks) {
+    const auto& callback = model.callbacks[at(index)];
+    const auto of = model.processes[at(callback.process)].host;
+    if (host.value_or(of) != of) return std::nullopt;
+    host = of;
+    until = std::min(until, context.lives.last_sign(callback.process));
+    if (callback.fini) until = std::min(until, callback.fini->at.time);
+  }
+  return until;
+}
+
+// Since some time before the end no instance of the chain answered a read, though all of its callbacks were there.
+void doubt_silence(const RuleContext& context, const SpecChain& asked, const ChainFacts& chain,
+                   Judgement& judgement) {
+  const auto until = last_together(context, chain);
+  if (!chain.unanswered || !until) return;
+  const auto& [reads, first, last] = *chain.unanswered;
+  const auto waited = std::min(last, *until) - first;
+  for (const auto& [name, limit] : {std::pair("reaction time", asked.reaction_time_ns),
+                                    std::pair("data age", asked.data_age_ns)}) {
+    if (!limit || waited.ns <= *limit) continue;
+    judgement.doubt(without_event(
+        moment(first),
+        counted(reads, "read") + " of the first callback from here on had no answer " +
+            nanoseconds(waited) + " later, when the chain's callbacks were still there; " +
+            place(context, asked.line) + " allows " + nanoseconds(*limit) + " of " + name));
+  }
+}
+
 std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
   std::vector<SubjectVerdict> verdicts;
   if (context.options.spec == nullptr) return verdicts;
@@ -299,6 +334,7 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
         if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
       }
       judge_unmeasured(context, asked, *chain, error, judgement);
+      doubt_silence(context, asked, *chain, judgement);
       if (chain->unrelated > 0 && (asked.reaction_time_ns || asked.data_age_ns)) {
         judgement.doubt(without_event(chain->first_unrelated,
                                       counted(chain->unrelated, "instance") +
@@ -356,7 +392,8 @@ const Rule kChainBounds{
         "no instance of the chain could be linked (cie report --spec lists it with 0), nothing of "
         "what is bounded could be measured, the publish of a message on the chain was not seen, "
         "its publisher or a callback of the chain was announced more than 3 s later, a callback "
-        "of it lost instances, or, for the path latency, the first release of an instance is not "
+        "of it lost instances, before the end reads of its first callback had no answer for longer "
+        "than the bound of reaction time or data age, or, for the path latency, the first release of an instance is not "
         "known exactly (later ones need not be) and what is known of it does not decide: it was "
         "not after the start, nor before the message's source timestamp or a timer's calculated "
         "expiry; between hosts also when what their clocks may differ by decides.",

@@ -89,4 +89,15 @@ void ChainTracker::tell_unlinked(const Chain& chain, ChainFacts& facts) const {
   }
 }
 
+void ChainTracker::tell_unanswered(const Chain& chain, ChainFacts& facts) const {
+  const auto& progress = chain.progress;
+  const auto* reads = progress.has_last ? reads_.find(chain.hops.front()) : nullptr;
+  if (reads == nullptr) return;
+  const auto next = progress.unanswered + 1;
+  if (next >= reads->count()) return;
+  facts.unanswered = {.reads = reads->count() - next,
+                      .first = (*reads)[std::max(next, reads->oldest())],
+                      .last = (*reads)[reads->count() - 1]};
+}
+
 }  // namespace cie::analysis

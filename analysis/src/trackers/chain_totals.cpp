@@ -43,8 +43,10 @@ void ChainTracker::fill_model(Take take) {
   for (auto& [key, edge] : edges_)
     model_.edges.push_back(take(edge));
   model_.chains.reserve(specified_.size() + paths_.size());
-  for (auto& chain : specified_)
+  for (auto& chain : specified_) {
     add(chain, take(chain.facts));
+    tell_unanswered(chain, model_.chains.back());
+  }
   std::vector<std::pair<std::string, Paths::value_type*>> listed;
   listed.reserve(paths_.size());
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {

@@ -112,6 +112,7 @@ class ChainTracker {
       before_ = {};
     }
     std::uint64_t oldest() const noexcept { return count_ - times_.size(); }
+    std::uint64_t count() const noexcept { return count_; }
     // After keep_all(); oldest() <= number < the count.
     Timestamp operator[](std::uint64_t number) const noexcept {
       return times_.newest(static_cast<std::size_t>(count_ - 1 - number));
@@ -219,6 +220,7 @@ class ChainTracker {
   // The instance may be that of the chain's hop.
   void note_unlinked(Chain& chain, const ChainNode& node, std::size_t hop) const;
   void tell_unlinked(const Chain& chain, ChainFacts& facts) const;
+  void tell_unanswered(const Chain& chain, ChainFacts& facts) const;
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);

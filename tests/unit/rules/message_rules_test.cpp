@@ -122,6 +122,30 @@ TEST(ChainBounds, BoundsTheReactionTime) {
   EXPECT_EQ(Verified(kChain, chain("reaction_time: 43"))["Q2"], Verdict::fail);
 }
 
+// The chain stops answering; its first callback reads on, and the last one is still there.
+TEST(ChainBounds, AreUndecidedWhereNothingAnswersForLonger) {
+  const auto reads_on = [](const std::vector<int>& times) {
+    std::string text = kChain;
+    for (const auto time : times) {
+      const auto at = std::to_string(time);
+      text +=
+          '\n' + at + " start plan release=" + at + '\n' + std::to_string(time + 2) + " end plan";
+    }
+    return text;
+  };
+  const auto silent = reads_on({60, 80, 100, 120});
+  for (const auto* bound : {"reaction_time: 44", "data_age: 44"}) {
+    const Verified verified(silent, chain(bound));
+    EXPECT_EQ(verified["Q2"], Verdict::inconclusive) << bound;
+    EXPECT_THAT(verified.evidence("Q2", "chain brake"),
+                HasSubstr("4 reads of the first callback from here on had no answer 60 ns later"));
+    EXPECT_EQ(Verified(reads_on({60, 80, 100}), chain(bound))["Q2"], Verdict::pass) << bound;
+    EXPECT_EQ(Verified(silent + "\n90 fini fusion", chain(bound))["Q2"], Verdict::pass)
+        << "nobody was there any more to answer";
+  }
+  EXPECT_EQ(Verified(silent, chain("path_latency: 25"))["Q2"], Verdict::pass);
+}
+
 // Two processes, as of two robots, whose callbacks have the same ids: what the one does makes nothing of the other new.
 TEST(ChainBounds, AreMeasuredAmongTheSameCallbacks) {
   const auto process = [](const std::string& name, int pid, const std::string& topic) {
