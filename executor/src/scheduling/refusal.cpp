@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -22,6 +23,7 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
 }
 
 std::optional<std::string> no_real_time_budget(Policy policy, const KernelView& kernel) {
+  if (!is_real_time(policy)) return std::nullopt;
   if (kernel.kernel_setting("sched_rt_runtime_us") == 0) {
     return "real-time throttling leaves no time: /proc/sys/kernel/sched_rt_runtime_us is 0; write "
            "950000 to it";
@@ -36,29 +38,54 @@ std::optional<std::string> no_real_time_budget(Policy policy, const KernelView& 
          budget.string() + ", or start the process in another group";
 }
 
-std::string missing_right(const ThreadParameters& asked, const KernelView& kernel) {
-  const auto now = [&kernel](const char* limit) {
-    const auto value = kernel.limit(limit);
-    return value ? fmt::format(" (it is {})", *value) : std::string{};
-  };
+// What stands for CAP_SYS_NICE where a request asks for no more than it allows.
+struct Limit {
+  const char* name;
+  const char* in_proc;  // as /proc/self/limits calls it
+  const char* option;   // of ulimit
+  std::int64_t needed;
+};
+
+std::optional<Limit> limit_in_place(const ThreadParameters& asked) {
   if (has_priority(*asked.policy)) {
-    return fmt::format(
-        "CAP_SYS_NICE is needed, or RLIMIT_RTPRIO of at least {}{}: {}, or raise `ulimit -r`",
-        asked.priority, now("Max realtime priority"), kGiveSysNice);
+    return Limit{.name = "RLIMIT_RTPRIO",
+                 .in_proc = "Max realtime priority",
+                 .option = "-r",
+                 .needed = static_cast<std::int64_t>(asked.priority)};
   }
-  if (*asked.policy == Policy::deadline) {
+  if (*asked.policy == Policy::deadline) return std::nullopt;
+  constexpr std::int64_t kOfNiceZero = 20;
+  return Limit{.name = "RLIMIT_NICE",
+               .in_proc = "Max nice priority",
+               .option = "-e",
+               .needed = kOfNiceZero - asked.nice};
+}
+
+std::string why_without_capability(const ThreadParameters& asked, const KernelView& kernel) {
+  const auto limit = limit_in_place(asked);
+  if (!limit) {
     return std::string{"CAP_SYS_NICE is needed, no limit stands for it: "} + kGiveSysNice;
   }
+  const auto now = kernel.limit(limit->in_proc);
+  if (!now || std::cmp_less(*now, limit->needed)) {
+    return fmt::format("CAP_SYS_NICE is needed, or {} of at least {}{}: {}, or raise `ulimit {}`",
+                       limit->name, limit->needed, now ? fmt::format(" (it is {})", *now) : "",
+                       kGiveSysNice, limit->option);
+  }
+  if (const auto budget = no_real_time_budget(*asked.policy, kernel)) return *budget;
+  const auto enough = fmt::format("{} is high enough (it is {})", limit->name,
+                                  *now == kUnlimited ? "unlimited" : std::to_string(*now));
+  if (is_real_time(*asked.policy)) {
+    return enough + ": a security module, or the seccomp filter of a container, forbids it";
+  }
   return fmt::format(
-      "CAP_SYS_NICE is needed, or RLIMIT_NICE of at least {}{}: {}, or raise `ulimit -e`",
-      20 - asked.nice, now("Max nice priority"), kGiveSysNice);
+      "{}, but CAP_SYS_NICE is needed to take back the reset-on-fork of a real-time thread: {}",
+      enough, kGiveSysNice);
 }
 
 std::string why_not_permitted(const ThreadParameters& asked, const KernelView& kernel) {
-  if (!kernel.has_capability(kCapSysNice)) return missing_right(asked, kernel);
-  if (is_real_time(*asked.policy)) {
-    if (const auto budget = no_real_time_budget(*asked.policy, kernel)) return *budget;
-  }
+  if (!kernel.has_capability(kCapSysNice)) return why_without_capability(asked, kernel);
+  if (const auto budget = no_real_time_budget(*asked.policy, kernel)) return *budget;
   if (!kernel.is_in_first_user_namespace()) {
     return "CAP_SYS_NICE of a user namespace does not count for it: give the capability to the "
            "container's host process, or do without the user namespace";
@@ -155,11 +182,12 @@ std::string why_affinity_refused(int error, const KernelView& kernel) {
 }
 
 std::string why_memory_lock_refused(int error, const KernelView& kernel) {
-  const bool may_be_limit = error == ENOMEM || error == EPERM || error == EAGAIN;
+  const auto limit = kernel.limit("Max locked memory");
+  const bool may_be_limit =
+      (error == ENOMEM || error == EPERM || error == EAGAIN) && limit != kUnlimited;
   if (!may_be_limit || kernel.has_capability(kCapIpcLock)) {
     return refused(error, "the kernel gives no other reason");
   }
-  const auto limit = kernel.limit("Max locked memory");
   return refused(
       error, fmt::format("RLIMIT_MEMLOCK is too small{} for what the process maps: raise `ulimit "
                          "-l`, or give it CAP_IPC_LOCK; lock_memory: on_fault counts as much",
@@ -178,9 +206,11 @@ std::string why_no_thread(int error, const KernelView& kernel) {
   }
   const auto limit = kernel.limit("Max processes");
   return refused(error,
-                 fmt::format("RLIMIT_NPROC{}, memory for its stack (RLIMIT_MEMLOCK, if memory is "
-                             "locked), or the creator is SCHED_DEADLINE without reset-on-fork",
-                             limit ? fmt::format(" ({})", *limit) : ""));
+                 fmt::format("{}memory for its stack (RLIMIT_MEMLOCK, if memory is locked), or the "
+                             "creator is SCHED_DEADLINE without reset-on-fork",
+                             limit == kUnlimited ? ""
+                             : limit             ? fmt::format("RLIMIT_NPROC ({}), ", *limit)
+                                                 : "RLIMIT_NPROC, "));
 }
 
 }  // namespace cie::scheduling

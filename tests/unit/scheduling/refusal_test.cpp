@@ -63,6 +63,40 @@ TEST_F(Refusal, NamesTheMissingCapabilityAndTheLimitInItsPlace) {
               AllOf(HasSubstr("CAP_SYS_NICE is needed"), Not(HasSubstr("RLIMIT"))));
 }
 
+// As `ulimit` says it: "unlimited".
+constexpr const char* kNoLimits =
+    "Limit                     Soft Limit           Hard Limit           Units     \n"
+    "Max processes             unlimited            unlimited            processes \n"
+    "Max locked memory         unlimited            unlimited            bytes     \n"
+    "Max nice priority         unlimited            unlimited            \n"
+    "Max realtime priority     unlimited            unlimited            \n";
+
+TEST_F(Refusal, NamesNoLimitThatIsHighEnough) {
+  write("proc/thread-self/status", kNone);
+  write("proc/self/limits", kNoLimits);
+  EXPECT_THAT(why(EPERM, asked(Policy::fifo)),
+              AllOf(HasSubstr("(RLIMIT_RTPRIO is high enough (it is unlimited): "),
+                    HasSubstr("seccomp"), Not(HasSubstr("ulimit -r"))));
+  EXPECT_THAT(why(EPERM, asked(Policy::other)),
+              AllOf(HasSubstr("(RLIMIT_NICE is high enough (it is unlimited)"),
+                    HasSubstr("reset-on-fork"), HasSubstr("setpriv")))
+      << "what real-time threads have, and only the capability takes back";
+  EXPECT_THAT(why(EPERM, asked(Policy::deadline)), HasSubstr("CAP_SYS_NICE is needed"));
+  write("proc/self/limits",
+        "Max realtime priority     60                   60                   \n");
+  EXPECT_THAT(why(EPERM, asked(Policy::fifo)), HasSubstr("is high enough (it is 60)"));
+  write("proc/sys/kernel/sched_rt_runtime_us", "0\n");
+  EXPECT_THAT(why(EPERM, asked(Policy::fifo)), HasSubstr("sched_rt_runtime_us is 0"));
+}
+
+TEST_F(Refusal, BlamesNoLimitThatThereIsNot) {
+  write("proc/thread-self/status", kNone);
+  write("proc/self/limits", kNoLimits);
+  EXPECT_THAT(why_memory_lock_refused(ENOMEM, kernel()), Not(HasSubstr("RLIMIT_MEMLOCK")));
+  EXPECT_THAT(why_no_thread(EAGAIN, kernel()),
+              AllOf(HasSubstr("memory for its stack"), Not(HasSubstr("RLIMIT_NPROC"))));
+}
+
 TEST_F(Refusal, NamesTheControlGroupWithoutRealTimeBudget) {
   write("proc/thread-self/cgroup", "2:cpu,cpuacct:/robot/app\n1:name=systemd:/\n0::/\n");
   write("proc/self/mountinfo",
