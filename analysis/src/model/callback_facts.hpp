@@ -189,7 +189,7 @@ struct alignas(64) CallbackFacts {
   // The last one that was taken for an announcement, and the one before it: where what it announces was
   // lost it may be a registration.
   Rare<std::pair<Timestamp, EventRef>> announced_after{};
-  std::string logical_id{};  // "?<id>" when never registered
+  std::string logical_id{};  // "?<id>" when none was told
   std::string node{};
   NodeId node_id{};
   std::optional<GroupId> group{};

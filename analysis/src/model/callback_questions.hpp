@@ -41,6 +41,11 @@ inline Timestamp latest_release(const OpenInstance& open) {
 // No other callback of the process, nor another process of its pid, may have run there in its place.
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
 
+// Its registration told an id, be it in part, as those of ROS 2 may.
+inline bool has_logical_id(const CallbackFacts& callback) noexcept {
+  return callback.registered && (callback.is_identified || !callback.is_accounted);
+}
+
 // Its logical id is known, and so are its kind, its deadline and its entry in the spec.
 bool is_identified(const CallbackFacts& callback) noexcept;
 // "its registration was not seen", or what else is why it is not.

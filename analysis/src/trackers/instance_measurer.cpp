@@ -2,6 +2,8 @@
 
 #include <cie/analysis/response_time.hpp>
 
+#include "model/callback_questions.hpp"
+
 #include <algorithm>
 #include <span>
 
@@ -138,7 +140,7 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
                                        const Measured& measured) const {
   const auto& facts = *pending.callback_facts;
   Instance instance;
-  if (facts.registered) instance.logical_id = facts.logical_id;
+  if (has_logical_id(facts)) instance.logical_id = facts.logical_id;
   instance.callback = pending.callback;
   instance.process = facts.process;
   instance.pid = pending.start.pid.value_or(-1);

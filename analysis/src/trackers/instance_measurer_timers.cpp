@@ -1,4 +1,5 @@
 #include "instance_measurer.hpp"
+#include "model/callback_questions.hpp"
 
 namespace cie::analysis {
 
@@ -79,7 +80,7 @@ void InstanceMeasurer::hold_back(const PendingInstance& pending, const Measured&
 void InstanceMeasurer::tell_rows(CallbackIndex index, Unproven& unproven) {
   const auto& facts = model_.callbacks[at(index)];
   for (auto& [instance, preempted_by] : unproven.rows) {
-    if (facts.registered) instance.logical_id = facts.logical_id;  // it may have moved
+    if (has_logical_id(facts)) instance.logical_id = facts.logical_id;  // it may have moved
     instance.preempted_by = preempted_by;
     observer_->on_instance(instance);
   }

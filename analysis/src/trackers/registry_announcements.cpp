@@ -1,9 +1,11 @@
 // What applications and the kernel announce: processes, nodes, callbacks, publishers, threads.
 #include <cie/analysis/deadline.hpp>
 
+#include "model/callback_questions.hpp"
 #include "registry.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 namespace cie::analysis {
 namespace {
@@ -154,11 +156,12 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
 
 bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts,
                              bool is_announcement) {
-  if (!facts.is_accounted || !facts.is_identified || !event.inferred.is_identified) return false;
+  if (!facts.is_accounted || !event.inferred.is_identified) return false;
   const auto started = facts.starts.last;  // which a repeated state counts
   if (!is_announcement && started && event.next_seq <= *started) return true;
-  return event.logical_id != facts.logical_id || event.kind != facts.kind ||
-         event.source != facts.source || event.period_ns != facts.period_ns;
+  const std::string_view told_id = has_logical_id(facts) ? facts.logical_id : std::string_view();
+  return event.logical_id != told_id || event.kind != facts.kind || event.source != facts.source ||
+         event.period_ns != facts.period_ns;
 }
 
 void Registry::apply(const EventHead& head, const CallbackInit& event) {
@@ -190,9 +193,9 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.may_repeat = announcements != 0 && !is_by_other;
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
-  facts.is_identified = event.inferred.is_identified;
+  facts.is_identified = event.inferred.is_identified && !event.logical_id.empty();
   facts.is_after_rcl_init = event.inferred.is_after_rcl_init;
-  facts.logical_id = event.logical_id;
+  if (!event.logical_id.empty()) facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);
   facts.kind = event.kind;

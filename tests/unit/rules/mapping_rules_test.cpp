@@ -130,6 +130,28 @@ TEST(UniqueLogicalId, FailsWhileBothLive) {
               AllOf(HasSubstr("registered as id 0"), HasSubstr("registered again as id 1")));
 }
 
+// What tells no id shares none.
+TEST(UniqueLogicalId, IsUnknownOfCallbacksWithoutOne) {
+  auto trace = trace_of(R"(
+    callback a
+    callback b
+    1 start a
+    2 end a
+    3 start b
+    4 end b)");
+  for (auto& event : trace.events) {
+    if (auto* init = std::get_if<CallbackInit>(&event.body)) init->logical_id = "";
+  }
+  const Verified verified(trace);
+  EXPECT_EQ(verified["M7"], Verdict::inconclusive);
+  for (const auto* callback : {"callback ?0", "callback ?1"}) {
+    EXPECT_EQ(verified.of("M7", callback), Verdict::inconclusive) << callback;
+    EXPECT_THAT(verified.evidence("M7", callback),
+                HasSubstr("registered in part only: its logical id, which another may have, is "
+                          "unknown"));
+  }
+}
+
 TEST(UniqueLogicalId, AcceptsASuccessor) {
   auto trace = trace_of(R"(
     callback a id=/n@Timer(10)

@@ -22,7 +22,7 @@ enum class InstanceState : std::uint8_t {
 
 // One run of a callback. Times are CLOCK_MONOTONIC of its host.
 struct Instance {
-  std::string_view logical_id;  // empty: never registered; valid as long as the analyzer
+  std::string_view logical_id;  // empty: none was told; valid as long as the analyzer
   CallbackIndex callback{};     // its row of the report, in order of creation
   ProcessIndex process{};       // likewise
   std::int64_t pid = 0;
