@@ -145,6 +145,19 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
       });
 }
 
+// No event of a thread that was read back could be held against the CPUs that it was allowed.
+Evidence why_no_cpu_is_judged(const ThreadFacts& thread, const EventRef& begin) {
+  const auto tells_cpu = [](const CallbackOnThread* pair) {
+    return pair->first_start.cpu || pair->last_activity.cpu;
+  };
+  if (std::ranges::none_of(thread.ran, tells_cpu)) {
+    return evidence("cpu_id", begin, "events do not tell their CPU");
+  }
+  return evidence("thread_sched", thread.last_read_back->at,
+                  "no read-back of the allowed CPUs holds for any event of the thread: this is the "
+                  "last one");
+}
+
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
   const auto& proof = context.proof;
@@ -177,7 +190,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     if (!thread.last_read_back) {
       judgement.doubt(without_event(begin, "no read-back of the allowed CPUs"));
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
-      judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
+      judgement.doubt(why_no_cpu_is_judged(thread, begin));
     } else if (thread.switch_cpus_checked == 0) {
       judgement.doubt(context.losses.on(index));
       judgement.remark(evidence("sampled", begin,

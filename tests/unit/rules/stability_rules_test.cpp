@@ -11,6 +11,7 @@ namespace {
 using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string configured_run(const std::string& lines) {
   return "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" +
@@ -332,6 +333,28 @@ TEST(AllowedCpusOnly, IsInconclusiveWithoutReadBack) {
   auto trace = trace_of("callback a\n1 start a\n2 end a");
   trace.erase<ThreadSched>();
   EXPECT_EQ(Verified(trace).of("S4", "thread 101"), Verdict::inconclusive);
+}
+
+// The events tell where they were; what the thread was allowed there is not known.
+TEST(AllowedCpusOnly, SaysWhichReadBackIsMissing) {
+  auto trace =
+      trace_of("process app crash\n" + configured_run("30 audit fusion policy=fifo priority=80"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n < 2; });
+  const Verified read_back_later(trace);
+  EXPECT_EQ(read_back_later.of("S4", "thread 101"), Verdict::inconclusive);
+  const auto evidence = read_back_later.evidence("S4", "thread 101");
+  EXPECT_THAT(evidence, HasSubstr("30 thread_sched no read-back of the allowed CPUs holds for any "
+                                  "event of the thread: this is the last one"));
+  EXPECT_THAT(evidence, Not(HasSubstr("do not tell their CPU")));
+}
+
+TEST(AllowedCpusOnly, IsInconclusiveWhereEventsDoNotTellTheirCpu) {
+  auto trace = trace_of(configured_run(""));
+  for (auto& event : trace.events)
+    event.head.cpu.reset();
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("S4", "thread 101"), HasSubstr("events do not tell their CPU"));
 }
 
 TEST(AllowedCpusOnly, IsInconclusiveWhenAReadBackInBetweenWasLost) {
