@@ -27,8 +27,15 @@ EventRef first_sign(const Model& model, const CallbackFacts& callback) noexcept 
   return model.processes[at(callback.process)].first_seen.value_or(EventRef{});
 }
 
+bool may_be_told_by_own(const Model& model, const CallbackFacts& callback) noexcept {
+  const auto& process = model.processes[at(callback.process)];
+  if (callback.is_accounted || process.is_from_ros2) return false;
+  return !process.run_begin || process.first_moment != RunMoment::start;
+}
+
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept {
-  return pair.is_certain && !model.callbacks[at(pair.callback)].is_after_rcl_init;
+  const auto& callback = model.callbacks[at(pair.callback)];
+  return pair.is_certain && !callback.is_after_rcl_init && !may_be_told_by_own(model, callback);
 }
 
 bool is_identified(const CallbackFacts& callback) noexcept {

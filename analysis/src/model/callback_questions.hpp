@@ -38,6 +38,11 @@ inline Timestamp latest_release(const OpenInstance& open) {
   return open.release && open.release_exact ? *open.release : open.start.time;
 }
 
+// ROS 2's events alone tell of it, from before anything was seen of what its process has of its own:
+// no run_begin shows that these had not begun. They may tell of it by an id of theirs, or leave it out
+// as rclcpp's.
+bool may_be_told_by_own(const Model& model, const CallbackFacts& callback) noexcept;
+
 // No other callback of the process, nor another process of its pid, may have run there in its place.
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
 

@@ -1,6 +1,7 @@
 #include "callback_doubts.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "rule_context.hpp"
 
 #include <string>
@@ -19,6 +20,14 @@ std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
                        callback.logical_id +
                            " was made after another rcl_init of this pid: another process may have "
                            "that, and so another thread its tid");
+}
+
+std::optional<Evidence> perhaps_told_by_own(const Model& model, const CallbackFacts& callback) {
+  if (!may_be_told_by_own(model, callback)) return std::nullopt;
+  return without_event(first_sign(model, callback),
+                       "ROS 2's events alone tell of " + callback.logical_id +
+                           ", and the run_begin of this project's own was not seen: these may "
+                           "tell of it by another id, or leave it out as rclcpp's");
 }
 
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback) {

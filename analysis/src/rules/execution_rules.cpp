@@ -130,11 +130,15 @@ void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& 
   }
 }
 
-// Another process may have begun one of the two.
-std::optional<Evidence> perhaps_on_two_threads(const Model& model,
-                                               const ThreadFacts::Nesting& nesting) {
-  auto doubt = perhaps_another_process(model.callbacks[at(nesting.inner)]);
-  return doubt ? doubt : perhaps_another_process(model.callbacks[at(nesting.outer)]);
+// Another process may have begun one of the two, or one may be the other, told by both providers.
+std::optional<Evidence> perhaps_no_nesting(const Model& model,
+                                           const ThreadFacts::Nesting& nesting) {
+  for (const auto index : {nesting.inner, nesting.outer}) {
+    const auto& callback = model.callbacks[at(index)];
+    if (auto doubt = perhaps_another_process(callback)) return doubt;
+    if (auto doubt = perhaps_told_by_own(model, callback)) return doubt;
+  }
+  return std::nullopt;
 }
 
 std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
@@ -149,7 +153,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {
-      judgement.overrule(perhaps_on_two_threads(model, *thread.nesting));
+      judgement.overrule(perhaps_no_nesting(model, *thread.nesting));
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
       if (has_unended(model.callbacks[at(thread.nesting_unproven->outer)])) {

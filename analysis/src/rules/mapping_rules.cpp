@@ -66,7 +66,10 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           if (several > 1 && is_witness(pair))
             judgement.fail([&] { return started_here(model, *pair); });
           const auto& callback = model.callbacks[at(pair->callback)];
-          if (thread.ran.size() > 1) judgement.doubt(perhaps_another_process(callback));
+          if (thread.ran.size() > 1) {
+            judgement.doubt(perhaps_another_process(callback));
+            judgement.doubt(perhaps_told_by_own(model, callback));
+          }
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
             judgement.doubt(without_event(first_sign(model, callback),
                                           "the registration of " + callback.logical_id +

@@ -1,5 +1,6 @@
 #include "shared_doubts.hpp"
 
+#include "callback_doubts.hpp"
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
 
@@ -116,6 +117,17 @@ void leave_undecided(SubjectVerdict& subject, Evidence reason) {
   subject.evidence.insert(subject.evidence.begin(), std::move(reason));
 }
 
+// Of what the process's own events leave out nothing is judged where these are all here.
+void doubt_told_by_own(const Model& model, std::vector<SubjectVerdict>& subjects) {
+  for (auto& subject : subjects) {
+    const auto& about = subject.about;
+    if (subject.verdict != Verdict::fail || about.kind != SubjectKind::callback || !about.index)
+      continue;
+    if (auto doubt = perhaps_told_by_own(model, model.callbacks[*about.index]))
+      leave_undecided(subject, *std::move(doubt));
+  }
+}
+
 // What was registered, announced or read back after the end of a stream that was cut is not told.
 void doubt_after_early_end(const Rule& rule, const Model& model, const EarlyStreamEnds& ends,
                            std::vector<SubjectVerdict>& subjects) {
@@ -183,6 +195,7 @@ void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects
   }
   doubt_events_without_pid(rule, context_, subjects);
   doubt_shared_pids(rule, context_.model, shared_, subjects);
+  doubt_told_by_own(context_.model, subjects);
   doubt_after_early_end(rule, context_.model, early_ends_, subjects);
   const auto& missing = missing_.for_rule(rule);
   if (missing) doubt_missing_part(rule, context_, *missing, subjects);

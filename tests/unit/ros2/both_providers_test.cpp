@@ -252,6 +252,44 @@ TEST(BothProviders, WhatRclcppServesForItselfIsOfNoOtherExecutor) {
   EXPECT_EQ(beside("/clock"), 0);
 }
 
+// The channel of this project's state is missing as a whole: until the first instance of its own
+// nothing tells that ROS 2's events are not all there is, and that what rclcpp has for itself is served
+// on one thread.
+TEST(BothProviders, WhatRclcppServesForItselfViolatesNothingWithoutThisProjectsState) {
+  const std::string served = R"(
+    3 rcl_subscription_init subscription_handle=0x58 node_handle=0x10 topic_name=/parameter_events
+    3 rclcpp_subscription_init subscription_handle=0x58 subscription=0x48
+    3 rclcpp_subscription_callback_added subscription=0x48 callback=0x38
+    3 rcl_node_init node_handle=0x18 node_name=b namespace=/
+    3 rcl_subscription_init subscription_handle=0x59 node_handle=0x18 topic_name=/parameter_events
+    3 rclcpp_subscription_init subscription_handle=0x59 subscription=0x49
+    3 rclcpp_subscription_callback_added subscription=0x49 callback=0x39
+    4 callback_start tid=9 callback=0x38
+    5 callback_end tid=9 callback=0x38
+    6 callback_start tid=9 callback=0x39
+    7 callback_end tid=9 callback=0x39
+    7 callback_start tid=8 callback=0x38
+    8 callback_end tid=8 callback=0x38
+    8 callback_start tid=9 callback=0x38
+    9 callback_end tid=9 callback=0x38)";
+  const std::string described = kDescribed;
+  const auto of_ros2 = described.substr(0, described.find("  2 cie:run_begin"));
+  const auto alone = analyze_ros2(of_ros2 + served);
+  const auto both = analyze_ros2(of_ros2 + served + kRan);
+  for (const auto* rule : {"M2", "M3"}) {
+    EXPECT_EQ(alone.verdict(rule), Verdict::fail) << "a process of rclcpp alone: " << rule;
+    EXPECT_EQ(both.verdict(rule), Verdict::inconclusive) << rule << both.evidence(rule);
+    EXPECT_THAT(both.evidence(rule), HasSubstr("ROS 2's events alone tell of /n@Subscription("
+                                               "/parameter_events)"))
+        << rule;
+  }
+  EXPECT_EQ(alone.callback("/b@Subscription(/parameter_events)").isolation,
+            analysis::Isolation::not_isolated);
+  EXPECT_EQ(both.callback("/b@Subscription(/parameter_events)").isolation, std::nullopt);
+  const auto whole = analyze_ros2(described + served + kRan);
+  EXPECT_THAT(whole.evidence("M2"), Not(HasSubstr("thread 9: "))) << "nothing is known of it";
+}
+
 // The user's code spins another executor inside a callback, or between two instances.
 TEST(BothProviders, WhatAnotherExecutorRunsOnAThreadIsDoubtedThere) {
   const std::string described = std::string(kDescribed) + R"(
