@@ -190,7 +190,8 @@ class Faults(unittest.TestCase):
 
     def test_a_limit_below_the_size_of_a_buffer(self):
         # LTTng makes none of the channels behind the first one that it could not make, in no order.
-        self.record_without_room("no_buffers", largest_file=1 << 20)
+        recording = self.record_without_room("no_buffers", largest_file=1 << 20)
+        self.assertIn("LTTng could make no buffers for", recording.said)
 
     def record_without_room(self, name, instances=60_000, **where):
         # Slowly enough for the consumer daemon, which looks for full sub-buffers every 20 ms. 5 MB in all: a loaded

@@ -112,6 +112,26 @@ TEST_F(StreamCheck, SurvivesGarbage) {
   EXPECT_FALSE(check("").is_damaged);
 }
 
+// A quiet channel has streams, too: of one that has none LTTng could make no buffers.
+TEST_F(StreamCheck, NamesTheChannelsThatATraceLacks) {
+  const auto lacking = [this] {
+    std::string text;
+    for (const auto& [trace, channel] : absent_channels(check_streams(root_), {"events", "state"}))
+      text += trace.filename().string() + " lacks " + channel + '\n';
+    return text;
+  };
+  EXPECT_EQ(lacking(), "") << "nothing at all is something else";
+  write("trace/events_0", packet(0, 0));
+  write("trace/events_1", packet(0, 0));
+  EXPECT_EQ(lacking(), "trace lacks state\n");
+  write("trace/state_1", packet(0, 0));
+  EXPECT_EQ(lacking(), "");
+  fs::create_directories(root_ / "other");
+  write("other/metadata", "x");
+  write("other/state_0", packet(0, 0));
+  EXPECT_EQ(lacking(), "other lacks events\n");
+}
+
 TEST_F(StreamCheck, NamesEmptyMetadata) {
   EXPECT_TRUE(empty_metadata(root_).empty());
   write("trace/metadata", "");

@@ -8,7 +8,9 @@
 #include <array>
 #include <bit>
 #include <fstream>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <sys/resource.h>
@@ -97,6 +99,22 @@ bool has_events(const StreamSummary& stream) {
   const auto channel = channel_of(name);
   const bool describes = channel == kStateChannel || channel == kRos2StateChannel;
   return !describes && stream.content_bytes > stream.packets * kEmptyPacketBytes;
+}
+
+std::vector<AbsentChannel> absent_channels(const std::vector<StreamSummary>& streams,
+                                           const std::vector<std::string>& channels) {
+  std::map<fs::path, std::set<std::string>> seen;
+  for (const auto& stream : streams) {
+    const std::string name = stream.file.filename().string();
+    seen[stream.file.parent_path()].emplace(channel_of(name));
+  }
+  std::vector<AbsentChannel> absent;
+  for (const auto& [trace, of_trace] : seen) {
+    for (const auto& channel : channels) {
+      if (!of_trace.contains(channel)) absent.push_back({.trace = trace, .channel = channel});
+    }
+  }
+  return absent;
 }
 
 std::vector<fs::path> empty_metadata(const fs::path& directory) {

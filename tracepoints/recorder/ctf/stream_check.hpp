@@ -40,6 +40,17 @@ bool has_events(const StreamSummary& stream);
 // cannot be read.
 std::vector<StreamSummary> check_streams(const std::filesystem::path& directory);
 
+// A channel of which a trace has no stream.
+struct AbsentChannel {
+  std::filesystem::path trace;
+  std::string channel;
+};
+
+// Of each trace that has some of the streams, those of `channels` that it has none of. A channel that was
+// enabled has a stream on each CPU from when its buffers are made, whether anything goes into them or not.
+std::vector<AbsentChannel> absent_channels(const std::vector<StreamSummary>& streams,
+                                           const std::vector<std::string>& channels);
+
 // Paths of metadata files below `directory` that are empty: nothing beside one can be decoded.
 std::vector<std::filesystem::path> empty_metadata(const std::filesystem::path& directory);
 

@@ -6,12 +6,22 @@
 #include "keeping/kernel_beside.hpp"
 #include "keeping/manifest.hpp"
 
+#include <algorithm>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace cie::record {
+namespace {
+
+constexpr std::string_view kWhyNoBuffers =
+    "(is /dev/shm full, or a limit of the size of files, ulimit -f, below that of a buffer?)";
+
+}  // namespace
 
 bool DirectoryKeeping::begin() {
   tracing_.start_daemon();
@@ -65,13 +75,10 @@ void DirectoryKeeping::check_files() {
     problems.push_back(in_quotes(file) +
                        " is empty: its streams cannot be read (is the disk full?)");
   }
-  bool has_streams = false;  // of applications
-  bool has_any = false;      // events of theirs
+  std::vector<StreamSummary> of_applications;
   for (const StreamSummary& stream : check_streams(directory)) {
-    if (stream.file.parent_path() != directory / kKernelDirectory) {
-      has_streams = true;
-      has_any = has_any || has_events(stream);
-    }
+    if (stream.file.parent_path() != directory / kKernelDirectory)
+      of_applications.push_back(stream);
     if (auto why = incompleteness_of(stream); !why.empty()) problems.push_back(std::move(why));
     if (stream.lost_packets > 0) {
       problems.push_back(
@@ -79,12 +86,21 @@ void DirectoryKeeping::check_files() {
     }
   }
   // Buffers are written out for who registered, whether it emitted anything or not.
+  const bool has_any = std::ranges::any_of(of_applications, has_events);
   if (!has_any && tracing_.manifest.processes.empty()) {
     tracing_.note_nothing_recorded();
-  } else if (!has_streams) {
+  } else if (of_applications.empty()) {
     problems.emplace_back(
-        "nothing was recorded: LTTng could make no buffers for the applications (is /dev/shm full, or a limit of the "
-        "size of files, ulimit -f, below that of a buffer?)");
+        fmt::format("nothing was recorded: LTTng could make no buffers for the applications {}",
+                    kWhyNoBuffers));
+  }
+  std::vector<std::string> channels;
+  for (const RecordedChannel& channel : tracing_.manifest.channels)
+    channels.push_back(channel.name);
+  for (const auto& [trace, channel] : absent_channels(of_applications, channels)) {
+    problems.push_back(fmt::format(
+        "nothing of the channel \"{}\" was recorded in {}: LTTng could make no buffers for it {}",
+        channel, in_quotes(trace), kWhyNoBuffers));
   }
 }
 
