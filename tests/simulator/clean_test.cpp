@@ -48,13 +48,8 @@ test::TextTrace unread(test::TextTrace trace) {
   trace.erase<analysis::ThreadFini>();
   trace.erase<analysis::RunBegin>();
   trace.erase<analysis::RunEnd>();
-  for (auto& event : trace.events) {
-    std::visit(
-        [&event](const auto& body) {
-          if constexpr (requires { body.callback; }) event.head.is_derived = true;
-        },
-        event.body);
-  }
+  for (auto& event : trace.events)
+    event.head.is_derived = event.head.pid.has_value();  // all but streams' and the kernel's
   return trace;
 }
 
