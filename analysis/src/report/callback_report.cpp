@@ -2,8 +2,12 @@
 
 #include "model/callback_questions.hpp"
 #include "rules/callback_doubts.hpp"
+#include "rules/judgement.hpp"
+#include "rules/mapping_rules.hpp"
+#include "rules/persistence_rule.hpp"
 #include "rules/proof.hpp"
 #include "rules/queue_losses.hpp"
+#include "rules/signs_of_life.hpp"
 #include "rules/thread_questions.hpp"
 
 #include <algorithm>
@@ -30,10 +34,24 @@ bool are_periods_known(const CallbackFacts& facts) {
          (facts.is_accounted || (facts.has_grid_releases() && facts.grid.unresolved == 0));
 }
 
+// Whether its threads were one after the other, each replaced with a new callback_init, as M3 and M4
+// judge. Empty: not known.
+std::optional<bool> had_one_thread_at_a_time(const RuleContext& context, CallbackIndex index) {
+  const auto& facts = context.model.callbacks[at(index)];
+  Judgement judgement(context.names.callback(index));
+  judgement.check();
+  SignsOfLife signs(context);
+  judge_threads_together(context, signs, facts, judgement);
+  judge_moves(context, facts, judgement);
+  const auto verdict = std::move(judgement).finish()->verdict;
+  return verdict == Verdict::inconclusive ? std::nullopt : std::optional(verdict == Verdict::pass);
+}
+
 // Empty: some run's thread is unknown, or only its end was seen, or its thread may have served what
-// nobody can see; and what is seen shows no sharing.
-std::optional<Isolation> isolation_of(const RuleContext& context, const CallbackFacts& facts) {
+// nobody can see, or lived together with another one; and what is seen shows no sharing.
+std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
+  const auto& facts = model.callbacks[at(index)];
   const auto is_doubtful = [&](const CallbackOnThread* pair) {
     return !pair->is_certain || may_be_former(context, model.threads[at(pair->thread)]);
   };
@@ -51,9 +69,12 @@ std::optional<Isolation> isolation_of(const RuleContext& context, const Callback
     const auto first = std::ranges::find_if(ran, is_certain);
     return std::find_if(std::next(first), ran.end(), is_certain) != ran.end();
   };
-  const bool is_shared =
-      std::ssize(facts.ran_on) - doubtful > 1 || std::ranges::any_of(facts.ran_on, is_with_others);
-  if (is_shared) return Isolation::not_isolated;
+  if (std::ranges::any_of(facts.ran_on, is_with_others)) return Isolation::not_isolated;
+  if (std::ssize(facts.ran_on) - doubtful > 1) {
+    const auto is_one = had_one_thread_at_a_time(context, index);
+    if (is_one == false) return Isolation::not_isolated;
+    if (!is_one) return std::nullopt;
+  }
   if (std::ranges::any_of(facts.ran_on, may_be_with_others)) return std::nullopt;
   const auto ran_others = [&context](const CallbackOnThread* pair) {
     return context.hidden.beside_own(pair->thread).has_value();
@@ -184,7 +205,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   }
   std::stable_sort(report.threads.begin(), report.threads.end(),
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
-  report.isolation = isolation_of(context, facts);
+  report.isolation = isolation_of(context, index);
   report.instances = facts.instances;
   report.incomplete = facts.open_count;
   report.cut = facts.cut_instances;

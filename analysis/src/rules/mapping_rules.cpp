@@ -201,7 +201,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
-        ThreadsOfCallback(context, signs, callback, judgement).judge();
+        judge_threads_together(context, signs, callback, judgement);
         if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
         judgement.doubt(proof.lost_runs(index));
         judgement.doubt(context.hidden.on_thread_of(callback));
@@ -266,6 +266,11 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
 }
 
 }  // namespace
+
+void judge_threads_together(const RuleContext& context, SignsOfLife& signs,
+                            const CallbackFacts& callback, Judgement& judgement) {
+  ThreadsOfCallback(context, signs, callback, judgement).judge();
+}
 
 const Rule kOneCallbackPerThread{
     .id = kOneCallbackPerThreadRule,

@@ -154,10 +154,7 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         const auto& loss = proof.lost_runs(index);
         if (loss && moves.exist_of(callback)) judgement.doubt(loss);
         judgement.doubt(context.hidden.on_thread_of(callback));
-        for (const auto& move : callback.moves)
-          judge_move(context, callback, move, judgement);
-        for (const auto& move : callback.registered_moves)
-          judge_registered_move(context, move, judgement);
+        judge_moves(context, callback, judgement);
         for (const auto* pair : callback.ran_on) {
           judgement.doubt(context.lost_ends.of(pair->thread));
           if (loss) {
@@ -170,6 +167,13 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
 }
 
 }  // namespace
+
+void judge_moves(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
+  for (const auto& move : callback.moves)
+    judge_move(context, callback, move, judgement);
+  for (const auto& move : callback.registered_moves)
+    judge_registered_move(context, move, judgement);
+}
 
 const Rule kMappingPersistent{
     .id = "M4",

@@ -7,6 +7,7 @@ from .entities import Callback, Instance, Thread
 from .model import Model
 from .packets import whole_window
 from .proof import Proof, contiguous
+from .succession import succession
 
 
 def summary(values: list[int]) -> dict[str, Any] | None:
@@ -57,6 +58,19 @@ def longest_queue(callback: Callback, proof: Proof, has_releases: bool) -> int |
     return longest
 
 
+def isolation(callback: Callback, proof: Proof) -> str | None:
+    """One thread at a time, replaced only with a new registration, which ran nothing else."""
+    threads = {i.thread for i in callback.instances}
+    if not threads:
+        return "never_ran"
+    together, moved, lost = succession(callback, proof)
+    if together or any(i.callback is not callback for t in threads for i in t.instances):
+        return "not_isolated"
+    if moved and all(t.init for t in threads):
+        return "not_isolated"
+    return None if moved or lost else "isolated"  # moved: a callback_init may be missing as well
+
+
 def callback_report(callback: Callback, proof: Proof, has_releases: bool) -> dict[str, Any]:
     counted = [i for i in callback.instances if i.counted]
     exact = [i for i in counted if i.exact]
@@ -67,8 +81,6 @@ def callback_report(callback: Callback, proof: Proof, has_releases: bool) -> dic
     init = callback.inits[0] if callback.inits else None
     sources = {i.release_source for i in counted}
     uppers = [u for i in inexact if (u := upper_bound(i)) is not None]
-    isolated = (len(threads) == 1
-                and {i.callback for i in next(iter(threads)).instances} == {callback})
     return {
         "logical_id": callback.logical_id,
         "pid": callback.process.pid,
@@ -80,8 +92,8 @@ def callback_report(callback: Callback, proof: Proof, has_releases: bool) -> dic
         "group": init.group_id if init else None,
         "threads": [{"tid": t.tid, "name": t.name, "instances": n}
                     for t, n in sorted(threads.items(), key=lambda x: x[0].tid)],
-        "isolated": isolated,
-        "isolation": "never_ran" if not threads else "isolated" if isolated else "not_isolated",
+        "isolated": isolation(callback, proof) == "isolated",
+        "isolation": isolation(callback, proof),
         "instances": len(counted),
         "incomplete": sum(i.end is None for i in callback.instances),
         "exceptions": sum(i.end_event.status == "exception" for i in counted),

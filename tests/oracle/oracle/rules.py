@@ -7,6 +7,7 @@ from . import scheduling_rules, timing_rules
 from .entities import NONE, Callback, Process, Thread
 from .model import Model
 from .proof import Proof
+from .succession import succession
 
 NAMES = {
     "T1": "trace-readable", "T2": "no-loss", "T3": "seq-contiguous", "T4": "run-complete",
@@ -171,24 +172,11 @@ def _threads_of(j: Judge, c: Callback) -> None:
     """M3 and M4: threads alive together, or one after the other."""
     if not c.instances:
         return
-    threads = sorted({i.thread for i in c.instances}, key=lambda t: t.first_seen)
-    together = lost = moved = False
-    for k, a in enumerate(threads):
-        for b in threads[k + 1:]:
-            if a.tid != b.tid and a.last_seen >= b.first_seen:
-                together = True
-            elif b.init is None and a.fini is not None and not j.proof.whole[c.process]:
-                lost = True  # the same thread, perhaps, whose new announcement is missing
-            elif a.tid == b.tid or (a.exit is not None and b.start_ns is not None):
-                last = max(i.start for i in a.instances if i.callback is c)
-                first = min(i.start for i in b.instances if i.callback is c)
-                moved |= not any(last < e.time < first for e in c.inits)
-            else:
-                lost = True
+    together, moved, lost = succession(c, j.proof)
     verdict = FAIL if together else INCONCLUSIVE if lost else PASS
     end = c.process.end
     if end and sum(t.init is not None for t in c.process.threads) < end.threads:
-        lost |= any(t.init is None and t.fini is None for t in threads)  # its end is lost, too
+        lost |= any(t.init is None and t.fini is None for t in {i.thread for i in c.instances})  # its end is lost, too
     j.put("M3", j.callback(c), j.soften(verdict, j.proof.callback_tainted(c), "R"))
     j.put("M4", j.callback(c), FAIL if moved else INCONCLUSIVE if lost else PASS)
 

@@ -61,6 +61,7 @@ class Scenario:
         self.numbers = True                # report and instances are known
         self.dropped = False               # events are missing
         self.report_open: set[str] = set()  # report keys that the documents leave open
+        self.registered_anew: set[SimCallback] = set()  # whenever its thread was replaced
         self.layout = {"large_ids": seed % 3 == 2, "packet_bytes": (4096, 8192, 65536)[seed % 3]}
         self.user_layout: dict[str, Any] = {}
         self.kernel_layout: dict[str, Any] = {}
@@ -249,6 +250,7 @@ class Scenario:
         by_seq = {r.seq: r.release for r in exact}
         threads = {r.thread for r in rows}
         others = {r.callback for r in self.rows() if r.thread in threads}
+        is_alone = others == {c} and (len(threads) == 1 or c in self.registered_anew)
         sources = {self.release(r)[1] for r in done}
         lower = [r.end - (self.release(r)[0] if self.release(r)[1] == "wakeup" else r.start)
                  for r in inexact]
@@ -265,9 +267,8 @@ class Scenario:
             "exceptions": sum(r.status == "exception" for r in done),
             "logical_id": c.logical_id, "pid": app.pid, "kind": c.kind, "source": c.source,
             "node": c.node, "symbol": f"app::{c.kind}_{c.id}", "group": c.group,
-            "isolated": len(threads) == 1 and others == {c},
-            "isolation": ("never_ran" if not rows else "isolated" if len(threads) == 1 and others == {c}
-                          else "not_isolated"),
+            "isolated": is_alone,
+            "isolation": "never_ran" if not rows else "isolated" if is_alone else "not_isolated",
             "period_ns": c.period if c.kind == "timer" else None,
             "instances": len(done),
             "incomplete": sum(self.end_of(r) is None for r in rows),

@@ -56,6 +56,37 @@ TEST(Isolation, IsBrokenByASecondThread) {
   EXPECT_EQ(isolation["first"], Isolation::not_isolated);
 }
 
+// As where an executor spins again: M2, M3 and M4 pass.
+constexpr const char* kSpunTwice = R"(
+  callback first timer pooled
+  thread t1 callback of=first tid=101
+  thread t2 callback of=first tid=102
+  -500 begin t1
+  10 start first on=t1 release=10
+  12 end first on=t1
+  14 finish t1
+  20 begin t2
+  30 start first on=t2 release=30
+  32 end first on=t2
+  34 finish t2)";
+
+TEST(Isolation, IsKeptByAThreadThatReplacesAnotherWithANewRegistration) {
+  const std::string again = "\n22 init first";
+  EXPECT_EQ(isolation_of(trace_of(kSpunTwice + again))["first"], Isolation::isolated);
+  EXPECT_EQ(isolation_of(trace_of(kSpunTwice))["first"], Isolation::not_isolated);
+  const auto shared = again + R"(
+    callback other timer pooled
+    24 start other on=t2 release=24
+    26 end other on=t2)";
+  EXPECT_EQ(isolation_of(trace_of(kSpunTwice + shared))["first"], Isolation::not_isolated);
+}
+
+TEST(Isolation, IsNotKnownWhereTheEndOfTheFormerThreadWasLost) {
+  auto trace = trace_of(std::string(kSpunTwice) + "\n22 init first");
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 101; });
+  EXPECT_EQ(isolation_of(trace)["first"], std::nullopt);
+}
+
 // The totals of a process that exit() ended come before its last instance.
 TEST(Isolation, IsNotKnownOfWhatGoesOnAfterAThreadsEnd) {
   auto trace = trace_of(R"(
