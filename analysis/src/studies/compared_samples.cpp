@@ -82,6 +82,7 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.lateness->deadline = std::min(into.lateness->deadline, other.lateness->deadline);
   into.lateness->late += other.lateness->late;
   into.lateness->instances += other.lateness->instances;
+  into.lateness->is_late_bound = into.lateness->is_late_bound || other.lateness->is_late_bound;
   if (other.lateness->max > into.lateness->max) {
     into.lateness->max = other.lateness->max;
     into.lateness->is_max_bound = other.lateness->is_max_bound;

@@ -120,6 +120,16 @@ Change change_of_missed(const CallbackSample& before, const CallbackSample& afte
                    after.instances, tolerance);
 }
 
+// Of one deadline. Where more may have been late than is known, that may be as many as one likes.
+Change change_of_late(const std::optional<Lateness>& before, const std::optional<Lateness>& after,
+                      double tolerance) {
+  if (!before || !after || before->deadline != after->deadline) return Change::undecided;
+  const auto change = compare(Rate{before->late, before->instances},
+                              Rate{after->late, after->instances}, tolerance);
+  const bool is_open = change == Change::worse ? before->is_late_bound : after->is_late_bound;
+  return is_open ? Change::undecided : change;
+}
+
 // Whether a complete record after proves it: not where it tells of runs before it began.
 bool can_be_proved(Absence absence, const CallbackSample& before, const CallbackSample& after) {
   switch (absence) {
@@ -166,6 +176,7 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
                             after.isolation == Isolation::not_isolated,
           .lateness_before = before.lateness,
           .lateness_after = after.lateness,
+          .late = change_of_late(before.lateness, after.lateness, tolerance),
           .lost_before = before.lost_samples,
           .lost_after = after.lost_samples,
           .lost = change_of(&CallbackSample::lost_samples, before, after, tolerance),
@@ -209,6 +220,16 @@ bool may_cost_runs(const TraceDefect& defect) {
   }
 }
 
+// Whether more instances may have been late than certainly were. Calculated releases may be too late.
+bool may_be_late_more_often(const CallbackReport& callback) {
+  const auto& known = callback.response_time;
+  const auto& unknown = callback.response_time_lower;
+  const auto deadline = callback.response_deadline->ns;
+  const auto most = at_most_where_unknown(callback);
+  if (unknown && (!most || *most > deadline)) return true;
+  return callback.release_error && known && known->max + callback.release_error->ns > deadline;
+}
+
 }  // namespace
 
 std::string_view label(Change change) noexcept {
@@ -223,7 +244,8 @@ std::optional<Lateness> Lateness::of(const CallbackReport& callback) {
                   .late = *callback.late,
                   .instances = callback.instances,
                   .max = longest ? std::optional(longest->ns) : std::nullopt,
-                  .is_max_bound = longest && longest->is_bound};
+                  .is_max_bound = longest && longest->is_bound,
+                  .is_late_bound = may_be_late_more_often(callback)};
 }
 
 Change compare(const QuantileInterval& before, const QuantileInterval& after, double tolerance) {
@@ -289,9 +311,13 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
 
 bool CallbackChange::is_regression() const {
   const auto is_worse = [](const auto& each) { return each.change == Change::worse; };
-  return is_absence_proved || never_ends || lost_isolation || missed == Change::worse ||
-         exceptions == Change::worse || lost == Change::worse || overwritten == Change::worse ||
-         std::ranges::any_of(quantities, is_worse);
+  return is_absence_proved || never_ends || lost_isolation || late == Change::worse ||
+         missed == Change::worse || exceptions == Change::worse || lost == Change::worse ||
+         overwritten == Change::worse || std::ranges::any_of(quantities, is_worse);
+}
+
+bool CallbackChange::has_one_deadline() const {
+  return lateness_before && lateness_after && lateness_before->deadline == lateness_after->deadline;
 }
 
 Outcome Comparison::outcome() const {
@@ -326,8 +352,9 @@ bool Comparison::has_decided() const {
              return each.change != Change::undecided;
            };
            return std::ranges::any_of(change.quantities, is_decided) ||
-                  change.missed == Change::better || change.exceptions == Change::better ||
-                  change.lost == Change::better || change.overwritten == Change::better;
+                  change.late == Change::better || change.missed == Change::better ||
+                  change.exceptions == Change::better || change.lost == Change::better ||
+                  change.overwritten == Change::better;
          });
 }
 

@@ -146,33 +146,6 @@ TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
   EXPECT_FALSE(change(by_chance, shared).lost_isolation) << "of a pool, whose threads ran one each";
 }
 
-TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
-  CallbackReport report;
-  EXPECT_EQ(Lateness::of(report), std::nullopt) << "no deadline";
-  report.response_deadline = Duration{100};
-  report.late = 3;
-  report.instances = 8;
-  report.response_time = Summary{.count = 8, .max = 170};
-  const Lateness expected{.deadline = {100}, .late = 3, .instances = 8, .max = 170};
-  EXPECT_EQ(Lateness::of(report), expected);
-  report.response_time_lower = Summary{.count = 1, .max = 169};
-  auto at_least = expected;
-  at_least.is_max_bound = true;
-  EXPECT_EQ(Lateness::of(report), at_least) << "which may have taken longer than the longest";
-  report.response_time_upper = Summary{.count = 1, .max = 170};
-  EXPECT_EQ(Lateness::of(report), expected) << "which did not";
-  report.response_time_lower->max = 300;
-  report.response_time_upper->max = 400;
-  EXPECT_EQ(
-      Lateness::of(report),
-      (Lateness{.deadline = {100}, .late = 3, .instances = 8, .max = 300, .is_max_bound = true}));
-  auto before = sample(1, 10);
-  before.lateness = expected;
-  const auto found = change(before, sample(1, 10));
-  EXPECT_EQ(found.lateness_before, expected);
-  EXPECT_EQ(found.lateness_after, std::nullopt);
-}
-
 // Of a rate that stayed, 0 of n + 0 instances fall on the time after with probability 0.5^n: below 0.001
 // from n = 10.
 TEST(Compare, MissesWhatNeverRunsAnyMoreBeyondChance) {

@@ -204,7 +204,18 @@ TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
             "  callback          old  new      old      new      old      new\n"
             "  n7_1 timer 20 ms    7    1  3.000ms  1.000ms  4.000ms  1.500ms\n"
             "  n3_0 timer 20 ms    3    0  3.000ms  1.000ms  4.000ms  1.500ms\n"
+            "0 of 3 quantiles undecided; 2 counts that may differ by chance.\n"
             "  every change: cie diff old new --all\n");
+}
+
+TEST(DiffText, TellsWhatIsLateMoreOften) {
+  auto change = with_deadline(2'000'000, 0, 9);
+  change.late = analysis::Change::worse;
+  change.quantities.clear();
+  const auto text = diff_text_of({change});
+  EXPECT_THAT(text, HasSubstr("Worse: 1 of 1 callback (1 late more often)\n"));
+  EXPECT_THAT(text, HasSubstr("  is late more often: n0_9 timer 20 ms (0 -> 9)\n"));
+  EXPECT_THAT(text, Not(HasSubstr("by chance")));
 }
 
 TEST(DiffText, MarksALongestRunOfWhichOnlyABoundIsKnown) {
@@ -426,7 +437,7 @@ TEST(DiffText, TellsBesideDeadlinesWhatIsUndecided) {
   change.quantities[0].change = Change::undecided;
   change.quantities.push_back(kSame.quantities[0]);
   EXPECT_THAT(diff_text_of({change}),
-              testing::EndsWith("\n1 of 2 quantiles undecided.\n"
+              testing::EndsWith("\n1 of 2 quantiles undecided; 1 count that may differ by chance.\n"
                                 "  every change: cie diff old new --all\n"));
 }
 

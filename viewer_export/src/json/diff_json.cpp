@@ -29,7 +29,8 @@ Json json_of(const std::optional<analysis::Lateness>& lateness) {
           {"late", lateness->late},
           {"instances", lateness->instances},
           {"max_ns", optional_json(lateness->max)},
-          {"max_is_lower_bound", lateness->is_max_bound}};
+          {"max_is_lower_bound", lateness->is_max_bound},
+          {"late_is_lower_bound", lateness->is_late_bound}};
 }
 
 Json json_of(const CallbackChange& change) {
@@ -59,6 +60,7 @@ Json json_of(const CallbackChange& change) {
           {"regression", change.is_regression()},
           {"deadline_before", json_of(change.lateness_before)},
           {"deadline_after", json_of(change.lateness_after)},
+          {"late", analysis::label(change.late)},
           {"quantities", std::move(quantities)},
           {"lost_samples_before", optional_json(change.lost_before)},
           {"lost_samples_after", optional_json(change.lost_after)},

@@ -85,11 +85,19 @@ bool is_open(const std::optional<std::uint64_t>& before, const std::optional<std
   return before && after && *before != *after && change == Change::undecided;
 }
 
+bool is_late_open(const CallbackChange& change) {
+  if (!change.has_one_deadline()) return false;
+  const auto& before = *change.lateness_before;
+  const auto& after = *change.lateness_after;
+  return !before.is_late_bound && !after.is_late_bound &&
+         is_open(before.late, after.late, change.late);
+}
+
 bool is_better(const CallbackChange& change) {
   return !change.is_regression() &&
-         (change.missed == Change::better || change.exceptions == Change::better ||
-          change.lost == Change::better || change.overwritten == Change::better ||
-          largest(change, Change::better) != nullptr);
+         (change.late == Change::better || change.missed == Change::better ||
+          change.exceptions == Change::better || change.lost == Change::better ||
+          change.overwritten == Change::better || largest(change, Change::better) != nullptr);
 }
 
 double change_rank(const CallbackChange& change) {
@@ -130,17 +138,22 @@ void add_changes(std::vector<ChangeRow>& rows, const CallbackChange& change,
                     {range(*quantity.after)},
                     {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
   }
-  const auto add_count = [&](const char* what, const std::optional<std::uint64_t>& before,
-                             const std::optional<std::uint64_t>& after, Change kind) {
-    if (!is_certain(kind) && !is_open(before, after, kind)) return;
+  const auto add_row = [&](const char* what, std::uint64_t before, std::uint64_t after,
+                           Change kind) {
     rows.push_back({{std::exchange(name, {})},
                     {what},
-                    {std::to_string(*before)},
-                    {std::to_string(*after)},
+                    {std::to_string(before)},
+                    {std::to_string(after)},
                     not_measured(),
                     not_measured(),
                     {std::string(analysis::label(kind)), look_of(kind)}});
   };
+  const auto add_count = [&](const char* what, const std::optional<std::uint64_t>& before,
+                             const std::optional<std::uint64_t>& after, Change kind) {
+    if (is_certain(kind) || is_open(before, after, kind)) add_row(what, *before, *after, kind);
+  };
+  if (is_certain(change.late) || is_late_open(change))
+    add_row("late", change.lateness_before->late, change.lateness_after->late, change.late);
   add_count("missed releases", change.missed_before, change.missed_after, change.missed);
   add_count("exceptions", change.exceptions_before, change.exceptions_after, change.exceptions);
   add_count("lost samples", change.lost_before, change.lost_after, change.lost);

@@ -25,6 +25,9 @@ inline bool is_certain(analysis::Change change) {
 bool is_open(const std::optional<std::uint64_t>& before, const std::optional<std::uint64_t>& after,
              analysis::Change change);
 
+// The same of how many were late, where both counts are known.
+bool is_late_open(const analysis::CallbackChange& change);
+
 // Something is, and nothing worse.
 bool is_better(const analysis::CallbackChange& change);
 

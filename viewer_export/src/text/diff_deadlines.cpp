@@ -41,10 +41,7 @@ std::pair<std::string, std::string> column_names(const DiffContext& context) {
 std::vector<const CallbackChange*> with_deadline(const std::vector<CallbackChange>& changes) {
   std::vector<const CallbackChange*> found;
   for (const auto& change : changes) {
-    if (change.lateness_before && change.lateness_after &&
-        change.lateness_before->deadline == change.lateness_after->deadline) {
-      found.push_back(&change);
-    }
+    if (change.has_one_deadline()) found.push_back(&change);
   }
   // Those that were late most often, then the slowest.
   std::ranges::stable_sort(found, std::greater{}, [](const CallbackChange* change) {

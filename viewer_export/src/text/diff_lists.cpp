@@ -103,6 +103,13 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
               " ({})", before_to_after((c.*before).value_or(0), (c.*after).value_or(0), style));
         });
   };
+  lists.say(
+      "is late more often", Look::bad,
+      [](const auto& c) { return c.late == analysis::Change::worse; },
+      [&style](const CallbackChange& c) {
+        return fmt::format(" ({})",
+                           before_to_after(c.lateness_before->late, c.lateness_after->late, style));
+      });
   say("more instances end by an exception", &CallbackChange::exceptions,
       &CallbackChange::exceptions_before, &CallbackChange::exceptions_after);
   say("more samples are lost", &CallbackChange::lost, &CallbackChange::lost_before,

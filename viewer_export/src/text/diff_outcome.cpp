@@ -62,7 +62,7 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
     for (const auto& each : change.quantities)
       add_to(tally, each);
     for (const bool is_undecided :
-         {is_open(change.missed_before, change.missed_after, change.missed),
+         {is_late_open(change), is_open(change.missed_before, change.missed_after, change.missed),
           is_open(change.exceptions_before, change.exceptions_after, change.exceptions),
           is_open(change.lost_before, change.lost_after, change.lost),
           is_open(change.overwritten_before, change.overwritten_after, change.overwritten)}) {
@@ -105,6 +105,7 @@ std::string kinds_of_regression(const std::vector<CallbackChange>& changes) {
     return [part](const CallbackChange& change) { return change.*part == Change::worse; };
   };
   add("slower", [](const CallbackChange& change) { return has(change, Change::worse); });
+  add("late more often", is_worse(&CallbackChange::late));
   add("with more missed releases", is_worse(&CallbackChange::missed));
   add("not isolated any more", [](const CallbackChange& change) { return change.lost_isolation; });
   add("gone", is_absent(Absence::gone));

@@ -94,6 +94,7 @@ struct Lateness {
   std::uint64_t instances = 0;
   std::optional<std::int64_t> max;  // of its response times
   bool is_max_bound = false;        // of an instance whose release is not known: at least that
+  bool is_late_bound = false;  // of some it is not known whether they were late: at least so many
   friend bool operator==(const Lateness&, const Lateness&) = default;
   // Empty without a deadline.
   static std::optional<Lateness> of(const CallbackReport& callback);
@@ -232,6 +233,7 @@ struct CallbackChange {
   bool lost_isolation = false;
   std::optional<Lateness> lateness_before{};
   std::optional<Lateness> lateness_after{};
+  Change late = Change::undecided;  // how often, of one deadline
   std::optional<std::uint64_t> lost_before{};
   std::optional<std::uint64_t> lost_after{};
   Change lost = Change::undecided;
@@ -239,9 +241,11 @@ struct CallbackChange {
   std::optional<std::uint64_t> overwritten_after{};
   Change overwritten = Change::undecided;
 
-  // Of what is certain: gone, never running or never ending, slower, missing more releases, losing
-  // or overwriting more samples, ending by exceptions more often, or no longer isolated.
+  // Of what is certain: gone, never running or never ending, slower, late more often, missing more
+  // releases, losing or overwriting more samples, ending by exceptions more often, or no longer
+  // isolated.
   bool is_regression() const;
+  bool has_one_deadline() const;  // before and after
 };
 
 enum class Outcome : std::uint8_t {
