@@ -161,6 +161,14 @@ void Suppressions::apply(VerdictReport& verdicts, Date today) const {
       if (!subject.is_suppressed() && is_better) subject.suppression = use.suppression;
     }
   }
+  for (auto& use : report.uses) {
+    const auto& rule = *std::ranges::find(verdicts.rules, use.suppression.rule, &RuleVerdict::id);
+    use.counting = static_cast<std::uint64_t>(
+        std::ranges::count_if(rule.subjects, [&use](const SubjectVerdict& subject) {
+          return subject.verdict >= Verdict::inconclusive && !subject.is_suppressed() &&
+                 names(use.suppression, subject);
+        }));
+  }
   verdicts.suppressions = std::move(report);
   verdicts.verdict = overall_verdict(verdicts);
 }

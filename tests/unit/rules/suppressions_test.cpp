@@ -105,6 +105,18 @@ TEST(Suppressions, HoldThroughTheirLastDayAndCountAgainFromTheNext) {
   EXPECT_EQ(expired.suppressions->date, "2026-06-16");
   EXPECT_TRUE(expired.suppressions->uses[0].suppression.is_expired);
   EXPECT_EQ(expired.suppressions->uses[0].matched, 2U);
+  EXPECT_EQ(expired.suppressions->uses[0].counting, 2U);
+}
+
+TEST(Suppressions, OfWhatAnotherEntryStillSuppressesNothingCountsAgain) {
+  const auto counting = [](const std::string& entries) {
+    return suppressed(entries).suppressions->uses[0].counting;
+  };
+  const auto expired = entry("R2", "*", "2026-06-14");
+  EXPECT_EQ(counting(expired + entry("R2", "callback /lidar@a", "never")), 1U);
+  EXPECT_EQ(counting(entry("R2", "/lidar@a", "2026-06-14") + entry("R2", "*", "never")), 0U);
+  EXPECT_EQ(counting(expired + entry("R2", "*", "2026-06-13")), 2U) << "expired, too";
+  EXPECT_EQ(counting(entry("R2", "*", "never") + expired), 0U);
 }
 
 TEST(Suppressions, OfSeveralTheFirstThatIsNotExpiredCounts) {

@@ -227,8 +227,10 @@ inline analysis::VerdictReport suppressed_verdicts(bool is_expired) {
   other.expires = "never";
   other.is_expired = false;
   verdicts.rules[2].subjects[1].suppression = entry;
-  verdicts.suppressions = {.date = is_expired ? "2027-01-01" : "2026-12-31",
-                           .uses = {{.suppression = entry, .matched = 1}, {.suppression = other}}};
+  verdicts.suppressions = {
+      .date = is_expired ? "2027-01-01" : "2026-12-31",
+      .uses = {{.suppression = entry, .matched = 1, .counting = is_expired ? 1U : 0U},
+               {.suppression = other}}};
   verdicts.verdict = analysis::overall_verdict(verdicts);
   return verdicts;
 }

@@ -120,6 +120,20 @@ TEST(VerifyText, SaysThatASuppressionHasExpired) {
                               "verdict counts again\n"));
 }
 
+TEST(VerifyText, SaysOfAnExpiredSuppressionWhatCountsAgain) {
+  const auto told = [](std::uint64_t matched, std::uint64_t counting) {
+    auto verdicts = test::suppressed_verdicts(true);
+    auto& use = verdicts.suppressions->uses[0];
+    use.matched = matched;
+    use.counting = counting;
+    return verify_text_of(verdicts, test::sample_report());
+  };
+  EXPECT_THAT(told(2, 2), HasSubstr("expired after 2026-12-31: its verdicts count again\n"));
+  EXPECT_THAT(told(3, 1), HasSubstr("2026-12-31: 1 of its 3 verdicts counts again\n"));
+  EXPECT_THAT(told(2, 0), HasSubstr("2026-12-31 and is not needed: other entries"));
+  EXPECT_THAT(told(0, 0), HasSubstr("2026-12-31 and is unused: nothing it names"));
+}
+
 TEST(VerifyText, ExplainsARuleOnceHoweverManySubjectsViolateIt) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects.push_back(verdicts.rules[2].subjects[1]);

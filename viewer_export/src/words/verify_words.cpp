@@ -19,6 +19,16 @@ std::string place_of(const analysis::Evidence& evidence) {
   return fmt::format("  [{}{}]", printable(evidence.file), packet);
 }
 
+// What became of the verdicts of an entry that has expired.
+std::string after_expiry(const analysis::SuppressionUse& use) {
+  if (use.matched == 0) return " and is unused: nothing it names is violated or undecided";
+  if (use.counting == 0) return " and is not needed: other entries suppress what it names";
+  const auto* const count = use.counting == 1 ? "counts" : "count";
+  if (use.counting == use.matched)
+    return fmt::format(": its verdict{} {} again", use.counting == 1 ? "" : "s", count);
+  return fmt::format(": {} of its {} verdicts {} again", use.counting, use.matched, count);
+}
+
 }  // namespace
 
 std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report) {
@@ -57,14 +67,14 @@ std::string words_of(const analysis::Suppression& suppression) {
 std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts) {
   std::vector<std::string> sentences;
   if (!verdicts.suppressions) return sentences;
-  for (const auto& [suppression, matched] : verdicts.suppressions->uses) {
+  for (const auto& use : verdicts.suppressions->uses) {
+    const auto& suppression = use.suppression;
     const auto name = fmt::format("suppression {} ({} {})", printable(suppression.place),
                                   suppression.rule, printable(suppression.subject));
     if (suppression.is_expired) {
-      sentences.push_back(fmt::format("{} expired after {}: its {} again", name,
-                                      suppression.expires,
-                                      matched == 1 ? "verdict counts" : "verdicts count"));
-    } else if (matched == 0) {
+      sentences.push_back(
+          fmt::format("{} expired after {}{}", name, suppression.expires, after_expiry(use)));
+    } else if (use.matched == 0) {
       sentences.push_back(
           fmt::format("{} is unused: nothing it names is violated or undecided", name));
     }

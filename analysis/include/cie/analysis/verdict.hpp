@@ -90,6 +90,7 @@ struct RuleVerdict {
 struct SuppressionUse {
   Suppression suppression;
   std::uint64_t matched = 0;
+  std::uint64_t counting = 0;  // those of them that no entry suppresses; not part of the JSON
 };
 
 // What `--suppressions` asked for.
