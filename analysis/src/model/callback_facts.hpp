@@ -28,7 +28,8 @@ struct Extreme {
   std::uint64_t seq = 0;
   EventRef start{};
   std::optional<EventRef> end{};
-  std::optional<Timestamp> release{};
+  std::optional<Timestamp> release{};  // or the bound of it that the source names
+  ReleaseSource release_source = ReleaseSource::exact;
 };
 
 struct CallbackTotals {

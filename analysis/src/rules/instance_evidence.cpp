@@ -1,11 +1,26 @@
 #include "instance_evidence.hpp"
 
 namespace cie::analysis {
+namespace {
+
+// ", released at 8 at the latest"; empty where the start is all that is known of it.
+std::string released(const Extreme<Duration>& extreme) {
+  if (!extreme.release || extreme.release_source == ReleaseSource::start) return {};
+  const auto at = ", released at " + std::to_string(extreme.release->ns);
+  switch (extreme.release_source) {
+    case ReleaseSource::wakeup:
+      return at + " at the latest";
+    case ReleaseSource::source_timestamp:
+      return at + " at the earliest";
+    default:
+      return at;
+  }
+}
+
+}  // namespace
 
 void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgement& judgement) {
-  const auto released =
-      extreme.release ? ", released at " + std::to_string(extreme.release->ns) : std::string();
-  judgement.fail(start_of(extreme, " starts" + released));
+  judgement.fail(start_of(extreme, " starts" + released(extreme)));
   judgement.fail(evidence(extreme.end ? "callback_end" : "callback_start",
                           extreme.end.value_or(extreme.start), what));
 }

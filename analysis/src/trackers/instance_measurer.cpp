@@ -293,7 +293,7 @@ inline Duration InstanceMeasurer::least_response(const PendingInstance& pending,
 void InstanceMeasurer::note_own(const PendingInstance& pending, const Measured& measured,
                                 OwnInstances& own) {
   const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
-    if (!most || most->value < value) most = extreme_of(pending, measured.release, value);
+    if (!most || most->value < value) most = extreme_of(pending, measured, value);
   };
   note(own.max_response_lower, least_response(pending, measured));
   if (is_known(measured.release_source)) {
@@ -348,7 +348,9 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
       ++facts.late;
     }
     for (auto* extreme : longest_of(facts)) {
-      if (*extreme && (*extreme)->seq == instance.seq) (*extreme)->release = instance.release;
+      if (!*extreme || (*extreme)->seq != instance.seq) continue;
+      (*extreme)->release = instance.release;
+      (*extreme)->release_source = ReleaseSource::timer_grid;
     }
     note_known(facts, bounds, instance, {});
     note_arrival(facts, index, unproven.host, instance, bounds);
@@ -364,7 +366,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
   const auto end = pending.end->time;
   const auto lower = least_response(pending, measured);
   if (bounds.response_lower.rise(lower)) {
-    facts.max_response_lower = extreme_of(pending, release, lower);
+    facts.max_response_lower = extreme_of(pending, measured, lower);
   }
   if (!is_known(source) && !measured.unproven) {
     if (lower != end - start) keep_lower_apart(facts);
@@ -382,7 +384,7 @@ void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measur
                                     Timestamp written, Bounds& bounds) {
   auto& facts = *pending.callback_facts;
   if (pending.node) pending.node->earliest = written;
-  const auto upper = extreme_of(pending, measured.release, pending.end->time - written);
+  const auto upper = extreme_of(pending, measured, pending.end->time - written);
   auto& bounded = bounded_[pending.host];
   // Of ROS 2 the messages show it themselves.
   if (!facts.is_accounted || clocks_.were_read_since(pending.host, pending.start.time) ||
@@ -401,14 +403,14 @@ void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measur
   const auto duration = pending.end->time - pending.start.time;
   facts.duration.add(duration);
   if (bounds.duration.rise(duration)) {
-    facts.max_duration = extreme_of(pending, measured.release, duration);
+    facts.max_duration = extreme_of(pending, measured, duration);
   }
   if (const auto* parts = measured.parts) {
     facts.execution_time.add(parts->execution);
     facts.preempted.add(parts->preempted);
     note_preemptors(facts, pending.preempted_by);
     if (bounds.execution.rise(parts->execution)) {
-      facts.max_execution = extreme_of(pending, measured.release, parts->execution);
+      facts.max_execution = extreme_of(pending, measured, parts->execution);
     }
     if (measured.has_wake_parts) {
       facts.blocked.add(*parts->blocked);
@@ -420,7 +422,7 @@ void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measur
     }
   } else {
     if (bounds.duration_without_execution.rise(duration)) {
-      facts.max_duration_without_execution = extreme_of(pending, measured.release, duration);
+      facts.max_duration_without_execution = extreme_of(pending, measured, duration);
       note_unmeasured(facts, duration);
     }
   }

@@ -180,6 +180,13 @@ class InstanceMeasurer {
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
+  static Extreme<Duration> extreme_of(const PendingInstance& pending, const Measured& measured,
+                                      Duration value) {
+    auto extreme = extreme_of(pending, measured.release, value);
+    extreme.release_source = measured.release_source;
+    return extreme;
+  }
+
   // It ended in a session that began when the one ended in which it began, or before: `window`.
   bool goes_on_in_next(const CoveredWindow& window, const PendingInstance& pending) const;
   // It is no part of one window, and counts all the same.

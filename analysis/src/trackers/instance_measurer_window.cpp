@@ -49,7 +49,7 @@ void InstanceMeasurer::note_outside(const PendingInstance& pending, const Measur
   if (!has_part) ++outside.count;
   if (!is_witness) return;
   const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
-    if (!most || most->value < value) most = extreme_of(pending, measured.release, value);
+    if (!most || most->value < value) most = extreme_of(pending, measured, value);
   };
   const bool is_exact = measured.release_source == ReleaseSource::exact;
   note(outside.max_response, end - (is_exact ? measured.release : pending.start.time));

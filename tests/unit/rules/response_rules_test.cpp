@@ -72,7 +72,11 @@ TEST(Deadline, UsesBothBoundsWhereTheReleaseIsUnknown) {
     11 wakeup fusion
     12 start fusion release=none
     20 end fusion)";
-  EXPECT_EQ(Verified(kWoken, spec("response_deadline: 8"))["R3"], Verdict::fail);
+  const Verified late(kWoken, spec("response_deadline: 8"));
+  EXPECT_EQ(late["R3"], Verdict::fail);
+  EXPECT_THAT(late.evidence("R3", "callback fusion"),
+              AllOf(HasSubstr("seq 0 starts, released at 11 at the latest"),
+                    HasSubstr("response time at least 9 ns")));
   const Verified undecided(kWoken, spec("response_deadline: 100"));
   EXPECT_EQ(undecided["R3"], Verdict::inconclusive);
   EXPECT_THAT(undecided.evidence("R3", "callback fusion"),
@@ -115,7 +119,11 @@ TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
     6 end plan on=t1
     12 start fusion from=out:0 on=t1
     20 end fusion on=t1)";
-  EXPECT_EQ(Verified(kWritten, spec("response_deadline: 7"))["R3"], Verdict::fail);
+  const Verified late(kWritten, spec("response_deadline: 7"));
+  EXPECT_EQ(late["R3"], Verdict::fail);
+  EXPECT_THAT(late.evidence("R3", "callback fusion"),
+              AllOf(HasSubstr("seq 0 starts, released at 5 at the earliest"),
+                    HasSubstr("response time at least 8 ns")));
   EXPECT_EQ(Verified(kWritten, spec("response_deadline: 14"))["R3"], Verdict::inconclusive);
   EXPECT_EQ(Verified(kWritten, spec("response_deadline: 15"))["R3"], Verdict::pass);
 }
