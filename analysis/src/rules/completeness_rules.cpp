@@ -9,6 +9,7 @@
 #include "model/recorded_parts.hpp"
 #include "scheduled_parameters.hpp"
 #include "spec_questions.hpp"
+#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <initializer_list>
@@ -334,8 +335,13 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
   const auto& model = context.model;
   const auto& spec = *context.options.spec;
   std::set<std::string_view> announced;
+  std::map<std::string_view, const ThreadFacts*> of_callbacks;
   for (const auto& thread : model.threads) {
-    if (thread.announced && thread.role != ThreadRole::callback) announced.insert(thread.name);
+    if (is_isolated(thread)) {
+      of_callbacks.emplace(thread.name, &thread);
+    } else if (thread.announced) {
+      announced.insert(thread.name);
+    }
   }
   announced.insert(model.later_threads.begin(), model.later_threads.end());
   std::vector<std::string> all(announced.begin(), announced.end());
@@ -348,13 +354,22 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     if (entry.is_dds_thread) continue;
     Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
     judgement.check();
-    if (!announced.contains(entry.id)) {
+    if (announced.contains(entry.id)) {
+      conclude(std::move(judgement), verdicts);
+      continue;
+    }
+    if (const auto found = of_callbacks.find(entry.id); found != of_callbacks.end()) {
+      judgement.fail(evidence("thread_init", *found->second->announced,
+                              thread_name(*found->second) + " is a callback's thread: what " +
+                                  place(context, entry.line) +
+                                  " asks for belongs into callback_groups"));
+    } else {
       fail_missing(context,
                    "was never announced (" + place(context, entry.line) + ")" +
                        suggestions.of_entry(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);
-      overrule_incomplete(context, judgement);
     }
+    overrule_incomplete(context, judgement);
     conclude(std::move(judgement), verdicts);
   }
 }

@@ -459,6 +459,14 @@ TEST(SpecifiedCallbackSeen, AsksForThreads) {
       << "which threads DDS has is its own affair";
 }
 
+TEST(SpecifiedCallbackSeen, SaysWhereTheEntryOfACallbacksThreadBelongs) {
+  const Verified verified(kThreeInstances, "non_ros_threads:\n  - id: fusion\n");
+  EXPECT_EQ(verified.of("M1", "thread fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "thread fusion"),
+              HasSubstr("thread_init thread 101 \"fusion\" is a callback's thread: what "
+                        "spec.yaml:2 asks for belongs into callback_groups"));
+}
+
 TEST(SpecifiedCallbackSeen, DoesNotAskForWildcards) {
   EXPECT_EQ(Verified(kThreeInstances, "callback_groups:\n  - id: /nobody/*\n")["M1"],
             Verdict::not_applicable);
