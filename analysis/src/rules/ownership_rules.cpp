@@ -70,6 +70,16 @@ Timestamp work_begins(const RuleContext& context, const ThreadFacts& thread) {
   return window ? std::max(begin, std::min(window->from, *thread.first_wait)) : begin;
 }
 
+// Why the foreign work of a thread is not known of which the kernel's record is whole.
+std::string why_unmeasured(const Model& model, const ThreadFacts& thread) {
+  const auto host = model.processes[at(thread.process)].host;
+  if (!model.hosts[at(host)].has_switches)
+    return "no sched_switch events; record with --kernel to measure foreign work";
+  if (!thread.first_wait && thread.is_known_to_kernel)
+    return "it never waited once it was set up: there is no first wait to count foreign work from";
+  return "on-CPU time outside callbacks is not known without gap";
+}
+
 void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& model = context.model;
@@ -98,11 +108,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
-    const bool has_switches = model.hosts[at(host)].has_switches;
-    judgement.doubt(without_event(
-        end, has_switches
-                 ? "on-CPU time outside callbacks is not known without gap"
-                 : "no sched_switch events; record with --kernel to measure foreign work"));
+    judgement.doubt(without_event(end, why_unmeasured(model, thread)));
     return;
   }
   if (*thread.foreign_span_ns == 0) return;  // it was over before the window

@@ -81,6 +81,16 @@ TEST(NoForeignWork, ComparesTimeOutsideCallbacksWithTheBudgetExactly) {
   EXPECT_EQ(Verified(kForeignTime).of("M6", "thread 101"), Verdict::pass) << "no budget";
 }
 
+TEST(NoForeignWork, SaysOfAThreadThatNeverWaitsThatItDoesNot) {
+  auto trace = std::string(kForeignTime);
+  for (auto at = trace.find("state=1"); at != std::string::npos; at = trace.find("state=1"))
+    trace.replace(at, 7, "state=0");
+  const Verified busy(trace, budget(1));
+  EXPECT_EQ(busy.of("M6", "thread 101"), Verdict::inconclusive);
+  EXPECT_THAT(busy.evidence("M6", "thread 101"),
+              HasSubstr("it never waited once it was set up: there is no first wait"));
+}
+
 // Its exit comes later.
 TEST(NoForeignWork, SaysUntilWhenItCounted) {
   const Verified exited(std::string(kForeignTime) + "\n90 exit fusion", budget(229'999'999));
