@@ -152,7 +152,8 @@ class InstanceBuilder {
   void note_left(const PendingInstance& latest, const OfThread& thread);
   // As far as its group is told.
   bool is_reentrant(CallbackIndex callback) const;
-  // It names none, and one may be open whose start was not looked at, or was lost.
+  // It names none, and one may be open whose start was lost. One that began before the window is no
+  // part of a chain, nor is what it publishes.
   bool may_be_of_unseen(const EventHead& head, const Emitter& who, const Publish& event);
   // What its thread runs may have ended since, unseen: then another instance publishes.
   bool may_have_ended(const EventHead& head, const PendingInstance& pending) const;

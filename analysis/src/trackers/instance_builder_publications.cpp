@@ -58,12 +58,10 @@ ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) 
 bool InstanceBuilder::may_be_of_unseen(const EventHead& head, const Emitter& who,
                                        const Publish& event) {
   if (event.callback != kNoCallback || !who.thread) return false;
-  const auto& on_thread = of_thread(who.thread);
+  const auto& last = of_thread(who.thread).last_activity;
   if (running(who) != nullptr) return false;
   // On a thread that never ran a callback none is missing.
-  return on_thread.unseen > 0 ||
-         (on_thread.last_activity &&
-          recording_.loss_times().any_between(who.host, *on_thread.last_activity, head.time));
+  return last && recording_.loss_times().any_between(who.host, *last, head.time);
 }
 
 bool InstanceBuilder::may_have_ended(const EventHead& head, const PendingInstance& pending) const {

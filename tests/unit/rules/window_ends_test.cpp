@@ -31,6 +31,32 @@ TEST(Window, AnInstanceThatNeverEndedBeforeItIsNoneOfItsConcern) {
   EXPECT_EQ(in_window(kTrace, 40, 60)["T4"], Verdict::pass);
 }
 
+// Its message is known, and so is that the chain began before: as where it was published before, too.
+TEST(Window, WhatAnInstancePublishesThatItsBeginCutsIsOfNoChain) {
+  constexpr const char* kTrace = R"(
+    publisher out topic=/t
+    callback plan timer period=20
+    callback fusion topic=/t
+    11 start plan release=10
+    13 publish out on=plan
+    15 end plan
+    16 release fusion
+    17 start fusion from=out:0
+    19 end fusion
+    31 start plan release=30
+    33 publish out on=plan
+    35 end plan
+    36 release fusion
+    37 start fusion from=out:1
+    39 end fusion)";
+  constexpr auto kSpec = "chains:\n  - {name: brake, callbacks: [plan, fusion], path_latency: 9}\n";
+  for (const auto from : {5, 12, 14, 16}) {
+    const auto part = in_window(kTrace, from, 50, kSpec);
+    EXPECT_EQ(part["Q2"], Verdict::pass) << from << '\n' << part.evidence("Q2", "chain brake");
+    EXPECT_EQ(part.result.report.chains.at(0).instances, from == 5 ? 2U : 1U) << from;
+  }
+}
+
 TEST(Window, ASecondEndOutsideItIsNoneOfItsConcern) {
   constexpr const char* kTwice = R"(
     callback plan timer period=20
