@@ -81,6 +81,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     pipeline.enforcement.on_fork(head, who.host, e);
   }
   void operator()(const SchedProcessExit& e) const {
+    pipeline.instances->on_exit(head, who.host, e.tid);
     pipeline.registry.apply(head, e);
     pipeline.timeline.on_exit(who.host, e.tid);
   }

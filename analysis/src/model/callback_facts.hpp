@@ -52,6 +52,7 @@ struct OpenInstance {
   bool is_left = false;                     // ROS 2's: an exception ended it, which no event tells
   std::optional<Timestamp> next_release{};  // exact, of the instance numbered one more
   EventRef next_start{};                    // of that one
+  std::optional<std::pair<Duration, Timestamp>> executed{};  // at least so long until then
 };
 
 // A callback went on on another thread, where it had not run before, without a callback_init in between;

@@ -165,6 +165,21 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
       });
 }
 
+// An instance that never ended, as the totals prove, and executed for longer than `declared` allows.
+void judge_unended_budget(const CallbackFacts& callback, bool is_lost, std::int64_t wcet,
+                          const std::string& declared, Judgement& judgement) {
+  if (is_lost || !has_unended(callback)) return;
+  for (const auto& open : callback.open) {
+    if (!open.executed || open.executed->first.ns <= wcet) continue;
+    judgement.check();
+    judgement.fail(evidence("callback_start", open.start,
+                            "seq " + std::to_string(open.seq) + " starts, and never ends"));
+    judgement.fail(
+        without_event(moment(open.executed->second, open.start.tid),
+                      "execution time until here " + nanoseconds(open.executed->first) + declared));
+  }
+}
+
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
   const bool is_any_specified =
       specifies_any(context, [](const SpecEntry& entry) { return entry.wcet_ns.has_value(); });
@@ -180,10 +195,12 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
     judgement.overrule(doubtful_ends(callback, loss));
     const auto& longest = callback.max_execution;
     const auto& own = callback.own ? callback.own->max_execution : longest;
-    const auto took = [&](const Extreme<Duration>& extreme) {
-      return "execution time " + nanoseconds(extreme.value) + ", " + place(context, entry->line) +
-             " declares at most " + nanoseconds(wcet);
+    const auto declared =
+        ", " + place(context, entry->line) + " declares at most " + nanoseconds(wcet);
+    const auto took = [&declared](const Extreme<Duration>& extreme) {
+      return "execution time " + nanoseconds(extreme.value) + declared;
     };
+    judge_unended_budget(callback, loss.has_value(), wcet, declared, judgement);
     if (own && own->value.ns > wcet) {
       fail_with(*own, took(*own), judgement);
     } else if (longest && longest->value.ns > wcet) {
@@ -233,8 +250,9 @@ const Rule kBudget{
     .meaning =
         "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the "
         "kernel's record of an instance has a hole, lacks a CPU that it may have run on, or is "
-        "absent, the instance passes if its whole duration does. One outside of what all streams "
-        "cover is not counted, and fails if it took too long.",
+        "absent, the instance passes if its whole duration does. One that never ended fails if it "
+        "executed too long all the same; one outside of what all streams cover is not counted, and "
+        "fails if it took too long.",
     .why_it_matters =
         "Budgets and response-time analyses rest on the wcet: one callback that takes more "
         "invalidates the bounds of all below it.",

@@ -68,6 +68,8 @@ class InstanceBuilder {
                 std::uint64_t seq);
   // What woke the thread was of an instance that ended before the window.
   void forget_wakes(const EventHead& head, const Emitter& who);
+  // What the thread runs executes no longer.
+  void on_exit(const EventHead& head, HostIndex host, std::int64_t tid);
   // Such an instance may run on the thread.
   bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
   // The thread runs something, as far as is seen.
@@ -200,6 +202,8 @@ class InstanceBuilder {
     thread.last_activity = start;
   }
   void leave_unseen(const std::optional<ThreadIndex>& thread);
+  // An instance that will not end any more, as its thread is seen for the last time.
+  void measure_open(PendingInstance& pending, const ThreadTimeline::Mark& last) const;
   void finish_grid(CallbackIndex index);
   // The kernel's events may tell of its thread.
   bool has_kernel(const PendingInstance& pending) const {

@@ -99,6 +99,20 @@ void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
   ended_.measure(std::move(pending));
 }
 
+void InstanceBuilder::measure_open(PendingInstance& pending,
+                                   const ThreadTimeline::Mark& last) const {
+  if (pending.measured_to || last.time < pending.start.time || !has_kernel(pending)) return;
+  pending.parts = ThreadTimeline::between(pending.mark, last);
+  pending.measured_to = last.time;
+}
+
+void InstanceBuilder::on_exit(const EventHead& head, HostIndex host, std::int64_t tid) {
+  const auto thread = registry_.thread_by_tid(host, tid);
+  if (!thread) return;
+  for (auto& pending : threads_[*thread].open)
+    measure_open(*pending, timeline_.mark(host, tid, head.time));
+}
+
 void InstanceBuilder::finish() {
   held_publications_.tell_all();
   ended_.measure_all();
@@ -114,8 +128,12 @@ void InstanceBuilder::finish() {
     return std::tie(a->start.time, a->start.tid, a->seq) <
            std::tie(b->start.time, b->start.tid, b->seq);
   });
-  for (auto& pending : open)
+  for (auto& pending : open) {
+    const auto tid = pending->start.tid;
+    if (pending->thread && registry_.thread_by_tid(pending->host, *tid) == pending->thread)
+      measure_open(*pending, timeline_.mark_at_last_switch(pending->host, *tid));
     abandon(std::move(pending));
+  }
   measurer_.finish();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
     finish_grid(static_cast<CallbackIndex>(i));

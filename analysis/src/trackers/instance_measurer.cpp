@@ -40,7 +40,7 @@ inline bool InstanceMeasurer::is_isolated_thread(const PendingInstance& pending)
 
 bool InstanceMeasurer::is_recorded(const PendingInstance& pending) const {
   const auto begin = pending.start.time;
-  const auto end = pending.end->time;
+  const auto end = pending.end ? pending.end->time : *pending.measured_to;
   const auto& coverage = recording_.coverage();
   if (!pending.parts->has_left && pending.start.cpu) {  // then no other CPU matters
     const std::optional<std::int32_t> cpu = pending.start.cpu;
@@ -227,6 +227,10 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
                          .thread = pending.thread.value_or(ThreadIndex{kNoId}),
                          .is_left = is_left(pending),
                          .next_release = std::nullopt});
+        const bool is_measured =
+            pending.measured_to && pending.parts && model_.hosts[at(pending.host)].has_switches;
+        if (is_measured && is_recorded(pending))
+          open.executed = {pending.parts->execution, *pending.measured_to};
         if (open.release_exact && pending.is_in_window) note_open_arrival(pending, open);
       }
       break;

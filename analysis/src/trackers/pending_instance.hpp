@@ -45,6 +45,7 @@ struct PendingInstance {
   OptionalTime alone_since;
   ThreadTimeline::Mark mark;
   std::optional<ThreadTimeline::Parts> parts;
+  OptionalTime measured_to;  // of one that never ended: from its start to here are its parts
   std::vector<Preemptor> preempted_by;
   // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
   bool is_confined = false;

@@ -333,6 +333,11 @@ ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Time
   return mark;
 }
 
+ThreadTimeline::Mark ThreadTimeline::mark_at_last_switch(HostIndex host, std::int64_t tid) const {
+  const auto* read = find(host, tid);
+  return mark(host, tid, read == nullptr ? Timestamp{} : read->since);
+}
+
 std::optional<ThreadTimeline::Parts> ThreadTimeline::between(const Mark& from, const Mark& to) {
   // A break at the very mark is none of what follows it.
   const bool is_broken_at_mark = from.presumption != 0 && from.presumption == to.failed_presumption;

@@ -94,6 +94,8 @@ class ThreadTimeline {
   void begin_anew(HostIndex host, std::int32_t cpu);
 
   Mark mark(HostIndex host, std::int64_t tid, Timestamp time) const;
+  // The same at its last switch: what it runs since then nothing has confirmed.
+  Mark mark_at_last_switch(HostIndex host, std::int64_t tid) const;
   // The parts between two marks; empty if the thread's record broke between them.
   static std::optional<Parts> between(const Mark& from, const Mark& to);
   // Whether an interval overlaps a hole or a loss of the kernel's record: of one CPU's, or of any.

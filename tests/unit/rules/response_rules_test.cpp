@@ -324,6 +324,51 @@ TEST(Budget, IsInconclusiveWhereAnotherThreadSpokeOnTheCpu) {
   EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("switch_mismatch"));
 }
 
+// From 10 to 12 and from 16 to 45, when it is switched out for the last time.
+constexpr const char* kNeverEnds = R"(
+    callback fusion
+    callback lidar
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    12 preempt fusion by=lidar
+    16 switch 0 lidar fusion state=1
+    40 finish fusion
+    45 switch 0 fusion idle state=1
+    45 switch 1 idle lidar
+    46 switch 1 lidar idle)";
+
+TEST(Budget, FailsForAnInstanceThatNeverEnded) {
+  const Verified verified(kNeverEnds, spec("wcet: 30"));
+  EXPECT_EQ(verified.of("R4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R4", "callback fusion"),
+              AllOf(HasSubstr("10 callback_start seq 0 starts, and never ends"),
+                    HasSubstr("45  execution time until here 31 ns, spec.yaml:2 declares at most "
+                              "30 ns")));
+  EXPECT_NE(Verified(kNeverEnds, spec("wcet: 31"))["R4"], Verdict::fail);
+  EXPECT_NE(Verified("process app crash\n" + std::string(kNeverEnds), spec("wcet: 30"))["R4"],
+            Verdict::fail)
+      << "one cut by a crash is not judged";
+}
+
+// Its tid is another thread's from then on.
+TEST(Budget, CountsOfAnInstanceThatNeverEndedNothingAfterTheExitOfItsThread) {
+  auto text = std::string(kNeverEnds);
+  text.insert(text.find("    45 switch 0"), "    44 exit fusion\n");
+  text += "\n50 switch 0 idle fusion\n90 switch 0 fusion idle state=1";
+  EXPECT_EQ(Verified(text, spec("wcet: 29"))["R4"], Verdict::fail);
+  EXPECT_NE(Verified(text, spec("wcet: 30"))["R4"], Verdict::fail);
+}
+
+// Where it ran since it was switched in last no event confirms.
+TEST(Budget, CountsOfAnInstanceThatNeverEndedWhatTheKernelShowsWithoutHole) {
+  auto text = std::string(kNeverEnds);
+  const std::string out = "    45 switch 0 fusion idle state=1\n";
+  text.erase(text.find(out), out.size());
+  EXPECT_NE(Verified(text, spec("wcet: 30"))["R4"], Verdict::fail);
+  const auto hole = std::string(kNeverEnds) + "\n30 discard kernel until=31 count=1";
+  EXPECT_NE(Verified(hole, spec("wcet: 30"))["R4"], Verdict::fail);
+}
+
 TEST(Budget, PassesByDurationWithoutKernelEventsOrIsInconclusive) {
   EXPECT_EQ(Verified(kTwoRuns, spec("wcet: 6"))["R4"], Verdict::pass);
   EXPECT_EQ(Verified(kTwoRuns, spec("wcet: 5"))["R4"], Verdict::inconclusive);
