@@ -79,6 +79,14 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
           "  look: cie view 'recordings/run 1'\n");
 }
 
+TEST(VerifyScreen, LeavesRoomBehindALongName) {
+  auto verdicts = test::sample_verdicts();
+  for (auto& rule : verdicts.rules)
+    if (rule.id == "M2") rule.name = "parameters-before-first-callback";
+  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()),
+              HasSubstr("  M2 parameters-before-first-callback  1 of 2 threads ran"));
+}
+
 TEST(VerifyScreen, OfAPipeIsAscii) {
   const auto text = screen_of(test::sample_verdicts(), report_of_shared_threads());
   EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));

@@ -81,7 +81,7 @@ class VerifyScreen {
   Lines block(const Finding& finding, std::size_t rows, std::size_t lines_of_a_row,
               bool is_short = false) const {
     const auto order = rows == 0 || finding.order.empty() ? "" : ", " + finding.order;
-    Lines lines{cut(fmt::format("  {:<3}{:<28}{} {}{}", finding.rule->id, finding.rule->name,
+    Lines lines{cut(fmt::format("  {:<3}{:<28}{} {}{}", finding.rule->id, finding.rule->name + "  ",
                                 finding.subjects, finding.violation, order),
                     style_.columns, gap_)};
     const auto shown = std::min(rows, finding.rows.size());
