@@ -176,7 +176,8 @@ class Faults(unittest.TestCase):
         small.mkdir()
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m,mode=777", "none", small], check=True)
         self.addCleanup(subprocess.run, ["umount", "-l", small], check=True)
-        recording = self.record_without_room("full", directory=small / "rec")
+        # More slowly: on a loaded machine nine tenths were discarded, and the rest did not fill the disk.
+        recording = self.record_without_room("full", period_us=100, directory=small / "rec")
         copy = scratch / "full_copy"  # read where there is room
         shutil.copytree(recording.directory, copy)
         recording.directory = copy
@@ -193,10 +194,10 @@ class Faults(unittest.TestCase):
         recording = self.record_without_room("no_buffers", largest_file=1 << 20)
         self.assertIn("LTTng could make no buffers for", recording.said)
 
-    def record_without_room(self, name, instances=60_000, **where):
+    def record_without_room(self, name, instances=60_000, period_us=40, **where):
         # Slowly enough for the consumer daemon, which looks for full sub-buffers every 20 ms. 5 MB in all: a loaded
         # machine may run the daemon so late that half of it is discarded, and what is left has to fill the disk.
-        recording = Recording(name, "--instances", str(instances), "--period-us", "40",
+        recording = Recording(name, "--instances", str(instances), "--period-us", str(period_us),
                               record=["--subbuf-size", "64k"], **where).finish(status=4)
         self.assertIn("THE RECORDING FAILED", recording.said)
         begun, emitted = recording.counted()

@@ -125,7 +125,8 @@ class Flight(unittest.TestCase):
         late = 100
         recorder, directory = self.record(
             "deadline", ["--max-snapshots", "1", "--min-interval", "0"],
-            ["--instances", "1500", "--deadline-us", "2000000", "--late-every", str(late)])
+            # Long enough for a loaded machine to have saved the snapshot before the application ends.
+            ["--instances", "5000", "--deadline-us", "2000000", "--late-every", str(late)])
         text = self.end(recorder)
         snapshot = directory / "snapshot-001"
         reason = manifest_of(snapshot)["snapshot"]["reason"]
