@@ -190,7 +190,7 @@ std::vector<std::vector<std::string>> missing_streams(std::span<const fs::path> 
       const bool is_elsewhere = std::ranges::any_of(
           traces,
           [&trace, &file = file](const TraceFiles& other) { return has_part(trace, other, file); });
-      if (!is_elsewhere) of_trace.push_back(file + " is missing, and " + why);
+      if (!is_elsewhere) of_trace.emplace_back(file).append(" is missing, and ").append(why);
     }
   }
   return lines;
