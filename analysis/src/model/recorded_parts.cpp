@@ -195,9 +195,10 @@ std::vector<const Recording*> recordings_around(std::span<const Recording> recor
     std::error_code error;
     return std::filesystem::absolute(without_slash(name), error).lexically_normal();
   };
+  const auto place_of_file = place(file);
   std::vector<const Recording*> around;
   for (const auto& recording : recordings) {
-    if (is_below(place(file), place(recording.name))) around.push_back(&recording);
+    if (is_below(place_of_file, place(recording.name))) around.push_back(&recording);
   }
   return around;
 }

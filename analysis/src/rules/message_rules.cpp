@@ -393,10 +393,11 @@ const Rule kChainBounds{
         "what is bounded could be measured, the publish of a message on the chain was not seen, "
         "its publisher or a callback of the chain was announced more than 3 s later, a callback "
         "of it lost instances, before the end reads of its first callback had no answer for longer "
-        "than the bound of reaction time or data age, or, for the path latency, the first release of an instance is not "
-        "known exactly (later ones need not be) and what is known of it does not decide: it was "
-        "not after the start, nor before the message's source timestamp or a timer's calculated "
-        "expiry; between hosts also when what their clocks may differ by decides.",
+        "than the bound of reaction time or data age, or, for the path latency, the first release "
+        "of an instance is not known exactly (later ones need not be) and what is known of it does "
+        "not decide: it was not after the start, nor before the message's source timestamp or a "
+        "timer's calculated expiry; between hosts also when what their clocks may differ by "
+        "decides.",
     .remedy =
         "the hop table of cie report --spec shows which callback or message takes the time; where "
         "nothing could be linked, M1 says whether its callbacks exist.",

@@ -223,8 +223,7 @@ void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callba
   for (const auto* pair : callback.ran_on) {
     const auto index = pair->thread;
     const auto& thread = context.model.threads[at(index)];
-    const bool is_others = thread.announced && thread.role && !is_isolated(thread);
-    if (!is_others || !is_there_for_certain(context.model, *pair)) continue;
+    if (!is_of_other_role(thread) || !is_there_for_certain(context.model, *pair)) continue;
     judgement.check();
     const auto elsewhere = evidence("callback_start", pair->first_start,
                                     callback.logical_id + " ran " + counted(pair->starts, "time") +
@@ -302,18 +301,12 @@ void judge_changed(const RuleContext& context, ThreadIndex index, const EventRef
                                kUnknownSpec));
 }
 
-// By the first parameters that match: whether the thread had them when the callback started there first.
-void judge_match(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
-                 const EventRef& first_start, std::uint64_t seq, const ReadBack& match,
-                 const SpecEntry& entry, Judgement& judgement) {
+// The callback started first on the thread before the parameters that match.
+void fail_unconfigured(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
+                       const EventRef& first_start, std::uint64_t seq, const ReadBack& match,
+                       Judgement& judgement) {
   const auto& proof = context.proof;
-  const bool is_in_time = first_start.time >= match.at.time;
-  if (!is_in_time && match.change != 0) {
-    judge_changed(context, index, first_start, match, entry, judgement);
-    return;
-  }
   judgement.check();
-  if (is_in_time) return;
   if (proof.may_hide_read_back(index, nullptr, &match)) judgement.overrule(proof.loss(index));
   judgement.fail(
       evidence("callback_start", first_start,
@@ -340,8 +333,8 @@ void judge_before_next(const RuleContext& context, ThreadIndex index, const Call
   const bool is_judged = ran != callback.ran_on.end() && (*ran)->starts > 0 &&
                          match != thread.applied.end() && match->change == 0;
   if (!is_judged || (*ran)->first_start.time >= match->at.time) return;
-  judge_match(context, index, callback, (*ran)->first_start, (*ran)->first_seq, *match, entry,
-              judgement);
+  fail_unconfigured(context, index, callback, (*ran)->first_start, (*ran)->first_seq, *match,
+                    judgement);
 }
 
 void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackIndex callback_index,
@@ -371,7 +364,13 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
-  judge_match(context, index, callback, starts.first_at, 0, *match, entry, judgement);
+  if (starts.first_at.time >= match->at.time) {
+    judgement.check();
+  } else if (match->change != 0) {
+    judge_changed(context, index, starts.first_at, *match, entry, judgement);
+  } else {
+    fail_unconfigured(context, index, callback, starts.first_at, 0, *match, judgement);
+  }
 }
 
 std::vector<SubjectVerdict> judge_before(const RuleContext& context) {

@@ -81,9 +81,8 @@ std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& call
 }
 
 const SpecEntry* entry_of_name(const RuleContext& context, const ThreadFacts& thread) {
-  const bool is_callbacks = thread.role.value_or(ThreadRole::callback) == ThreadRole::callback;
   const auto* spec = context.options.spec;
-  return spec == nullptr || is_callbacks ? nullptr : spec->find_thread(thread.name);
+  return spec == nullptr || !is_of_other_role(thread) ? nullptr : spec->find_thread(thread.name);
 }
 
 const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {

@@ -26,6 +26,10 @@ bool is_isolated(const ThreadFacts& thread) noexcept {
   return thread.announced && thread.role == ThreadRole::callback;
 }
 
+bool is_of_other_role(const ThreadFacts& thread) noexcept {
+  return thread.announced && thread.role && thread.role != ThreadRole::callback;
+}
+
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
   if (thread.process != callback.process) return false;
   if (thread.callback) return *thread.callback == callback.id;

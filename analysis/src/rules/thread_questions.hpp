@@ -26,6 +26,8 @@ std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const Callback
 bool may_be_former(const RuleContext& context, const ThreadFacts& thread);
 // Announced with role callback.
 bool is_isolated(const ThreadFacts& thread) noexcept;
+// Announced with another one: a worker, a dispatcher, one of a pool.
+bool is_of_other_role(const ThreadFacts& thread) noexcept;
 // The thread was announced for the callback, or for its group without naming a callback.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
 // Of a thread that ran callbacks.

@@ -120,10 +120,15 @@ Change change_of_missed(const CallbackSample& before, const CallbackSample& afte
                    after.instances, tolerance);
 }
 
+bool are_of_one_deadline(const std::optional<Lateness>& before,
+                         const std::optional<Lateness>& after) {
+  return before && after && before->deadline == after->deadline;
+}
+
 // Of one deadline. Where more may have been late than is known, that may be as many as one likes.
 Change change_of_late(const std::optional<Lateness>& before, const std::optional<Lateness>& after,
                       double tolerance) {
-  if (!before || !after || before->deadline != after->deadline) return Change::undecided;
+  if (!are_of_one_deadline(before, after)) return Change::undecided;
   const auto change = compare(Rate{before->late, before->instances},
                               Rate{after->late, after->instances}, tolerance);
   const bool is_open = change == Change::worse ? before->is_late_bound : after->is_late_bound;
@@ -317,7 +322,7 @@ bool CallbackChange::is_regression() const {
 }
 
 bool CallbackChange::has_one_deadline() const {
-  return lateness_before && lateness_after && lateness_before->deadline == lateness_after->deadline;
+  return are_of_one_deadline(lateness_before, lateness_after);
 }
 
 Outcome Comparison::outcome() const {

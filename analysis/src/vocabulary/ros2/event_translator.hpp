@@ -86,7 +86,7 @@ class EventTranslator final : public Translator {
     Timestamp begin{};          // of the first of these
     bool describes_entities = false;
     // A stream ends with its last packet: early where its CPU was quiet, and nothing is missing then.
-    bool ends_apart = false;
+    std::optional<bool> ends_apart{};  // empty: not asked yet
   };
   // The thread of an event: looked up once for those that follow.
   struct EmittingThread {

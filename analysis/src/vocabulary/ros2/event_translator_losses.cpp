@@ -142,7 +142,7 @@ void EventTranslator::end_stream(const EventHead& head) {
   if (!is_early) {
     links_.end_channel(stream.channel, detail::wrapping_add(head.time.ns, stream.offset_ns));
     end_losses(*stream.host, stream.channel, head.time);
-  } else if (!channel_of(head).ends_apart && !has_events_beside(stream)) {
+  } else if (!channel_of(head).ends_apart.value_or(false) && !has_events_beside(stream)) {
     lose(head, head.time, kLatest);
   }
 }

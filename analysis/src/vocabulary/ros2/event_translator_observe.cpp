@@ -94,8 +94,9 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
                                       event.has_events.value_or(false),
                      .has_callback_events = event.has_callback_events.value_or(true)};
   if (event.domain != Domain::user) return;
-  channel_of(head).ends_apart =
-      ends_with_last_packet(recordings_, event.writer, std::string(event.path));
+  auto& ends_apart = channel_of(head).ends_apart;
+  if (!ends_apart)
+    ends_apart = ends_with_last_packet(recordings_, event.writer, std::string(event.path));
   if (!of_host.trace) ++speaking_hosts_;
   if (of_host.trace.value_or(event.trace) != event.trace) {
     of_host.has_several_traces = true;
