@@ -12,11 +12,11 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::size_t kBatches = 16;
-// Who had to wait goes on when so many wait for the consumer: to wake a thread for every batch would
-// cost more than the batch.
-constexpr std::size_t kEnough = kBatches / 2;  // the consumer
-constexpr std::size_t kFew = kBatches / 4;  // the reader: it fills one faster than that is consumed
+// To wake a thread of a virtual machine takes as long as several batches: whoever had to wait goes on
+// when as many wait for the consumer, and the other one has as many to go on with.
+constexpr std::size_t kBatches = 64;
+constexpr std::size_t kEnough = kBatches / 4;  // the consumer
+constexpr std::size_t kFew = kBatches / 4;     // the reader
 
 struct Batch {
   EventBatch events{kEventsPerBatch};

@@ -242,9 +242,8 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
   // What the last callback writes is there at its end: an instance in between whose end is lost wrote, too.
   // Of a reentrant group it may merely go on.
   const auto& last = *nodes.back();
-  if (registry_.group_type_of(model_.callbacks[at(last.callback)]) == GroupType::reentrant)
-    return false;
-  return registry_.ends(last.callback).has_hole_between(progress.hops.back().seq, last.seq);
+  return registry_.ends(last.callback).has_hole_between(progress.hops.back().seq, last.seq) &&
+         registry_.group_type_of(model_.callbacks[at(last.callback)]) != GroupType::reentrant;
 }
 
 std::optional<Duration> ChainTracker::to_last(const Nodes& nodes) {

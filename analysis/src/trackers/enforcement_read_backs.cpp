@@ -64,8 +64,7 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
 void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
                                       const ThreadSched& event) {
   auto& state = threads_[index];
-  state.has_cpus = !event.cpus.empty();
-  state.allowed_cpu = -1;
+  places_[index].cpu = event.cpus.empty() ? Place::kAnywhere : Place::kNotSeen;
   auto& thread = model_.threads[at(index)];
   if (!state.outside_initial.empty()) {
     // The one between the first and an audit that is not the next may come in the same nanosecond.

@@ -184,7 +184,7 @@ void EnforcementTracker::total(std::optional<Timestamp> now) {
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const ThreadIndex index{static_cast<std::uint32_t>(i)};
-    thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
+    thread.cpus_checked += std::exchange(places_[index].seen_again, 0);
     const auto host = model_.processes[at(thread.process)].host;
     if (thread.is_known_to_kernel && model_.hosts[at(host)].has_switches) total(index, host, now);
   }

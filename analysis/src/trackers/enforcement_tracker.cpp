@@ -29,7 +29,8 @@ void join_last_two(std::vector<ScheduledAs>& stretches) {
 
 void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
   auto& state = threads_[index];
-  if (!is_judging_ || !head.cpu || !state.has_cpus || state.is_changing) return;
+  auto& place = places_[index];
+  if (!is_judging_ || !head.cpu || !place.is_bound() || state.is_changing) return;
   auto& thread = model_.threads[at(index)];
   ++thread.cpus_checked;
   if (is_switch) ++thread.switch_cpus_checked;
@@ -37,7 +38,7 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   const bool is_allowed =
       *head.cpu >= 0 &&
       std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
-  if (is_allowed) state.allowed_cpu = *head.cpu;
+  if (is_allowed) place.cpu = *head.cpu;
   if (is_allowed || thread.cpu_violation) return;
   auto where = ref(head);
   where.tid = thread.tid;
@@ -383,7 +384,7 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
 }
 
 void EnforcementTracker::on_thread_fini(const EventHead& head, ThreadIndex index) {
-  threads_[index].has_cpus = false;
+  places_[index].cpu = Place::kAnywhere;
   const auto host = model_.processes[at(model_.threads[at(index)].process)].host;
   if (!is_totalled_) total_foreign_work(index, host, reading(index, host, head.time));
 }

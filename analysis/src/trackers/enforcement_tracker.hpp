@@ -33,21 +33,21 @@ class EnforcementTracker {
   // An audit after the window: where it agrees, nothing changed in the window that lasted.
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
   // The thread will emit an event soon.
-  void prefetch(ThreadIndex thread) const noexcept { prefetch_head(threads_.find(thread)); }
+  void prefetch(ThreadIndex thread) const noexcept { prefetch_head(places_.find(thread)); }
   // Whether on_user_event() does anything.
   bool heeds_events_of(ThreadIndex thread) const noexcept {
-    const auto* state = threads_.find(thread);
-    return has_switches_ || (state != nullptr && state->has_cpus);
+    const auto* place = places_.find(thread);
+    return has_switches_ || (place != nullptr && place->is_bound());
   }
   void on_user_event(const EventHead& head, ThreadIndex thread) {
-    auto* state = threads_.find(thread);
-    if (state == nullptr || !state->has_cpus) {
+    auto* place = places_.find(thread);
+    if (place == nullptr || !place->is_bound()) {
       if (has_switches_) adopt_unread(head, thread);
       return;
     }
     if (!head.cpu || !is_judging_) return;
-    if (*head.cpu == state->allowed_cpu && !state->is_changing) {
-      ++state->allowed_again;
+    if (*head.cpu == place->cpu) {
+      ++place->seen_again;
     } else {
       check_cpu(head, thread, false);
     }
@@ -93,10 +93,18 @@ class EnforcementTracker {
     std::int32_t prio = 0;          // that of who waits for it, as was told last
     std::optional<Timestamp> told;  // by the last of these events
   };
+  // Where a thread may run, and does. Each of its events looks at it: it lies close to that of others.
+  struct Place {
+    static constexpr auto kAnywhere = std::numeric_limits<std::int64_t>::min();
+    static constexpr auto kNotSeen = kAnywhere + 1;
+    // The allowed CPU on which it was seen last. kAnywhere: it was not read back with the CPUs it may
+    // use. kNotSeen: on none of them since that was, or its parameters change.
+    std::int64_t cpu = kAnywhere;
+    std::uint64_t seen_again = 0;  // times it was seen there since, not yet in its facts
+
+    bool is_bound() const noexcept { return cpu != kAnywhere; }
+  };
   struct OfThread {
-    bool has_cpus = false;            // was read back, with the CPUs it may use
-    std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
-    std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
     Rare<Comparison> compared;
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
@@ -229,6 +237,7 @@ class EnforcementTracker {
   const RecordingTracker& recording_;
   ThreadTimeline& timeline_;
   InstanceBuilder& instances_;
+  ByIndex<ThreadIndex, Place> places_;
   ByIndex<ThreadIndex, OfThread> threads_;
   ByIndex<HostIndex, DenseMap<std::int64_t, OfTid>> tids_;
   std::vector<std::uint32_t> free_forks_;  // indices into model.forks

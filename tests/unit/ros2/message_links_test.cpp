@@ -165,9 +165,8 @@ TEST(MessageLinks, WhatManyPublicationsFollowedIsOfNoOtherWriter) {
   links.topic(kTopic).add_publisher(8);
   constexpr auto kPublications = static_cast<std::int64_t>(kKept) + 2;
   for (std::int64_t i = 1; i <= kPublications; ++i) {
-    auto publication = stamped(7, i * 100);
-    publication.entry = WrittenMessage::Entry{.host = 0, .number = i};
-    links.topic(kTopic).add(publication);
+    links.topic(kTopic).add(stamped(7, i * 100),
+                            AgnocastMessage{.entry = {.host = 0, .number = i}});
   }
   EXPECT_EQ(links.find(kTopic, 300).gid, 7U) << "the first that is remembered";
   EXPECT_TRUE(links.find(kTopic, 200).is_undecided);
@@ -255,16 +254,16 @@ TEST(MessageLinks, WhatFitsNoCallIsUndecidedWhereOneOfSeveralPublishersMayHaveLo
 
 // Numbers begin again in each IPC namespace, and where nobody had the topic any more.
 TEST(MessageLinks, ANumberIsOfItsLatestPublicationUnlessAnotherProcessHasPublishedByIt) {
-  const auto numbered = [](std::uint64_t gid, std::int64_t stamp, std::int64_t pid) {
-    return WrittenMessage{
-        .gid = gid, .stamp = stamp, .entry = {{.host = 0, .number = 5}}, .pid = pid};
-  };
   MessageLinks links;
-  links.topic(kTopic).add(numbered(1, 100, 1));
-  links.topic(kTopic).add(numbered(2, 200, 1));
+  const auto add = [&](std::uint64_t gid, std::int64_t stamp, std::int64_t pid) {
+    links.topic(kTopic).add({.gid = gid, .stamp = stamp},
+                            AgnocastMessage{.entry = {.host = 0, .number = 5}, .pid = pid});
+  };
+  add(1, 100, 1);
+  add(2, 200, 1);
   EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 5}).gid, 2U);
   EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 6}).gid, 0U);
-  links.topic(kTopic).add(numbered(3, 300, 7));
+  add(3, 300, 7);
   EXPECT_TRUE(links.find_entry(kTopic, {.host = 0, .number = 5}).is_undecided);
   EXPECT_EQ(links.find_entry(kTopic, {.host = 0, .number = 5}).gid, 0U);
   EXPECT_FALSE(links.find_entry(kTopic, {.host = 1, .number = 5}).is_undecided);

@@ -50,7 +50,8 @@ constexpr EventCategory category_of(const EventBody& body) noexcept {
   return kEventCategories[body.index()];
 }
 
-struct Event {
+// Threads pass events on to each other: no two share a cache line.
+struct alignas(64) Event {
   EventHead head;
   EventBody body;
 };

@@ -97,6 +97,13 @@ class EventTranslator final : public Translator {
     ros2::Thread* thread = nullptr;
   };
   static constexpr std::size_t kEmitting = 1024;  // a power of two
+  // The same of the publisher of an own event.
+  struct KnownPublisher {
+    const Host* host = nullptr;  // null: none
+    std::int64_t pid = 0;
+    PublisherId id{};
+    ros2::OwnPublisher* publisher = nullptr;
+  };
   // The event before, if it was the start of a callback that run() translated.
   struct Begun {
     Event* event = nullptr;  // null: it was not
@@ -219,7 +226,8 @@ class EventTranslator final : public Translator {
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock
   std::array<std::pair<const Host*, std::int64_t>, 64>
-      own_{};  // by pid: some that note_own() knows
+      own_{};                                         // by pid: some that note_own() knows
+  std::array<KnownPublisher, 256> own_publishers_{};  // by id: some
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
   ros2::Services services_;

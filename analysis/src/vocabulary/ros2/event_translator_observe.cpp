@@ -25,8 +25,11 @@ void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
     }
     return;
   }
+  auto heeded = kTold | kinds<RunEnd, Publish, CallbackStart>();
+  if (is_ros2_told_) heeded |= kinds<CallbackEnd>();
   for (auto& event : events) {
     if (may_have_copies_ && leave_copy(event)) continue;
+    if ((heeded >> event.body.index() & 1) == 0) continue;  // most of them
     const auto& head = event.head;
     std::visit(
         Overloaded{
@@ -136,10 +139,17 @@ void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
 void EventTranslator::apply(const EventHead& head, const Publish& event) {
   if (!head.pid || head.is_derived) return;
   const auto& stream = stream_of(head);
-  auto& publishers = stream.host->processes[*head.pid].own_publishers;
-  const auto found = publishers.find(event.publisher);
-  if (found == publishers.end()) return;
-  auto& publisher = found->second;
+  auto& known = own_publishers_[static_cast<std::size_t>(event.publisher) % own_publishers_.size()];
+  const bool is_it =
+      known.host == stream.host && known.pid == *head.pid && known.id == event.publisher;
+  if (!is_it) {
+    auto& publishers = stream.host->processes[*head.pid].own_publishers;
+    const auto found = publishers.find(event.publisher);
+    if (found == publishers.end()) return;
+    known = {
+        .host = stream.host, .pid = *head.pid, .id = event.publisher, .publisher = &found->second};
+  }
+  auto& publisher = *known.publisher;
   if (publisher.messages == nullptr) {
     publisher.messages = &links_.topic(publisher.topic);
     publisher.messages->add_publisher(publisher.gid);

@@ -31,7 +31,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
   const auto fitting = entry.fitting(source_timestamp);
   if (fitting.exact_count > 1) return undecided;
   if (fitting.exact != nullptr) {
-    return {.gid = fitting.exact->gid, .stamp = fitting.exact->name.value_or(fitting.exact->stamp)};
+    return {.gid = fitting.exact->gid, .stamp = fitting.exact->known_as()};
   }
   if (fitting.within_count > 1 || may_be_unannounced(source_timestamp)) return undecided;
   if (fitting.within_count == 1) {
@@ -63,13 +63,13 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic,
-                                              const WrittenMessage::Entry& entry) const {
+                                              const AgnocastEntry& entry) const {
   const auto found = topics_.find(topic);
   if (found == topics_.end()) return {};
   const auto& messages = found->second;
-  const auto* latest = messages.find_entry(entry);
+  const auto [latest, is_ambiguous] = messages.find_entry(entry);
   if (latest == nullptr) return {.is_undecided = messages.has_forgotten()};
-  if (messages.is_ambiguous(*latest)) return {.is_undecided = true};
+  if (is_ambiguous) return {.is_undecided = true};
   return {.gid = latest->gid, .stamp = latest->stamp};
 }
 

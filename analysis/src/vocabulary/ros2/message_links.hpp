@@ -47,7 +47,7 @@ class MessageLinks {
   }
   // The latest publication by that number. Undecided where several processes published by it: they
   // are in several IPC namespaces, or the topic began anew in between, and no event tells which.
-  Origin find_entry(const std::string& topic, const WrittenMessage::Entry& entry) const;
+  Origin find_entry(const std::string& topic, const AgnocastEntry& entry) const;
 
   // Of what somebody published who was never announced, on whichever topic.
   MessageTopic& unannounced() noexcept { return unannounced_; }

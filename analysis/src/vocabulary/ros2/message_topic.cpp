@@ -4,12 +4,16 @@
 
 namespace cie::analysis::ros2 {
 
-WrittenRef MessageTopic::add(const WrittenMessage& publication) {
+WrittenRef MessageTopic::add(const WrittenMessage& publication,
+                             const std::optional<AgnocastMessage>& agnocast) {
   if (publications_.size() == kMost) {
     forgotten_from_ = std::min(forgotten_from_, known_from());
     if (settled_ > 0) --settled_;
   }
-  if (publication.entry) entry_writers_.emplace(publication.entry->host, publication.pid);
+  if (agnocast) {
+    entry_writers_.emplace(agnocast->entry.host, agnocast->pid);
+    entries_.push(Entry{.agnocast = *agnocast, .number = told_});
+  }
   publications_.push(Written{.message = publication});
   return {*this, told_++};
 }
@@ -43,7 +47,7 @@ bool MessageTopic::has_come_apart(std::int64_t source_timestamp) {
   for (std::size_t age = 0; age < publications_.size() && of_none < kEnough; ++age) {
     const auto& publication = publications_.newest(age).message;
     if (publication.is_exact || publication.until == WrittenMessage::kInProcess) continue;
-    if (publication.taken_as) return false;
+    if (publication.taken_as != WrittenMessage::kNone) return false;
     ++of_none;
   }
   return of_none == kEnough;
@@ -69,25 +73,27 @@ MessageTopic::Fitting MessageTopic::fitting(std::int64_t source_timestamp) {
     }
     if (source_timestamp < publication.from - kOffsetError) continue;
     if (source_timestamp > publication.until) continue;
-    if (publication.taken_as.value_or(source_timestamp) != source_timestamp) continue;
+    const bool is_of_other =
+        publication.taken_as != WrittenMessage::kNone && publication.taken_as != source_timestamp;
+    if (is_of_other) continue;
     fitting.within = &publication;
     ++fitting.within_count;
   }
   return fitting;
 }
 
-const WrittenMessage* MessageTopic::find_entry(const WrittenMessage::Entry& entry) const {
-  const auto* latest =
-      publications_.find_newest([&](const Written& each) { return each.message.entry == entry; });
-  return latest == nullptr ? nullptr : &latest->message;
-}
-
-bool MessageTopic::is_ambiguous(const WrittenMessage& latest) const {
-  if (entry_writers_.size() < 2) return false;
-  const auto is_anothers = [&](const Written& each) {
-    return each.message.entry == latest.entry && each.message.pid != latest.pid;
+MessageTopic::Entered MessageTopic::find_entry(const AgnocastEntry& entry) const {
+  const auto is_it = [&](const Entry& each) {
+    return each.agnocast.entry == entry && is_remembered(each.number);
   };
-  return publications_.find_newest(is_anothers) != nullptr;
+  const auto* latest = entries_.find_newest(is_it);
+  if (latest == nullptr) return {};
+  const auto is_anothers = [&](const Entry& each) {
+    return is_it(each) && each.agnocast.pid != latest->agnocast.pid;
+  };
+  return {
+      .message = &publications_.newest(told_ - 1 - latest->number).message,
+      .is_ambiguous = entry_writers_.size() > 1 && entries_.find_newest(is_anothers) != nullptr};
 }
 
 }  // namespace cie::analysis::ros2

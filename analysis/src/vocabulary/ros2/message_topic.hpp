@@ -16,29 +16,37 @@ namespace cie::analysis::ros2 {
 // How well tracers know the offset between their clock and CLOCK_REALTIME.
 inline constexpr std::int64_t kOffsetError = 2'000;
 
+// Small: a thousand are kept of every topic.
 struct WrittenMessage {
   // `until` of a message that no layer below rclcpp was given: no take from these is of it.
   static constexpr auto kInProcess = std::numeric_limits<std::int64_t>::min();
+  static constexpr auto kNone = std::numeric_limits<std::int64_t>::min();
 
-  std::uint64_t gid = 0;               // of its publisher
-  std::int64_t stamp = 0;              // by which the model knows it: CLOCK_REALTIME, unique
-  bool is_exact = false;               // `stamp` is the source timestamp that takes will tell
-  std::optional<std::int64_t> name{};  // by which the model knows it, if not by `stamp`
-  std::int64_t from = 0;               // the writing lies between these two (CLOCK_REALTIME)
+  std::uint64_t gid = 0;      // of its publisher
+  std::int64_t stamp = 0;     // by which the model knows it: CLOCK_REALTIME, unique
+  std::int64_t name = kNone;  // by which the model knows it, if not by `stamp`
+  std::int64_t from = 0;      // the writing lies between these two (CLOCK_REALTIME)
   std::int64_t until = std::numeric_limits<std::int64_t>::max();
-  // Agnocast's number of the message; each IPC namespace of each machine counts its own.
-  struct Entry {
-    std::uint32_t host = 0;
-    std::int64_t number = 0;
-    bool operator==(const Entry&) const = default;
-  };
-  std::optional<Entry> entry{};
-  std::int64_t pid = 0;  // whose publisher it is; only where there is an entry
   // The source timestamp that a take told of it; not of one that `is_exact`. One call writes one
   // message: any other timestamp between its two is of another writer.
-  std::optional<std::int64_t> taken_as{};
+  std::int64_t taken_as = kNone;
+  bool is_exact = false;  // `stamp` is the source timestamp that takes will tell
   // What its thread did meanwhile may have been lost: that a message falls into the call is no proof.
   bool is_doubtful = false;
+
+  std::int64_t known_as() const noexcept { return name != kNone ? name : stamp; }
+};
+
+// Agnocast's number of a message; each IPC namespace of each machine counts its own.
+struct AgnocastEntry {
+  std::uint32_t host = 0;
+  std::int64_t number = 0;
+  bool operator==(const AgnocastEntry&) const = default;
+};
+
+struct AgnocastMessage {
+  AgnocastEntry entry{};
+  std::int64_t pid = 0;  // whose publisher it is
 };
 
 class MessageTopic;
@@ -63,11 +71,11 @@ class WrittenRef {
 
 class MessageTopic {
  public:
-  WrittenRef add(const WrittenMessage& publication);
+  WrittenRef add(const WrittenMessage& publication,
+                 const std::optional<AgnocastMessage>& agnocast = std::nullopt);
   // By the number that add() gave it.
   WrittenMessage* find(std::uint64_t number) {
-    const auto age = told_ - 1 - number;
-    return age < publications_.size() ? &publications_.newest(age).message : nullptr;
+    return is_remembered(number) ? &publications_.newest(told_ - 1 - number).message : nullptr;
   }
 
   void add_publisher(std::uint64_t gid) noexcept {
@@ -114,9 +122,11 @@ class MessageTopic {
   bool note_unseen_writer() noexcept { return !std::exchange(has_unseen_writer_, true); }
 
   // The latest publication by that number of agnocast's; null if there is none.
-  const WrittenMessage* find_entry(const WrittenMessage::Entry& entry) const;
-  // Several processes published by that number.
-  bool is_ambiguous(const WrittenMessage& latest) const;
+  struct Entered {
+    const WrittenMessage* message = nullptr;
+    bool is_ambiguous = false;  // several processes published by that number
+  };
+  Entered find_entry(const AgnocastEntry& entry) const;
   bool has_forgotten() const noexcept {
     return forgotten_from_ != std::numeric_limits<std::int64_t>::max();
   }
@@ -124,11 +134,19 @@ class MessageTopic {
  private:
   static constexpr std::size_t kMost = 1024;  // waiting to be taken
 
-  struct Written {
+  struct alignas(64) Written {
     WrittenMessage message;
     // Neither this message nor one before it was written later. Only of settled ones.
     std::int64_t none_after = 0;
   };
+  static_assert(sizeof(Written) == 64, "a cache line: every publication writes one");
+  struct Entry {
+    AgnocastMessage agnocast;
+    std::uint64_t number = 0;  // of the publication
+  };
+  bool is_remembered(std::uint64_t number) const noexcept {
+    return told_ - 1 - number < publications_.size();
+  }
   // Oldest first.
   Written& written(std::size_t place) {
     return publications_.newest(publications_.size() - 1 - place);
@@ -139,7 +157,8 @@ class MessageTopic {
   void move_channel(std::optional<std::uint32_t> former, std::uint32_t channel);
 
   Recent<Written, kMost> publications_;
-  std::uint64_t told_ = 0;  // all publications, forgotten ones among them
+  Recent<Entry, kMost> entries_;  // of those that have one
+  std::uint64_t told_ = 0;        // all publications, forgotten ones among them
   std::int64_t forgotten_from_ = std::numeric_limits<std::int64_t>::max();
   std::set<std::pair<std::uint32_t, std::int64_t>> entry_writers_;  // host and pid
   std::map<std::uint32_t, std::size_t> told_in_;

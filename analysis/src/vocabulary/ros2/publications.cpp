@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t kMaxHandedOver = 4096;
 
-WrittenMessage in_process(const Context& context) {
-  return {.from = context.realtime, .until = WrittenMessage::kInProcess};
-}
-
 bool is_runner_unknown(const Context& context) {
   const auto& open = context.thread.open;
   return !context.process.has_own_events && (open.empty() || open.back().has_looked);
@@ -62,7 +58,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
     }
     case Ros2Event::intra_publish: {
       const auto publisher = p.number<Address>(0);
-      const auto origin = tell_at_once(publisher, in_process(context), context);
+      const auto origin = tell_in_process(publisher, context, std::nullopt);
       thread.handed_over = {.origin = origin,
                             .publisher = &context.process.directory.publisher(publisher)};
       auto& by_message = context.process.handed_over;
@@ -71,12 +67,12 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       return true;
     }
     case Ros2Event::agnocast_publish: {
-      auto publication = in_process(context);
+      std::optional<AgnocastMessage> agnocast;
       if (const auto number = p.integer(1)) {
-        publication.entry = {.host = context.process.host, .number = *number};
-        publication.pid = context.head.pid.value_or(0);
+        agnocast = {.entry = {.host = context.process.host, .number = *number},
+                    .pid = context.head.pid.value_or(0)};
       }
-      tell_at_once(p.number<Address>(0), publication, context);
+      tell_in_process(p.number<Address>(0), context, agnocast);
       return true;
     }
     default:
@@ -138,7 +134,8 @@ void Publications::note_clock(std::int64_t source_timestamp, const Publishing& p
 }
 
 MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMessage publication,
-                                        Context& context) {
+                                        Context& context,
+                                        const std::optional<AgnocastMessage>& agnocast) {
   auto& publisher = context.process.directory.publisher(*publishing.publisher);
   if (context.process.own_topics.contains(publisher.topic)) return {};  // told by the process
   // rclcpp hands a message to the process's own subscriptions before it goes to the others.
@@ -174,20 +171,20 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
   if (publisher.messages == nullptr) publisher.messages = &links_.topic(publisher.topic);
   publisher.messages->tell_in(publishing.channel, publisher.told_in);
   publication.gid = publisher.gid;
-  context.thread.writing = publisher.messages->add(publication);
-  return {.gid = publisher.gid, .stamp = publication.name.value_or(publication.stamp)};
+  context.thread.writing = publisher.messages->add(publication, agnocast);
+  return {.gid = publisher.gid, .stamp = publication.known_as()};
 }
 
-MessageLinks::Origin Publications::tell_at_once(Address publisher,
-                                                const WrittenMessage& publication,
-                                                Context& context) {
+MessageLinks::Origin Publications::tell_in_process(Address publisher, Context& context,
+                                                   const std::optional<AgnocastMessage>& agnocast) {
   settle(context);
-  const auto origin = tell(Publishing{.head = context.head,
-                                      .realtime = context.realtime,
-                                      .channel = context.channel,
-                                      .message = 0,
-                                      .publisher = publisher},
-                           publication, context);
+  const auto origin =
+      tell(Publishing{.head = context.head,
+                      .realtime = context.realtime,
+                      .channel = context.channel,
+                      .message = 0,
+                      .publisher = publisher},
+           {.from = context.realtime, .until = WrittenMessage::kInProcess}, context, agnocast);
   context.thread.writing.reset();
   return origin;
 }

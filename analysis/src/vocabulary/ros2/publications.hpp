@@ -33,10 +33,11 @@ class Publications {
   static void note_clock(std::int64_t source_timestamp, const Publishing& publishing,
                          Context& context);
   MessageLinks::Origin tell(const Publishing& publishing, WrittenMessage publication,
-                            Context& context);
+                            Context& context,
+                            const std::optional<AgnocastMessage>& agnocast = std::nullopt);
   // Of a message that no layer below will speak of.
-  MessageLinks::Origin tell_at_once(Address publisher, const WrittenMessage& publication,
-                                    Context& context);
+  MessageLinks::Origin tell_in_process(Address publisher, Context& context,
+                                       const std::optional<AgnocastMessage>& agnocast);
 
   MessageLinks& links_;
 };
