@@ -166,15 +166,18 @@ void ExecutorState::look_at_all() {
     const std::lock_guard lock{mutex_};
     nodes = nodes_;
   }
+  // Not waited for: it may wait for what is to be found next.
+  const auto let_go = [this](const Callbacks& gone) {
+    core_->abandon(gone);
+    for (const auto& callback : gone)
+      callback->begin_to_end();
+  };
   for (const NodePtr& node : nodes) {
-    auto changes = node->look();
+    const auto changes = node->look(let_go);
     if (node->has_gone()) {  // what it leaves behind is no longer served
-      const auto left = node->remove_all();
-      changes.gone.insert(changes.gone.end(), left.begin(), left.end());
+      let_go(node->remove_all());
+      drop_if_empty(node);
     }
-    // Not waited for: it may wait for what is to be found next.
-    if (!changes.gone.empty()) core_->abandon(changes.gone);
-    if (node->has_gone()) drop_if_empty(node);
     if (!changes.came.empty()) core_->serve_new(*node, changes.came);
   }
 }

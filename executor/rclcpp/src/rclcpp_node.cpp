@@ -25,6 +25,16 @@ bool is_same(const std::weak_ptr<void>& one, const std::weak_ptr<void>& other) {
   return !one.owner_before(other) && !other.owner_before(one);
 }
 
+RclcppNode::Contents contents_of(const std::weak_ptr<rclcpp::CallbackGroup>& group) {
+  RclcppNode::Contents contents{.group = group};
+  const auto alive = group.lock();
+  if (!alive) return contents;
+  const auto into = [](auto& list) { return [&list](const auto& each) { list.push_back(each); }; };
+  alive->collect_all_ptrs(into(contents.subscriptions), into(contents.services),
+                          into(contents.clients), into(contents.timers), into(contents.waitables));
+  return contents;
+}
+
 // Also of the condition's own end, which is that of its node or group.
 void listen(rclcpp::GuardCondition& condition, const OnGone& on_change) {
   condition.set_on_trigger_callback(
@@ -154,12 +164,25 @@ std::vector<rclcpp::CallbackGroup::WeakPtr> RclcppNode::groups(Added added) cons
 
 // --- what came and went ---------------------------------------------------------------------------
 
-RclcppNode::Changes RclcppNode::look() {
-  const std::lock_guard lock{mutex_};
+// What took the place of something came after that had gone: so what is there is looked at first.
+RclcppNode::Changes RclcppNode::look(const LetGo& let_go) {
   Changes changes;
-  if (is_whole_) find_groups();
+  {
+    const std::lock_guard lock{mutex_};
+    if (is_whole_) find_groups();
+    for (const Group& group : groups_)
+      changes.contents.push_back(contents_of(group.group));
+    find_gone(changes);
+  }
+  if (let_go && !changes.gone.empty()) let_go(changes.gone);
+  const std::lock_guard lock{mutex_};
+  for (const Contents& contents : changes.contents)
+    serve_new(contents, changes);
+  return changes;
+}
+
+void RclcppNode::find_gone(Changes& changes) {
   for (Group& group : groups_) {
-    find_entities(group, changes);
     const bool has_gone = group.group.expired();
     std::erase_if(group.served, [&](Served& served) {
       if (!has_gone && !served.entity.expired()) return false;
@@ -172,7 +195,6 @@ RclcppNode::Changes RclcppNode::look() {
                 [](const Group& group) { return group.served.empty() && group.group.expired(); });
   std::erase_if(leaving_, [](const auto& callback) { return callback.expired(); });
   leaving_.insert(leaving_.end(), changes.gone.begin(), changes.gone.end());
-  return changes;
 }
 
 Callbacks RclcppNode::leaving() const {
@@ -216,30 +238,19 @@ void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
   group.served.push_back(std::move(served));
 }
 
-void RclcppNode::find_entities(Group& group, Changes& changes) {
-  const auto alive = group.group.lock();
-  if (!alive) return;
+void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
+  const auto found = std::ranges::find_if(
+      groups_, [&](const Group& group) { return is_same(group.group, contents.group); });
+  const auto alive = contents.group.lock();
+  if (found == groups_.end() || !alive) return;
+  auto& group = *found;
   const std::size_t before = group.served.size();
-  std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions;
-  std::vector<rclcpp::ServiceBase::SharedPtr> services;
-  std::vector<rclcpp::ClientBase::SharedPtr> clients;
-  std::vector<rclcpp::TimerBase::SharedPtr> timers;
-  std::vector<rclcpp::Waitable::SharedPtr> waitables;
-  const auto into = [](auto& list, auto& held) {
-    return [&list, &held](const auto& each) {
-      list.push_back(each);
-      held.push_back(each);
-    };
-  };
-  alive->collect_all_ptrs(into(subscriptions, changes.held), into(services, changes.held),
-                          into(clients, changes.held), into(timers, changes.held),
-                          into(waitables, changes.held_handlers));
   // Where rclcpp's own subscriptions are, which it makes before any of the user's.
   const auto node = node_.lock();
   const bool is_default = node && node->get_default_callback_group() == alive;
-  for (const auto& timer : timers)
+  for (const auto& timer : contents.timers)
     serve_new(group, timer, [&] { return as_timer(group, timer); });
-  for (const auto& subscription : subscriptions) {
+  for (const auto& subscription : contents.subscriptions) {
     serve_new(group, subscription, [&] {
       const std::string_view topic = subscription->get_topic_name();
       const bool is_own =
@@ -249,19 +260,19 @@ void RclcppNode::find_entities(Group& group, Changes& changes) {
                     : as_callback(group, make_entity(subscription));
     });
   }
-  for (const auto& service : services) {
+  for (const auto& service : contents.services) {
     serve_new(group, service, [&] {
       return is_internal_service(service->get_service_name())
                  ? as_internal(make_entity(service))
                  : as_callback(group, make_entity(service));
     });
   }
-  for (const auto& client : clients)
+  for (const auto& client : contents.clients)
     serve_new(group, client, [&] { return as_callback(group, make_entity(client)); });
-  for (const auto& waitable : waitables) {
+  for (const auto& waitable : contents.waitables) {
     if (is_of_subscription(*waitable)) continue;
     serve_new(group, waitable, [&] {
-      auto entity = make_entity(waitable, owner_of(waitable, subscriptions));
+      auto entity = make_entity(waitable, owner_of(waitable, contents.subscriptions));
       return is_default_event_handler(*waitable) ? as_internal(std::move(entity))
                                                  : as_callback(group, std::move(entity));
     });

@@ -6,6 +6,7 @@
 
 #include "internal_endpoint.hpp"
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -49,18 +50,28 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   bool is_whole() const;
   bool is_empty() const;  // nothing was added, or everything removed
 
+  // What a group has, kept while it is looked at. A handler of events keeps the middleware's reader,
+  // which nobody may keep longer than the subscription: waitables go first.
+  struct Contents {
+    std::weak_ptr<rclcpp::CallbackGroup> group;
+    std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions{};
+    std::vector<rclcpp::ServiceBase::SharedPtr> services{};
+    std::vector<rclcpp::ClientBase::SharedPtr> clients{};
+    std::vector<rclcpp::TimerBase::SharedPtr> timers{};
+    std::vector<rclcpp::Waitable::SharedPtr> waitables{};
+  };
   // What came and went since the last time. Letting go of it may run users' destructors, and so is the
   // caller's part, without a lock.
   struct Changes {
     Callbacks came;
     Callbacks gone;
     std::vector<std::unique_ptr<InternalEndpoint>> ended;
-    // While it was looked at. A handler of events keeps the middleware's reader, which nobody may keep
-    // longer than the subscription: handlers go first.
-    std::vector<std::shared_ptr<void>> held;
-    std::vector<std::shared_ptr<void>> held_handlers;
+    std::vector<Contents> contents;
   };
-  Changes look();
+  // `let_go` is called with what has gone, without a lock, before what came gets its logical ids: what
+  // takes the place of something may have the same.
+  using LetGo = std::function<void(const Callbacks& gone)>;
+  Changes look(const LetGo& let_go = {});
   // Those that look() told as gone and that still live: they may run until now.
   Callbacks leaving() const;
 
@@ -86,7 +97,8 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   // All with mutex_ held.
   void claim(Group group);
   void find_groups();
-  void find_entities(Group& group, Changes& changes);
+  void find_gone(Changes& changes);
+  void serve_new(const Contents& contents, Changes& changes);
   template <typename EntityPtr, typename Serve>
   void serve_new(Group& group, const EntityPtr& entity, Serve serve);
   std::shared_ptr<cie::scheduling::GroupState> state_of(Group& group);

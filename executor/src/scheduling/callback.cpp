@@ -108,8 +108,7 @@ void Callback::try_dispose() noexcept {
 }
 
 void Callback::end() noexcept {
-  close();
-  try_dispose();
+  begin_to_end();
   const auto is_disposed = [this] { return (life_.load() & kDisposed) != 0; };
   std::unique_lock lock{ends().mutex};
   if (is_disposed() || waits_for(this, innermost_of_thread)) return;

@@ -54,6 +54,30 @@ TEST_F(RclcppNodeTest, ANodeByItselfHasNoCallbacks) {
   EXPECT_EQ(served->groups(RclcppNode::Added::with_node).size(), 1U) << "the default group";
 }
 
+// A specification's entry is for whatever timer the node has now.
+TEST_F(RclcppNodeTest, WhatTakesThePlaceOfWhatWasDroppedHasItsLogicalId) {
+  const auto renewing = node("renewing");
+  const auto of_both = group(renewing);
+  const auto make = [&] {
+    return renewing->create_wall_timer(
+        10ms, [] {}, of_both);
+  };
+  auto timer = make();
+  const auto served = serve(renewing);
+  Callbacks all = served->look().came;
+  ASSERT_THAT(ids(all), ElementsAre("/test/renewing@Timer(10000000)"));
+  timer.reset();
+  timer = make();
+  std::vector<std::string> gone;
+  const auto changes = served->look([&](const Callbacks& callbacks) {
+    gone = ids(callbacks);
+    for (const auto& callback : callbacks)
+      callback->begin_to_end();
+  });
+  EXPECT_THAT(gone, ElementsAre("/test/renewing@Timer(10000000)"));
+  EXPECT_THAT(ids(changes.came), ElementsAre("/test/renewing@Timer(10000000)"));
+}
+
 TEST_F(RclcppNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {
   const auto shared = node("shared");
   const auto timer = shared->create_wall_timer(10ms, [] {});

@@ -73,10 +73,15 @@ class Callback {
   // No instance begins any more; what runs, runs on. Thread-safe, for good.
   void close() noexcept { life_.fetch_or(kClosed); }
   bool is_closed() const noexcept { return (life_.load() & kClosed) != 0; }
-  // Closes it and waits for what runs; the user's function is destroyed and callback_fini emitted.
-  // An instance that ends its own callback is not waited for, nor one that waits in end() for an
-  // instance of the calling thread: the last instance to return does the rest then. Thread-safe;
-  // may be called again.
+  // Closes it; the user's function is destroyed and callback_fini emitted, if an instance runs by the
+  // last one to return. Thread-safe; may be called again.
+  void begin_to_end() noexcept {
+    close();
+    try_dispose();
+  }
+  // The same, and waits for what runs. An instance that ends its own callback is not waited for, nor
+  // one that waits in end() for an instance of the calling thread: the last instance to return does
+  // the rest then.
   void end() noexcept;
   // Whether the calling thread is in an instance of a callback, of whichever executor.
   static bool is_in_instance() noexcept;
