@@ -316,6 +316,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   pending->status = event.status;
   if (thread && has_kernel(*pending)) {
     const auto mark = timeline_.mark(pending->host, *head.tid, head.time);
+    left_[*thread] = mark;
     pending->parts = ThreadTimeline::between(pending->mark, mark);
     pending->preempted_by = timeline_.end_watch(pending->host, *head.tid);
     pending->is_confined = pending->is_confined && is_confined(*pending);

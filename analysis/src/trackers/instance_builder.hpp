@@ -195,6 +195,9 @@ class InstanceBuilder {
                                                 const std::optional<ThreadIndex>& thread,
                                                 CallbackIndex index, const TimerStart& start,
                                                 bool is_inside);
+  // The thread has looked for work since that time, when something ended, and did not wait for it.
+  bool is_busy_since(HostIndex host, ThreadIndex index, Timestamp time, Timestamp now,
+                     Duration prompt);
   static void note_start_on_thread(OfThread& thread, Timestamp start) {
     const bool is_pause =
         !thread.last_activity || start - *thread.last_activity > TimerGrid::kPrompt;
@@ -233,6 +236,8 @@ class InstanceBuilder {
   EndedInstances ended_;
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
+  ByIndex<ThreadIndex, ThreadTimeline::Mark>
+      left_;  // at its last end, of threads of the kernel's record
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   Timestamp window_begin_ = kEarliest;
   std::vector<UndecidedPublication> undecided_;

@@ -7,10 +7,28 @@
 namespace cie::analysis {
 namespace {
 
-// So long an executor takes at most to find out that something is due already when it begins to wait.
+// So long an executor takes at most to find out that something is due already when it begins to wait, as
+// far as nobody but its own events tell.
 constexpr Duration kLongestLook{100'000};
 
 }  // namespace
+
+// The kernel's events tell a wait from a long look, and from a wait for a CPU.
+bool InstanceBuilder::is_busy_since(HostIndex host, ThreadIndex index, Timestamp time,
+                                    Timestamp now, Duration prompt) {
+  const auto& thread = threads_[index];
+  const auto& facts = model_.threads[at(index)];
+  const bool has_kernel = recording_.has_kernel(host) && facts.is_known_to_kernel;
+  if (const auto* left = left_.find(index); has_kernel && left != nullptr && left->time == time) {
+    const auto parts = ThreadTimeline::between(*left, timeline_.mark(host, facts.tid, now));
+    if (parts && parts->blocked)
+      return *parts->blocked <= kLongestLook && parts->execution <= prompt;
+  }
+  if (now - time > prompt) return false;
+  if (!thread.wakeup || *thread.wakeup - time <= kLongestLook) return true;
+  const auto wake = has_kernel ? timeline_.last_wake(host, facts.tid) : ThreadTimeline::Wake{};
+  return wake.waking && *wake.waking >= time && *wake.waking - time <= kLongestLook;
+}
 
 void InstanceBuilder::follow_grid(PendingInstance& pending) {
   const auto release =
@@ -46,8 +64,6 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
   }
   TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
   start.is_inside = is_inside;
-  const auto is_at_once = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
-  bool has_idled = false;  // since it was busy: nothing was due then
   if (on) {
     const auto& thread = of_thread(on);
     // Whatever the thread did last, the timer was called afterwards.
@@ -56,11 +72,15 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
     start.after = thread.last_activity;
     const auto& ran = model_.threads[at(*on)].ran;
     if (!ran.empty()) start.served_since = ran.front()->first_start.time;
-    has_idled = thread.wakeup && thread.last_activity &&
-                *thread.wakeup - *thread.last_activity > kLongestLook;
-    // Not by what is open: it may have been left by an exception, or its end was lost.
-    if (!has_idled && thread.last_activity && is_at_once(*thread.last_activity))
+    // What it found when it woke up it runs now, be it that it had to wait for a CPU.
+    if (thread.wakeup && (!thread.last_activity || *thread.last_activity < *thread.wakeup))
+      start.busy_since = thread.wakeup;
+    // Not by what is open: it may have been left by an exception, or its end was lost. Where it idled
+    // nothing was due.
+    if (thread.last_activity &&
+        is_busy_since(host, *on, *thread.last_activity, now, grid->prompt())) {
       start.busy_since = thread.busy_since;
+    }
   }
   const auto is_recorded_since_made = [&] {
     const auto& begin = recording_.window_of(started.stream).begin;
@@ -68,10 +88,15 @@ std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
   };
   // Nobody recorded whether it ran before, on some other thread.
   if (!before && !is_recorded_since_made()) start.served_since = Timestamp{};
-  // Its last instance began no later than this one's release.
+  // Its last instance began no later than this one's release, and other threads had to wait for its end.
+  const auto follows = [&](Timestamp end) {
+    if (!on) return now - end <= grid->prompt();
+    const auto& last = of_thread(on).last_activity;
+    if (!last || *last <= end) return is_busy_since(host, *on, end, now, grid->prompt());
+    return now - end <= grid->prompt() && is_busy_since(host, *on, *last, now, grid->prompt());
+  };
   const auto& ended = callback.recent;
-  if (!has_idled && ended.size() > 0 && is_at_once(ended.newest(0).end.time))
-    start.busy_since = Timestamp{};
+  if (ended.size() > 0 && follows(ended.newest(0).end.time)) start.busy_since = Timestamp{};
   const auto release = grid->on_start(start);
   facts.grid.prompt_starts = grid->prompt_starts();
   if (grid->is_steady()) measurer_.prove(index);

@@ -8,7 +8,6 @@ namespace {
 
 constexpr std::uint64_t kLeastPeriod = 100'000;
 constexpr std::uint64_t kEnoughLate = 8;
-constexpr std::uint64_t kEnoughPrompt = 8;
 
 }  // namespace
 

@@ -85,9 +85,13 @@ class TimerGrid {
   std::int64_t first_from(Timestamp time) const noexcept;
   void begin_inside() noexcept;
   bool is_believed(Timestamp expiry, const Start& start);
-  bool is_mostly_late() const noexcept { return late_ > prompt_ / 4; }
+  // Of few starts some are prompt by chance.
+  bool is_mostly_late() const noexcept {
+    return late_ > (prompt_ < kEnoughPrompt ? prompt_ / 4 : prompt_);
+  }
   std::optional<std::uint32_t> skipped_until(std::int64_t release, bool is_known);
 
+  static constexpr std::uint64_t kEnoughPrompt = 8;
   Timestamp first_;
   Duration period_;
   // The next release, by number of expiry.
