@@ -163,6 +163,7 @@ AnalysisResult Analyzer::finish() {
   pipeline.registry.finish();
   pipeline.recording.finish();
   pipeline.enforcement.finish();  // an open instance is work of its callback until the end
+  pipeline.note_open_holes();
   pipeline.instances->finish();
   pipeline.recording.finish_runs();
   pipeline.chains->finish();

@@ -52,17 +52,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     pipeline.recording.coverage().note_switch(head.stream, *head.cpu, head.time);
     const auto hole = pipeline.timeline.on_switch(who.host, *head.cpu, head.time, e,
                                                   is_told() ? pipeline.observer : nullptr);
-    if (hole) {
-      pipeline.instances->hole_was_told(who.host, *hole, head.time);
-      pipeline.recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
-                                       .domain = Domain::kernel,
-                                       .host = who.host,
-                                       .begin = hole->begin,
-                                       .end = hole->end,
-                                       .count = std::nullopt,
-                                       .cpu = hole->cpu,
-                                       .note = {}});
-    }
+    if (hole) pipeline.note_missing_switches(who.host, *hole, head.time);
     pipeline.enforcement.on_switch(head, who.host, e);
   }
   void operator()(const SchedWaking& e) const {

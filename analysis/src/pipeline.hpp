@@ -129,6 +129,13 @@ struct Analyzer::Pipeline {
   void begin_packet(const EventHead& head, const PacketBegin& e);
   void note_hole(const EventHead& head, Timestamp begin, Timestamp end);
 
+  // A hole that the kernel's record itself reveals.
+  void note_missing_switches(HostIndex host, const ThreadTimeline::Hole& hole, Timestamp time);
+  // Of a switch behind the window: what it hid until then lies in it.
+  void note_switch_behind(const EventHead& head, HostIndex host, const SchedSwitch& event);
+  // Those that no switch revealed: the record, or what counts of it, ended before.
+  void note_open_holes();
+
   // The window that was asked for, or a snapshot's. Each event but those of structure passes the
   // window's edges; true if it lies outside.
   bool is_outside(const Event& event) { return cut && pass_edges(event); }

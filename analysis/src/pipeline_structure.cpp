@@ -1,6 +1,10 @@
 // What events of streams and packets tell the trackers.
 #include "pipeline.hpp"
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
 namespace cie::analysis {
 
 void Analyzer::Pipeline::note_hole(const EventHead& head, Timestamp begin, Timestamp end) {
@@ -10,6 +14,34 @@ void Analyzer::Pipeline::note_hole(const EventHead& head, Timestamp begin, Times
     const ThreadTimeline::Hole hole{.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)};
     timeline.add_hole(registry.host_of(head), hole);
     instances->hole_was_told(registry.host_of(head), hole, head.time);
+  }
+}
+
+void Analyzer::Pipeline::note_missing_switches(HostIndex host, const ThreadTimeline::Hole& hole,
+                                               Timestamp time) {
+  instances->hole_was_told(host, hole, time);
+  recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
+                          .domain = Domain::kernel,
+                          .host = host,
+                          .begin = hole.begin,
+                          .end = hole.end,
+                          .count = std::nullopt,
+                          .cpu = hole.cpu,
+                          .note = {}});
+}
+
+void Analyzer::Pipeline::note_open_holes() {
+  constexpr Timestamp kUnknown{std::numeric_limits<std::int64_t>::max()};
+  const auto end = cut ? cut->window().to : kUnknown;
+  for (std::size_t i = 0; i < model.hosts.size(); ++i) {
+    const HostIndex host{static_cast<std::uint32_t>(i)};
+    for (auto hole : timeline.open_holes(host, end)) {
+      if (!recording.kernel_record(host, hole.end, hole.cpu).contains(hole.begin, hole.end))
+        continue;
+      hole.end = kUnknown;
+      timeline.add_hole(host, hole);
+      note_missing_switches(host, hole, now);
+    }
   }
 }
 

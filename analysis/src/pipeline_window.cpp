@@ -20,6 +20,13 @@ bool Analyzer::Pipeline::pass_edges(const Event& event) {
   return cut->is_before(time) || cut->is_after(time);
 }
 
+void Analyzer::Pipeline::note_switch_behind(const EventHead& head, HostIndex host,
+                                            const SchedSwitch& event) {
+  if (!head.cpu) return;
+  const auto hole = timeline.on_switch_behind(host, *head.cpu, head.time, event);
+  if (hole) note_missing_switches(host, *hole, head.time);
+}
+
 bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
   cut->pass_by(event.head, who, event.body);
   const bool is_before = cut->is_before(event.head.time);
@@ -32,6 +39,10 @@ bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
           [](const Publish&) { return false; }, [](const UntracedInstance&) { return false; },
           [](const ResponseTaken&) { return false; },
           [](const ForeignCallback& told) { return !told.ran; },
+          [&](const SchedSwitch& e) {
+            if (!is_before) note_switch_behind(event.head, who.host, e);
+            return is_before;
+          },
           [is_before](const auto&) { return is_before; }},  // the kernel's
       event.body);
 }

@@ -124,7 +124,11 @@ inline InstanceMeasurer::Measured InstanceMeasurer::measured(const PendingInstan
     return measured;
   }
   if (!is_inside) measured.state = InstanceState::cut_by_window;
-  if (pending.parts && model_.hosts[at(pending.host)].has_switches && is_recorded(pending)) {
+  const bool is_measured =
+      pending.parts && model_.hosts[at(pending.host)].has_switches && is_recorded(pending) &&
+      (pending.parts->presumption == 0 ||
+       timeline_.is_proven(pending.host, *pending.end->tid, pending.parts->presumption));
+  if (is_measured) {
     const auto& parts = *pending.parts;
     measured.parts = &parts;
     const auto waiting = pending.end->time - pending.start.time - parts.execution - parts.preempted;

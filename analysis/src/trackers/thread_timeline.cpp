@@ -153,17 +153,50 @@ void ThreadTimeline::begin_anew(HostIndex host, std::int32_t cpu) {
   on_cpu.spoken = {};
 }
 
+std::optional<ThreadTimeline::Hole> ThreadTimeline::hole_before(const Cpu& cpu, std::int32_t number,
+                                                                Timestamp time,
+                                                                const SchedSwitch& event) {
+  const bool has_mismatch = cpu.tid != event.prev_tid || (cpu.spoken && *cpu.spoken < time);
+  if (!cpu.is_known || !has_mismatch) return std::nullopt;
+  return Hole{.begin = cpu.time, .end = time, .cpu = number};
+}
+
+std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch_behind(HostIndex host,
+                                                                     std::int32_t cpu,
+                                                                     Timestamp time,
+                                                                     const SchedSwitch& event) {
+  auto& of_host = hosts_[host];
+  const auto* place = of_host.cpu_places.find(cpu);
+  if (place == nullptr) return std::nullopt;
+  auto& on_cpu = of_host.cpus[*place];
+  const auto hole = hole_before(on_cpu, cpu, time, event);
+  if (hole) add_hole(host, *hole);
+  on_cpu.is_known = false;
+  on_cpu.spoken = {};
+  return hole;
+}
+
+std::vector<ThreadTimeline::Hole> ThreadTimeline::open_holes(HostIndex host, Timestamp end) const {
+  std::vector<Hole> open;
+  const auto* of_host = hosts_.find(host);
+  if (of_host == nullptr) return open;
+  of_host->cpu_places.each([&](std::int32_t number, std::size_t place) {
+    const auto& cpu = of_host->cpus[place];
+    if (cpu.spoken && *cpu.spoken <= end)
+      open.push_back({.begin = cpu.time, .end = *cpu.spoken, .cpu = number});
+  });
+  std::ranges::sort(open, {}, &Hole::cpu);
+  return open;
+}
+
 std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, std::int32_t cpu,
                                                               Timestamp time,
                                                               const SchedSwitch& event,
                                                               Observer* observer) {
   auto& of_host = hosts_[host];
   auto& on_cpu = cpu_of(of_host, cpu);
-  std::optional<Hole> hole;
-  const bool has_mismatch =
-      on_cpu.tid != event.prev_tid || (on_cpu.spoken && *on_cpu.spoken < time);
-  if (on_cpu.is_known && has_mismatch) {
-    hole = Hole{.begin = on_cpu.time, .end = time, .cpu = cpu};
+  const auto hole = hole_before(on_cpu, cpu, time, event);
+  if (hole) {
     add_hole(host, *hole);
     lose_running(of_host, cpu, on_cpu.tid);
   }
@@ -346,12 +379,20 @@ std::optional<ThreadTimeline::Parts> ThreadTimeline::between(const Mark& from, c
               .preempted = to.total.preempted - from.total.preempted,
               .blocked = std::nullopt,
               .wake_delay = std::nullopt,
-              .has_left = from.departures != to.departures};
+              .has_left = from.departures != to.departures,
+              .presumption = from.presumption == to.presumption ? 0 : to.presumption};
   if (from.split_breaks == to.split_breaks) {
     parts.blocked = to.total.blocked - from.total.blocked;
     parts.wake_delay = to.total.wake_delay - from.total.wake_delay;
   }
   return parts;
+}
+
+// Of an earlier presumption than the last one it is not known any more.
+bool ThreadTimeline::is_proven(HostIndex host, std::int64_t tid, std::uint64_t presumption) const {
+  const auto* read = find(host, tid);
+  return read != nullptr && read->presumptions == presumption && !read->is_presumed &&
+         read->failed_presumption != presumption;
 }
 
 bool ThreadTimeline::overlaps_hole(HostIndex host, Timestamp from, Timestamp to,

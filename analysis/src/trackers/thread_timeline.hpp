@@ -51,6 +51,9 @@ class ThreadTimeline {
     std::optional<Duration> blocked;
     std::optional<Duration> wake_delay;
     bool has_left = false;  // the CPU, if only to come back
+    // They end where the thread was presumed to be switched in (0: it was known): part of what is
+    // counted as waiting it may have run.
+    std::uint64_t presumption = 0;
   };
   struct Wake {
     OptionalTime waking;    // W: sched_waking, or sched_wakeup where the host has none
@@ -68,6 +71,13 @@ class ThreadTimeline {
   // thread spoke there since.
   std::optional<Hole> on_switch(HostIndex host, std::int32_t cpu, Timestamp time,
                                 const SchedSwitch& event, Observer* observer);
+  // A switch behind the end of what counts: who leaves the CPU shows what it hid until then. Only
+  // the CPU's first one tells.
+  std::optional<Hole> on_switch_behind(HostIndex host, std::int32_t cpu, Timestamp time,
+                                       const SchedSwitch& event);
+  // Of CPUs where a thread spoke by `end` that no switch had brought, and no switch came since: from
+  // the last one to where it spoke.
+  std::vector<Hole> open_holes(HostIndex host, Timestamp end) const;
   void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
   // False: on_waking told of it before.
   bool on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
@@ -98,6 +108,8 @@ class ThreadTimeline {
   Mark mark_at_last_switch(HostIndex host, std::int64_t tid) const;
   // The parts between two marks; empty if the thread's record broke between them.
   static std::optional<Parts> between(const Mark& from, const Mark& to);
+  // Whether the switch-in has come that a mark of the thread presumed.
+  bool is_proven(HostIndex host, std::int64_t tid, std::uint64_t presumption) const;
   // Whether an interval overlaps a hole or a loss of the kernel's record: of one CPU's, or of any.
   bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to,
                      std::optional<std::int32_t> cpu = std::nullopt) const;
@@ -165,6 +177,9 @@ class ThreadTimeline {
   // Null: nothing of the thread was seen.
   const Thread* find(HostIndex host, std::int64_t tid) const;
   static Cpu& cpu_of(Host& host, std::int32_t number);
+  // What a switch reveals by the thread that leaves its CPU.
+  static std::optional<Hole> hole_before(const Cpu& cpu, std::int32_t number, Timestamp time,
+                                         const SchedSwitch& event);
   static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
   // It may have left the CPU unseen.

@@ -1,6 +1,7 @@
 #include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
 #include "timer_runs.hpp"
+#include "windows.hpp"
 
 #include <algorithm>
 #include <string>
@@ -322,6 +323,70 @@ TEST(Budget, IsInconclusiveWhereAnotherThreadSpokeOnTheCpu) {
   const Verified verified(kUnseen, spec("wcet: 8"));
   EXPECT_EQ(verified.of("R4", "callback fusion"), Verdict::inconclusive);
   EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("switch_mismatch"));
+}
+
+// Its switch-in is lost: of 10 ns it ran 2 before it left its CPU, and then at most until it ended.
+constexpr const char* kReturnsUnseen = R"(
+    callback fusion
+    callback lidar
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    12 preempt fusion by=lidar
+    20 end fusion
+)";
+
+TEST(Budget, IsInconclusiveWhereOnlyItsOwnEndShowsThatItRanAgain) {
+  const std::string revealed = std::string(kReturnsUnseen) + "25 switch 0 fusion idle state=1";
+  const auto verdict = [](const Verified& verified) {
+    return verified.of("R4", "callback fusion");
+  };
+  EXPECT_EQ(verdict(Verified(revealed, spec("wcet: 9"))), Verdict::inconclusive);
+  EXPECT_EQ(verdict(in_window(revealed, 1, 20, spec("wcet: 9"))), Verdict::inconclusive);
+  EXPECT_EQ(verdict(in_window(revealed, 1, 22, spec("wcet: 9"))), Verdict::inconclusive);
+  EXPECT_EQ(verdict(Verified(kReturnsUnseen, spec("wcet: 9"))), Verdict::inconclusive);
+  EXPECT_EQ(verdict(in_window(revealed, 1, 20, spec("wcet: 10"))), Verdict::pass);
+  const auto cut = in_window(revealed, 1, 20);
+  EXPECT_EQ(callback(cut, "fusion").execution_time, std::nullopt);
+  EXPECT_EQ(callback(cut, "fusion").preempted, std::nullopt);
+}
+
+TEST(Budget, TakesASwitchInOfTheNanosecondOfTheEndForSeen) {
+  const std::string seen = std::string(kReturnsUnseen) + "20 switch 0 lidar fusion state=1";
+  const Verified verified(seen, spec("wcet: 9"));
+  EXPECT_EQ(verified.of("R4", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(callback(verified, "fusion").execution_time->max, 2);
+  EXPECT_EQ(callback(verified, "fusion").preempted->max, 20 - 12);
+}
+
+// From 4 to 8 it may have run on CPU 0, unseen.
+constexpr const char* kMayHaveMoved = R"(
+    callback camera cpu=1
+    callback lidar
+    callback fusion
+    0 switch 0 idle fusion
+    1 switch 0 fusion idle state=1
+    1 switch 1 idle camera
+    2 start camera release=1
+    3 switch 0 idle lidar
+    4 switch 1 camera idle
+    8 switch 1 idle camera
+    10 end camera
+    11 switch 1 camera idle state=1
+)";
+constexpr const char* kCamera = "callback_groups:\n  - {id: camera, wcet: 5}\n";
+
+TEST(Budget, IsInconclusiveWhereASwitchBehindTheWindowTellsWhatWasHidden) {
+  const std::string whole = std::string(kMayHaveMoved) + "12 switch 0 lidar idle state=1";
+  EXPECT_EQ(in_window(whole, 1, 10, kCamera).of("R4", "callback camera"), Verdict::pass);
+  const std::string holed = std::string(kMayHaveMoved) + "12 switch 0 camera idle state=1";
+  EXPECT_EQ(in_window(holed, 1, 10, kCamera).of("R4", "callback camera"), Verdict::inconclusive);
+}
+
+TEST(Budget, IsInconclusiveWhereNoSwitchTellsAnyMoreWhatWasHidden) {
+  EXPECT_EQ(in_window(kMayHaveMoved, 1, 10, kCamera).of("R4", "callback camera"), Verdict::pass);
+  const std::string holed = std::string(kMayHaveMoved) + "5 start fusion release=4\n6 end fusion";
+  EXPECT_EQ(Verified(holed, kCamera).of("R4", "callback camera"), Verdict::inconclusive);
+  EXPECT_EQ(in_window(holed, 1, 10, kCamera).of("R4", "callback camera"), Verdict::inconclusive);
 }
 
 // From 10 to 12 and from 16 to 45, when it is switched out for the last time.
