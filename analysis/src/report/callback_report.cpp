@@ -18,8 +18,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxPreemptorsShown = 16;
-
 std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   std::optional<ReleaseSource> source;
   for (std::size_t i = 0; i < facts.by_release_source.size(); ++i) {
@@ -241,9 +239,6 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   for (const auto& [tid, preemptor] : facts.preempted_by)
     report.preempted_by.push_back(preemptor);
   std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
-  if (report.preempted_by.size() > kMaxPreemptorsShown) {
-    report.preempted_by.resize(kMaxPreemptorsShown);
-  }
   report.blocked = facts.blocked.summary(keep_buckets);
   report.wake_delay = facts.wake_delay.summary(keep_buckets);
   report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);

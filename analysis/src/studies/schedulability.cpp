@@ -259,7 +259,9 @@ class Analysis {
   void explain_by_threads(Task& task) const {
     const auto longest =
         known_or_longest(parts_of_longest(task).preempted, task.callback->preempted);
+    Int128 told = 0;
     for (const auto& preemptor : task.callback->preempted_by) {
+      told += preemptor.time.ns;
       if (is_modelled(task, preemptor) || preemptor.time.ns <= 0) continue;
       const auto name = preemptor.tid == 0 ? std::string("the idle thread")
                                            : "thread " + std::to_string(preemptor.tid) + " (" +
@@ -268,6 +270,18 @@ class Analysis {
               name + ", which runs no callback of the model, ran in its place for " +
                   in_us(preemptor.time.ns) + " in all its instances");
     }
+    explain_by_unlisted(task, told, longest);
+  }
+
+  // Of threads that are too many to be listed nobody knows whether a bound counts them.
+  static void explain_by_unlisted(Task& task, Int128 told, std::int64_t longest) {
+    const auto& preempted = task.callback->preempted;
+    const auto listed = task.callback->preempted_by.size();
+    if (!preempted || listed == 0 || preempted->sum <= told) return;
+    const auto rest = static_cast<std::int64_t>(preempted->sum - told);
+    explain(task, "outside-thread", std::min(rest, longest),
+            "threads beside the " + std::to_string(listed) +
+                " that are listed ran in its place for " + in_us(rest) + " in all its instances");
   }
 
   // The bound less C is what other callbacks may demand from release to end; of the rest of the

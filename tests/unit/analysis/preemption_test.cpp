@@ -58,5 +58,27 @@ TEST(Preemption, IsToldWithWhoRanInstead) {
   EXPECT_EQ(by, (std::vector<std::string>{"helper 7", "lidar 4"})) << "longest first";
 }
 
+TEST(Preemption, IsToldOfEachOfManyThreads) {
+  constexpr int kHelpers = 40;
+  std::string text = "callback fusion\n";
+  for (int i = 0; i < kHelpers; ++i)
+    text += "thread helper" + std::to_string(i) + " worker\n";
+  text += "8 switch 0 idle fusion\n10 start fusion release=9\n";
+  std::int64_t preempted = 0;
+  for (int i = 0; i < kHelpers; ++i) {
+    const auto from = 100 * (i + 1);
+    text += std::to_string(from) + " preempt fusion by=helper" + std::to_string(i) + '\n' +
+            std::to_string(from + i + 1) + " resume fusion\n";
+    preempted += i + 1;
+  }
+  const auto report =
+      test::analyze(test::trace_of(text + "9000 end fusion\n9001 switch 0 fusion idle\n")).report;
+  const auto& callback = report.callbacks.at(0);
+  ASSERT_EQ(callback.preempted_by.size(), std::size_t{kHelpers});
+  EXPECT_EQ(callback.preempted_by.front().time, Duration{kHelpers});
+  EXPECT_EQ(callback.preempted_by.back().time, Duration{1});
+  EXPECT_EQ(callback.preempted->sum, preempted);
+}
+
 }  // namespace
 }  // namespace cie::analysis

@@ -422,6 +422,23 @@ TEST(Schedulability, ExplainsAnObservedResponseAboveItsBound) {
   EXPECT_FALSE(result.has_finding());
 }
 
+// Of those that are listed the model has the one thread.
+TEST(Schedulability, ExplainsByThreadsThatAreTooManyToBeListed) {
+  auto system = textbook();
+  auto& low = system.report.callbacks[2];
+  low.response_time = extremes(0, 26);  // 6 above the bound of 20
+  low.preempted = extremes(0, 15);
+  low.preempted->sum = 9 + 5;
+  low.preempted_by = {{.tid = 101, .name = "high", .time = {9}}};
+  auto result = system.analyzed();
+  ASSERT_EQ(result.callbacks[2].explanations.size(), 1U);
+  EXPECT_THAT(result.callbacks[2].explanations[0].text, HasSubstr("threads beside the 1"));
+  EXPECT_EQ(result.callbacks[2].explanations[0].ns, 5);
+  EXPECT_TRUE(result.callbacks[2].is_flagged) << "5 of 6 are explained";
+  low.preempted->sum = 9 + 6;
+  EXPECT_FALSE(system.analyzed().callbacks[2].is_flagged);
+}
+
 TEST(Schedulability, ExplainsByAStartThatNoThreadOfTheModelDelayed) {
   auto system = textbook();
   auto& high = system.report.callbacks[0];  // bound 3, and nobody may delay its start

@@ -123,6 +123,18 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
       (Keys{"from", "to", "processing_ns", "communication_ns", "from_callback", "to_callback"}));
 }
 
+TEST(ReportJson, HasTheSixteenThatPreemptedLongest) {
+  auto report = test::sample_report();
+  auto& preemptors = report.callbacks[0].preempted_by;
+  preemptors.clear();
+  for (std::int64_t i = 0; i < 20; ++i)
+    preemptors.push_back({.tid = i, .name = "hog", .time = {100 - i}});
+  const auto told = json_of(report)["callbacks"][0]["preempted_by"];
+  ASSERT_EQ(told.size(), 16U);
+  EXPECT_EQ(told[0]["ns"], 100);
+  EXPECT_EQ(told[15]["ns"], 85);
+}
+
 TEST(ReportJson, HasTheValues) {
   const auto report = json_of(test::sample_report());
   EXPECT_EQ(report["schema"], "cie.report/2");

@@ -9,12 +9,14 @@
 #include "json.hpp"
 #include "json_text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -43,6 +45,12 @@ class RowWriter {
   template <typename T>
   void added(const char* name, const T& value) {
     (*this)(name, value);
+  }
+  template <typename T>
+  void first(const char* name, const std::vector<T>& rows, std::size_t most) {
+    json_.key(name);
+    write_array(std::span(rows).first(std::min(rows.size(), most)),
+                [this](const T& row) { write(row); });
   }
   template <typename T>
   void derived(const char* name, const T& value) {
@@ -159,6 +167,10 @@ class RowReader {
   template <typename T>
   void added(const char* name, T& value) const {
     if (json_.contains(name)) (*this)(name, value);
+  }
+  template <typename T>
+  void first(const char* name, T& rows, std::size_t /*most*/) const {
+    added(name, rows);
   }
   template <typename T>
   void present(const char* name, T& value) const {

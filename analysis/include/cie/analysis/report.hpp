@@ -254,7 +254,8 @@ struct CallbackReport {
   std::optional<Summary> inter_arrival;
   std::optional<Summary> execution_time;
   std::optional<Summary> preempted;
-  std::vector<Preemptor> preempted_by;  // longest first, times of all instances; a part of them
+  // Longest first, times of all instances. What these lack of `preempted` others took.
+  std::vector<Preemptor> preempted_by;
   std::optional<Summary> blocked;
   std::optional<Summary> wake_delay;
   std::optional<Summary> wakeup_latency;

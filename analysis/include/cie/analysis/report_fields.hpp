@@ -4,6 +4,7 @@
 //   visit(name, value)        a field of the row, in itself a row perhaps, or a list of rows
 //   visit.added(name, value)  likewise, of a later version: tables have it behind the others, and
 //                             older documents lack it
+//   visit.first(name, value, most)  likewise, a list of which documents have the first rows
 //   visit.present(name, optional)  one that a document has only where there is something to tell
 //   visit.word(name, optional)     an enumerator by its label; empty text where it is not known
 //   visit.number(name, index)      of a row: a meaning in its document alone
@@ -94,6 +95,9 @@ void quantities(auto& visit, Is<CallbackReport> auto& c) {
   visit("wakeup_latency_ns", c.wakeup_latency);
 }
 
+// In a document there are many callbacks, and of each most others were preempted by for moments.
+inline constexpr std::size_t kMostPreemptorsTold = 16;
+
 void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit("logical_id", c.logical_id);
   visit.pid("pid", c.process);
@@ -119,7 +123,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("deadline_ns", c.deadline_ns);
   visit.added("response_deadline_ns", c.response_deadline);
   visit.added("late", c.late);
-  visit.added("preempted_by", c.preempted_by);
+  visit.first("preempted_by", c.preempted_by, kMostPreemptorsTold);
   visit.added("cut", c.cut);
   visit.added("runs_not_seen", c.runs_not_seen);
   visit.present("outside_window", c.outside_window);
