@@ -75,6 +75,20 @@ std::uint64_t count_losses(const Model& model, LossKind kind) {
   return total;
 }
 
+// A kernel's recorder may run for longer than what it serves to measure.
+std::uint64_t switch_gaps_in_window(const Model& model) {
+  const auto is_outside = [&model](const Loss& loss) {
+    if (!model.begin || !model.end) return false;
+    const auto shift = clock_shift(model.hosts[at(loss.host)], *reference_host(model));
+    return loss.begin > *model.end - shift || loss.end < *model.begin - shift;
+  };
+  std::uint64_t gaps = 0;
+  for (const auto& loss : model.losses) {
+    if (loss.kind == LossKind::switch_mismatch && !is_outside(loss)) gaps += loss.times;
+  }
+  return gaps;
+}
+
 // Whose buffers were too small, and what makes them larger: the recorder's options differ.
 std::string larger_buffers(const Model& model, LossKind kind) {
   const auto is_of = [&model, kind](Domain domain) {
@@ -228,8 +242,7 @@ void add_stream_defects(const Model& model, std::vector<TraceDefect>& defects) {
 
 // What the kernel's record misses.
 void add_kernel_defects(const Model& model, std::vector<TraceDefect>& defects) {
-  add_defect(defects, DefectKind::sched_switch_gaps, Severity::loss,
-             count_losses(model, LossKind::switch_mismatch),
+  add_defect(defects, DefectKind::sched_switch_gaps, Severity::loss, switch_gaps_in_window(model),
              "the kernel's record misses switches: execution times around them are not measured");
   add_defect(defects, DefectKind::cpus_not_recorded, Severity::loss,
              total_of(model.hosts, [](const auto& host) { return host.cpus_not_recorded; }),

@@ -128,5 +128,24 @@ TEST(UserRecord, EndsForEachHostByItself) {
   }
 }
 
+// Who records the kernel may do so for longer than the applications run.
+TEST(UserRecord, EndsWhereGapsBetweenSwitchesCount) {
+  const auto gaps = [](std::int64_t end) {
+    const Verified verified(with_user_until(end, R"(
+      thread rcu worker silent tid=7
+      93 switch 1 idle rcu
+      95 switch 1 fusion idle state=1
+      96 switch 1 idle rcu
+      98 switch 1 fusion idle state=1)"));
+    const auto& defects = verified.result.report.defects;
+    const auto found =
+        std::ranges::find(defects, DefectKind::sched_switch_gaps, &TraceDefect::kind);
+    return found == defects.end() ? 0U : found->count;
+  };
+  EXPECT_EQ(gaps(99), 2U);
+  EXPECT_EQ(gaps(95), 1U);
+  EXPECT_EQ(gaps(92), 0U);
+}
+
 }  // namespace
 }  // namespace cie::test
