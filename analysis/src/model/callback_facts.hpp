@@ -244,6 +244,14 @@ struct alignas(64) CallbackFacts {
   std::optional<Extreme<Duration>> max_inter_arrival{};
 
   Rare<Extreme<std::uint32_t>> first_missed{};
+  // Told by instances that had started before.
+  struct ImpossibleReleases {
+    std::uint64_t count = 0;
+    std::uint64_t seq = 0;  // of the first one
+    EventRef start{};
+    Timestamp release{};
+  };
+  Rare<ImpossibleReleases> impossible_releases{};
   std::uint64_t lost = 0;  // last running total of sample_lost
   std::optional<EventRef> overwritten_at{};
   std::optional<EventRef> lost_at{};

@@ -20,7 +20,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 39> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 40> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -39,6 +39,7 @@ constexpr std::array<std::string_view, 39> kLabels{"damaged-manifest",
                                                    "time-runs-backwards",
                                                    "clocks-unrelated",
                                                    "clocks-drifted",
+                                                   "impossible-releases",
                                                    "host-gap",
                                                    "seq-gaps",
                                                    "publish-gaps",
@@ -261,6 +262,13 @@ void add_clock_defects(const Model& model, std::vector<TraceDefect>& defects) {
       defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
       "the difference of two hosts' clocks changed meanwhile, as one was set, or messages arrive "
       "before they were sent, whatever it is; synchronise them");
+  add_defect(defects, DefectKind::impossible_releases, Severity::error,
+             total_of(model.callbacks,
+                      [](const auto& c) {
+                        return c.impossible_releases ? c.impossible_releases->count : 0;
+                      }),
+             "instances tell a release behind their start, by another clock than CLOCK_MONOTONIC "
+             "perhaps: it is taken for unknown");
 }
 
 // Holes in what is numbered.

@@ -233,6 +233,18 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
                              "streams were recorded under different boots or clocks; their times "
                              "cannot be compared"));
   }
+  for (const auto index : context.callbacks) {
+    const auto& callback = model.callbacks[at(index)];
+    const auto& told = callback.impossible_releases;
+    if (!told) continue;
+    judgement.doubt([&] {
+      return evidence("callback_start", told->start,
+                      callback.logical_id + " seq " + std::to_string(told->seq) +
+                          " tells a release " + nanoseconds(told->release - told->start.time) +
+                          " after its start: not a time of the tracer's clock, so none is known; " +
+                          counted(told->count, "instance") + " in all");
+    });
+  }
   return only(std::move(judgement));
 }
 
@@ -304,17 +316,18 @@ const Rule kTimeSane{
     .name = "time-sane",
     .meaning =
         "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "
-        "writes that), and all streams share a clock.",
+        "writes that), all streams share a clock, and the releases that instances tell are of it, too.",
     .why_it_matters =
         "Response times are differences of times of several streams; with clocks that do not "
         "belong together they mean nothing.",
     .inconclusive_when =
         "streams carry clocks of different boots, or of no common origin. A kernel trace that "
         "shares no clock with the applications' is then no evidence: the other rules judge as if "
-        "it were not there.",
+        "it were not there. Or an instance tells a release behind its own start: it is taken for "
+        "unknown.",
     .remedy =
         "verify the traces of one boot together, others apart; after a FAIL record again with "
-        "another version of the tracer.",
+        "another version of the tracer; an executor writes release_ns by CLOCK_MONOTONIC.",
     .violation = "had times that ran backwards",
     .judge = judge_time_sane,
     .needs = {.is_about_trace = true}};

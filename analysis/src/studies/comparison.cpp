@@ -218,6 +218,7 @@ bool may_cost_runs(const TraceDefect& defect) {
     case DefectKind::read_back_gaps:
     case DefectKind::incomplete_chains:
     case DefectKind::clocks_drifted:
+    case DefectKind::impossible_releases:
     case DefectKind::identity_failures:
       return false;
     default:

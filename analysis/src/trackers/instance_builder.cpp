@@ -94,7 +94,12 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   pending->start = ref(head);
   const auto release_kind = event.release_kind.value_or(ReleaseKind::none);
   if (release_kind != ReleaseKind::none && event.release_ns >= 0) {
-    pending->release = Timestamp{event.release_ns};
+    const Timestamp release{event.release_ns};
+    if (release <= head.time) [[likely]] {
+      pending->release = release;
+    } else {
+      note_impossible_release(*pending, release);
+    }
   }
   pending->missed = event.missed;
   pending->source_timestamp = event.source_timestamp_realtime_ns;
@@ -193,6 +198,16 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
   auto oldest = std::move(thread.open.front());
   thread.open.erase(thread.open.begin());
   abandon(std::move(oldest));
+}
+
+// Behind the start: it stays unknown, as whoever wrote it read another clock.
+void InstanceBuilder::note_impossible_release(const PendingInstance& pending, Timestamp release) {
+  auto& told = pending.callback_facts->impossible_releases;
+  if (!told) {
+    told = CallbackFacts::ImpossibleReleases{
+        .count = 0, .seq = pending.seq, .start = pending.start, .release = release};
+  }
+  ++told->count;
 }
 
 void InstanceBuilder::note_missed(const PendingInstance& pending) {

@@ -189,6 +189,7 @@ class InstanceBuilder {
   CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
                             std::uint64_t seq);
   void note_missed(const PendingInstance& pending);
+  static void note_impossible_release(const PendingInstance& pending, Timestamp release);
   // An instance of a timer whose expiries are known starts.
   void follow_grid(PendingInstance& pending);
   std::optional<TimerGrid::Release> follow_grid(HostIndex host,

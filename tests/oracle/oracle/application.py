@@ -326,6 +326,7 @@ class App(Announcer):
             missed = max(0, (m.now - c.expiry) // c.period)
             release = c.expiry + missed * c.period
             c.expiry = release + c.period
+            release = min(release, m.now)  # another callback may run it before it is due
         else:
             sample = c.queue.popleft()
             release = sample.arrival

@@ -329,7 +329,7 @@ class Model:
         writer = self.writers.get(s.writer_gid) if s.source_timestamp_realtime_ns else None
         if writer and writer[0].host == i.process.host:
             i.source_time = self.monotonic(i.process.host, s.source_timestamp_realtime_ns, i.start)
-        if s.release_kind != "none" and s.release_ns >= 0:
+        if s.release_kind != "none" and 0 <= s.release_ns <= i.start:
             i.release, i.release_source = s.release_ns, "exact"
         elif i.thread.isolated and (i.waking is not None or i.wakeup is not None):
             i.release = min(t for t in (i.waking, i.wakeup) if t is not None)

@@ -99,7 +99,9 @@ def _trace(j: Judge) -> None:
     contexts = all(e.vpid is not None and e.vtid is not None for e in m.events if e.is_user)
     j.put("T5", "trace", PASS if needed <= seen and contexts else INCONCLUSIVE)
     clocks = {s.clock_uuid for s in m.streams}
-    j.put("T6", "trace", PASS if len(clocks) <= 1 else INCONCLUSIVE)
+    impossible = any(i.start_event.release_kind != "none" and i.start_event.release_ns > i.start
+                     for i in m.instances if i.start_event)
+    j.put("T6", "trace", PASS if len(clocks) <= 1 and not impossible else INCONCLUSIVE)
     user_loss = any(x.domain == "ust" for x in m.losses)
     unproved = INCONCLUSIVE in j.verdicts["T3"].values() or any(
         p.end and not proof.whole[p] for p in m.processes)

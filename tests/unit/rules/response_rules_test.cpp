@@ -28,6 +28,22 @@ TEST(Deadline, ComparesTheLongestResponseTimeExactly) {
                               "spec.yaml:2 is 7 ns")));
 }
 
+// Behind the start, and behind the end; nothing else tells of it.
+TEST(Deadline, TakesAReleaseBehindTheStartForUnknown) {
+  for (const auto* release : {"23", "33"}) {
+    auto text = std::string(kTwoRuns);
+    text.replace(text.find("release=20"), 10, std::string("release=") + release);
+    const Verified verified(text, spec("response_deadline: 8\n    min_inter_arrival: 1"));
+    for (const auto* rule : {"R1", "R2", "R3", "R5"})
+      EXPECT_EQ(verified.of(rule, "callback fusion"), Verdict::inconclusive) << rule << release;
+    const auto& report = callback(verified, "fusion");
+    EXPECT_EQ(report.response_time->count, 1U);
+    EXPECT_EQ(report.response_time->min, 15 - 10);
+    EXPECT_EQ(report.start_latency->min, 12 - 10);
+    EXPECT_EQ(report.response_time_lower->min, 28 - 22) << "its duration";
+  }
+}
+
 TEST(Deadline, FallsBackToTheDeclaredOne) {
   auto text = std::string(kTwoRuns);
   text.replace(text.find("period=10"), 9, "period=10 deadline=7");

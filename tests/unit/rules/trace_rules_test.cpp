@@ -169,5 +169,20 @@ TEST(TimeSane, IsInconclusiveWhenClocksAreOfDifferentBoots) {
   EXPECT_EQ(Verified(trace)["T6"], Verdict::inconclusive);
 }
 
+TEST(TimeSane, IsInconclusiveWhenAReleaseLiesBehindItsStart) {
+  const auto verified = [](const std::string& release) {
+    return Verified("callback fusion\n12 start fusion release=" + release + "\n15 end fusion");
+  };
+  EXPECT_EQ(verified("12")["T6"], Verdict::pass);
+  for (const auto* release : {"13", "15", "17"}) {
+    const auto late = verified(release);
+    EXPECT_EQ(late["T6"], Verdict::inconclusive) << release;
+    EXPECT_THAT(late.evidence("T6", "trace"), HasSubstr("12 callback_start fusion seq 0 tells"));
+    const auto& defects = late.result.report.defects;
+    EXPECT_EQ(std::ranges::count(defects, DefectKind::impossible_releases, &TraceDefect::kind), 1);
+  }
+  EXPECT_THAT(verified("17").evidence("T6", "trace"), HasSubstr("a release 5 ns after its start"));
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -40,6 +40,7 @@ enum class DefectKind : std::uint8_t {
   time_runs_backwards,
   clocks_unrelated,
   clocks_drifted,
+  impossible_releases,
   host_gap,
   seq_gaps,
   publish_gaps,
