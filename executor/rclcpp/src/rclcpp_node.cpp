@@ -21,6 +21,16 @@ using cie::CallbackKind;
 using cie::GroupType;
 using cie::scheduling::GroupState;
 
+// What nodes of rclcpp offer by themselves. Since Iron one tells of types.
+constexpr std::array<std::string_view, 7> kParameterServices{
+    "describe_parameters",      "get_parameter_types", "get_parameters",
+    "get_type_description",     "list_parameters",     "set_parameters",
+    "set_parameters_atomically"};
+// And what those of rclcpp_lifecycle do, all of them in the node's default group.
+constexpr std::array<std::string_view, 5> kLifecycleServices{"change_state", "get_available_states",
+                                                             "get_available_transitions",
+                                                             "get_state", "get_transition_graph"};
+
 bool is_same(const std::weak_ptr<void>& one, const std::weak_ptr<void>& other) {
   return !one.owner_before(other) && !other.owner_before(one);
 }
@@ -260,9 +270,12 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
                     : as_callback(group, make_entity(subscription));
     });
   }
+  const bool has_lifecycle = is_default && has_lifecycle_services(contents);
   for (const auto& service : contents.services) {
     serve_new(group, service, [&] {
-      return is_internal_service(service->get_service_name())
+      const std::string name = service->get_service_name();
+      return is_of_node(name, kParameterServices) ||
+                     (has_lifecycle && is_of_node(name, kLifecycleServices))
                  ? as_internal(make_entity(service))
                  : as_callback(group, make_entity(service));
     });
@@ -282,15 +295,21 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
   }
 }
 
-// Those that rclcpp's nodes offer by themselves. Since Iron one tells of types.
-bool RclcppNode::is_internal_service(const std::string& service) const {
-  static constexpr std::array<std::string_view, 7> kOwn{
-      "describe_parameters",      "get_parameter_types", "get_parameters",
-      "get_type_description",     "list_parameters",     "set_parameters",
-      "set_parameters_atomically"};
-  const std::string_view text{service};
-  return text.size() > name_.size() + 1 && text.starts_with(name_) && text[name_.size()] == '/' &&
-         std::ranges::find(kOwn, text.substr(name_.size() + 1)) != kOwn.end();
+bool RclcppNode::is_of_node(std::string_view service,
+                            std::span<const std::string_view> names) const {
+  return service.size() > name_.size() + 1 && service.starts_with(name_) &&
+         service[name_.size()] == '/' &&
+         std::ranges::find(names, service.substr(name_.size() + 1)) != names.end();
+}
+
+// A node of the user's may have a service of one of these names.
+bool RclcppNode::has_lifecycle_services(const Contents& contents) const {
+  const auto has = [&](std::string_view name) {
+    return std::ranges::any_of(contents.services, [&](const auto& service) {
+      return is_of_node(service->get_service_name(), {&name, 1});
+    });
+  };
+  return std::ranges::all_of(kLifecycleServices, has);
 }
 
 // --- as callbacks ---------------------------------------------------------------------------------

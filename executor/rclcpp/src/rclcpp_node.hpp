@@ -9,7 +9,9 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <rclcpp/callback_group.hpp>
@@ -105,7 +107,9 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   Served as_callback(Group& group, std::unique_ptr<Entity> entity);
   Served as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer);
   Served as_internal(std::unique_ptr<Entity> entity);
-  bool is_internal_service(const std::string& service) const;
+  // The service is one of these of the node.
+  bool is_of_node(std::string_view service, std::span<const std::string_view> names) const;
+  bool has_lifecycle_services(const Contents& contents) const;
   template <typename Condition>
   Callbacks release_groups(Condition condition);
 

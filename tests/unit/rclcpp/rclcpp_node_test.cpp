@@ -153,6 +153,31 @@ TEST_F(RclcppNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
                           "/test/listening@Service(/other/get_parameters)"));
 }
 
+// A manager of lifecycles calls those of rclcpp_lifecycle, in whose nodes nobody can give them a group.
+TEST_F(RclcppNodeTest, TheServicesOfALifecycleAreNoCallbacksOfTheUser) {
+  const auto managed = node("managed");
+  std::vector<rclcpp::ServiceBase::SharedPtr> services;
+  const auto offer = [&](const std::string& name) {
+    services.push_back(managed->create_service<SetBool>(
+        "~/" + name,
+        [](const SetBool::Request::SharedPtr&, const SetBool::Response::SharedPtr&) {}));
+  };
+  for (const auto* name : {"change_state", "get_state", "get_available_states",
+                           "get_available_transitions", "get_transition_graph", "mine"})
+    offer(name);
+  EXPECT_THAT(ids(serve(managed)->look().came),
+              ElementsAre("/test/managed@Service(/test/managed/mine)"));
+}
+
+TEST_F(RclcppNodeTest, AServiceThatIsCalledLikeOneOfThemIsACallback) {
+  const auto plain = node("plain");
+  const auto service = plain->create_service<SetBool>(
+      "~/get_state",
+      [](const SetBool::Request::SharedPtr&, const SetBool::Response::SharedPtr&) {});
+  EXPECT_THAT(ids(serve(plain)->look().came),
+              ElementsAre("/test/plain@Service(/test/plain/get_state)"));
+}
+
 TEST_F(RclcppNodeTest, InAGroupOfItsOwnSoIsTheFirst) {
   const auto listening = node("listening");
   const auto own = listening->create_callback_group(CallbackGroupType::MutuallyExclusive);
