@@ -66,7 +66,8 @@ struct Verified {
   std::string evidence(std::string_view id, std::string_view subject) const {
     std::string text;
     for (const auto& item : on(id, subject).evidence) {
-      text += std::to_string(item.time.ns) + ' ' + item.event + ' ' + item.note + '\n';
+      text += (item.time ? std::to_string(item.time->ns) : "?") + ' ' + item.event + ' ' +
+              item.note + '\n';
     }
     return text;
   }

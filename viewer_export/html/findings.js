@@ -282,7 +282,9 @@ export const rules = () => {
     [
       e.event,
       // An event is of its host's clock, the trace of one of several.
-      lanes.begin_ns === null || severalHosts ? null : `${time(e.time_ns - lanes.begin_ns)} into the trace`,
+      e.time_ns === null || lanes.begin_ns === null || severalHosts
+        ? null
+        : `${time(e.time_ns - lanes.begin_ns)} into the trace`,
       e.cpu === null || e.cpu === undefined ? null : `CPU ${e.cpu}`,
       e.tid === null || e.tid === undefined ? null : `thread ${e.tid}`,
     ]

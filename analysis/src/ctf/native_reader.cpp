@@ -120,7 +120,7 @@ class TraceReader::Streams {
       auto& event = writer.add();
       event.head = {.time = {}, .stream = stream, .cpu = {}, .pid = {}, .tid = {}};
       event.body = DamagedPacket{
-          .reason = reason, .begin = Timestamp{}, .end = kLatest, .has_foreign_metadata = true};
+          .reason = reason, .begin = kBoot, .end = kLatest, .has_foreign_metadata = true};
       writer.keep(event);
     }
     merge(writer);

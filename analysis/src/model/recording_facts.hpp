@@ -86,7 +86,7 @@ struct Loss {
   LossKind kind = LossKind::discarded_events;
   Domain domain = Domain::user;
   HostIndex host{};
-  Timestamp begin{};
+  Timestamp begin = kBoot;  // which is: since when is not known
   Timestamp end{};
   std::optional<std::uint64_t> count{};  // events or packets; empty: unknown
   std::optional<std::int32_t> cpu{};

@@ -13,8 +13,9 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
     if (!item.stream || *item.stream >= model.streams.size()) continue;
     const auto& stream = model.streams[*item.stream];
     item.file = stream.path;
+    if (!item.time) continue;
     const auto& begins = stream.packet_begins;
-    const auto next = std::ranges::upper_bound(begins, item.time);
+    const auto next = std::ranges::upper_bound(begins, *item.time);
     if (next == begins.begin() || stream.packets != begins.size()) continue;
     auto packet = static_cast<std::uint64_t>(next - begins.begin() - 1);
     const auto& later = stream.later_files;

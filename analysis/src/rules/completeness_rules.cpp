@@ -149,7 +149,7 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
     is_any = true;
     judgement.overrule(context.proof.incompleteness(index));
   }
-  const auto begin = moment(model.begin.value_or(Timestamp{}));
+  const auto begin = moment(model.begin);
   if (!is_any) judgement.overrule(without_event(begin, "the trace holds no process of ours"));
   const auto lost = std::ranges::find_if(model.losses, [](const Loss& loss) {
     return loss.domain == Domain::user && loss.is_evidence;
@@ -169,7 +169,7 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
 void fail_missing(const RuleContext& context, const std::string& note,
                   std::uint32_t RunTotals::*total, const char* seen, Judgement& judgement) {
   const auto& model = context.model;
-  judgement.fail(without_event(moment(model.begin.value_or(Timestamp{})), note));
+  judgement.fail(without_event(moment(model.begin), note));
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!context.proof.is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) continue;

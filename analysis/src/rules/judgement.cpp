@@ -20,7 +20,7 @@ void append(std::vector<Evidence>& list, Evidence item) {
 
 Evidence evidence(std::string event, const EventRef& where, std::string note) {
   Evidence item{.event = std::move(event),
-                .time = where.time,
+                .time = where.time == kEarliest ? std::nullopt : std::optional(where.time),
                 .cpu = where.cpu,
                 .pid = where.pid,
                 .tid = where.tid,

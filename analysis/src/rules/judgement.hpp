@@ -20,9 +20,15 @@
 
 namespace cie::analysis {
 
-// A point in time without an event of its own.
-inline EventRef moment(Timestamp time, std::optional<std::int64_t> tid = std::nullopt) {
-  return {.time = time, .cpu = std::nullopt, .pid = std::nullopt, .tid = tid, .stream = kNoStream};
+// A point in time without an event of its own. One that is not known is kEarliest, for an EventRef has
+// no room for an optional: the evidence of it has no time.
+inline EventRef moment(std::optional<Timestamp> time,
+                       std::optional<std::int64_t> tid = std::nullopt) {
+  return {.time = time.value_or(kEarliest),
+          .cpu = std::nullopt,
+          .pid = std::nullopt,
+          .tid = tid,
+          .stream = kNoStream};
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <set>
 #include <string>
 #include <string_view>
@@ -47,10 +46,13 @@ std::string describe_missing(const Loss& loss) {
       text = counted(*loss.count, event) + " lost";
     }
   }
-  constexpr auto kUnknown = std::numeric_limits<std::int64_t>::max();
-  if (loss.end.ns == kUnknown) return text + ", until when is not known";
+  if (loss.begin == kBoot) {
+    const bool is_end_known = loss.end > kBoot && loss.end != kLatest;
+    return text + (is_end_known ? " before " + nanoseconds(loss.end.ns) : ", when is not known");
+  }
+  if (loss.end == kLatest) return text + ", until when is not known";
   if (loss.end <= loss.begin) return text;
-  return text + " within " + std::to_string((loss.end - loss.begin).ns) + " ns";
+  return text + " within " + nanoseconds(loss.end - loss.begin);
 }
 
 // What cannot be read, and why, leads.
@@ -66,14 +68,14 @@ std::string describe_loss(const Loss& loss) {
 
 Evidence evidence_of(const Loss& loss) {
   return Evidence{.event = std::string(name_of(loss.kind)),
-                  .time = loss.begin,
+                  .time = loss.begin == kBoot ? std::nullopt : std::optional(loss.begin),
                   .cpu = loss.cpu,
                   .pid = std::nullopt,
                   .tid = std::nullopt,
                   .note = describe_loss(loss)};
 }
 
-Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time) {
+Evidence evidence_of_missing_cpus(std::uint32_t cpus, std::optional<Timestamp> time) {
   return evidence("cpus_not_recorded", moment(time),
                   cie::counted(cpus, "CPU") + " without a kernel stream");
 }

@@ -14,7 +14,7 @@ namespace cie::analysis {
 
 Evidence evidence_of(const Loss& loss);
 // The kernel's record of a machine is without so many of its CPUs.
-Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time);
+Evidence evidence_of_missing_cpus(std::uint32_t cpus, std::optional<Timestamp> time);
 // A loss of the domain before the window that was asked for, which lasted until `time` or longer;
 // null: none.
 const Loss* loss_before(const Model& model, HostIndex host, Domain domain, Timestamp time);

@@ -116,7 +116,7 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   if (!bound.max) {
     if (bound.needs == nullptr) return;
     judgement.doubt(
-        without_event(moment(context.model.end.value_or(Timestamp{})),
+        without_event(moment(context.model.end),
                       "no " + std::string(bound.name) + " could be measured: " + bound.needs));
     return;
   }
@@ -164,7 +164,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
     text += "; the path latency may have been up to " + nanoseconds(longest) + ", " +
             place(context, asked.line) + " allows " + nanoseconds(limit);
   }
-  judgement.doubt(without_event(moment(context.model.begin.value_or(Timestamp{})), text));
+  judgement.doubt(without_event(moment(context.model.begin), text));
 }
 
 // Where chains lost something: callbacks by id, publishers that are not whole by topic.
@@ -315,11 +315,10 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                          : context.names.chain(found->second));
     judgement.overrule(losses.on(asked));
     if (chain == nullptr || chain->instances == 0) {
-      judgement.doubt(
-          without_event(moment(model.end.value_or(Timestamp{})),
-                        place(context, asked.line) +
-                            " specifies it, and no message of the trace leads along it: no "
-                            "instance of the chain could be linked"));
+      judgement.doubt(without_event(
+          moment(model.end), place(context, asked.line) +
+                                 " specifies it, and no message of the trace leads along it: no "
+                                 "instance of the chain could be linked"));
     }
     if (chain != nullptr) {
       constexpr const char* kTwo =

@@ -24,7 +24,7 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   Judgement judgement(NamedSubject::trace());
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
-  judgement.doubt(without_event(moment(model.begin.value_or(Timestamp{})),
+  judgement.doubt(without_event(moment(model.begin),
                                 has_outside ? "no callback started in the window"
                                             : "callbacks ran, but no callback_start was recorded"));
   return std::move(judgement).finish();
@@ -38,7 +38,7 @@ void doubt_events_without_pid(const Rule& rule, const RuleContext& context,
   if (without == 0 || !rule.needs.instances || !is_judged) return;
   Judgement judgement(NamedSubject::trace());
   judgement.doubt(
-      without_event(moment(context.model.begin.value_or(Timestamp{})),
+      without_event(moment(context.model.begin),
                     counted(without, "event") + " without the context vpid belong to no process"));
   conclude(std::move(judgement), subjects);
 }
@@ -162,7 +162,7 @@ bool has_totals(const Model& model, const Subject& subject) {
 void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
                         std::vector<SubjectVerdict>& subjects) {
   if (context.options.spec == nullptr && rule.needs.spec) return;
-  const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
+  const auto doubt = evidence("missing_part", moment(context.model.begin),
                               "not all that was recorded is here: " + missing);
   if (rule.needs.whole_recording || rule.needs.totals) {
     for (auto& subject : subjects) {

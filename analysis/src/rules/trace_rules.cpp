@@ -46,7 +46,7 @@ std::span<const Requirement> required_of(const Model& model) {
   return kRequired;
 }
 
-EventRef begin_of(const Model& model) { return moment(model.begin.value_or(Timestamp{})); }
+EventRef begin_of(const Model& model) { return moment(model.begin); }
 
 bool is_damage(const Loss& loss) {
   return loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
@@ -136,8 +136,7 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   }
   for (const auto& host : model.hosts) {
     if (host.cpus_not_recorded == 0) continue;
-    const auto missing =
-        evidence_of_missing_cpus(host.cpus_not_recorded, model.begin.value_or(Timestamp{}));
+    const auto missing = evidence_of_missing_cpus(host.cpus_not_recorded, model.begin);
     if (context.options.require_lossless) judgement.fail(missing);
     judgement.remark(missing);
   }

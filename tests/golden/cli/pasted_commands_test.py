@@ -3,6 +3,7 @@
 import csv
 import functools
 import io
+import json
 import os
 import re
 import shutil
@@ -45,6 +46,20 @@ class ToPaste(Folder):
                                     env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]})
             self.assertEqual(run(["sh", "-c", everything]).stdout, cie("verify", violating, *options, "--all").stdout, everything)
             self.assertRegex(run(["sh", "-c", page]).stdout.decode(), "^M[23] ")
+
+    def test_the_events_around_damage_at_an_unknown_time_are_shown(self):
+        trace = self.path("cut")
+        shutil.copytree(TRACE, trace, copy_function=shutil.copyfile)
+        with open(self.path("cut", "ust", "uid", "0", "64-bit", "channel0_1"), "r+b") as stream:
+            stream.truncate(100)  # no packet of it is whole
+        text = cie("verify", trace, "--only", "T1", "--all").stdout.decode()
+        self.assertIn("at an unknown time  damaged_packet", text)
+        command, = re.findall(r"^ +(cie events .*)$", text, re.M)
+        shown = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
+                               env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]})
+        self.assertEqual((shown.returncode, shown.stdout), (0, cie("events", trace).stdout))
+        told, = json.loads(cie("verify", trace, "--only", "T1", "--format", "json").stdout)["rules"][0]["subjects"]
+        self.assertEqual({evidence["time_ns"] for evidence in told["evidence"]}, {None})
 
     def test_the_commands_of_a_report_show_more_of_the_same(self):
         spec = self.write("a spec's.yaml", b"callback_groups:\n  - id: nobody@Timer(1)\n    response_deadline: 7\n")

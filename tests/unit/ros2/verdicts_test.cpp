@@ -165,7 +165,7 @@ TEST(Ros2Verdicts, TotalsOfACallbackThatNeverRanAreMissingSinceItWasMade) {
   ASSERT_NE(q1, rules.end());
   const auto& evidence = q1->subjects.at(0).evidence.at(0);
   EXPECT_EQ(evidence.event, "") << "ROS 2 has no event that tells it";
-  EXPECT_EQ(evidence.time.ns, 9);  // told when the recording ends
+  EXPECT_EQ(evidence.time->ns, 9);  // told when the recording ends
 }
 
 // What is missing is told with a position in time, not with an event of that name.

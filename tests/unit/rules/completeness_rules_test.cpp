@@ -257,7 +257,7 @@ TEST(RunComplete, NamesAProcessOfWhichOneEventIsSeen) {
       for (const auto& subject : rule.subjects) {
         EXPECT_TRUE(std::ranges::none_of(subject.evidence,
                                          [](const Evidence& evidence) {
-                                           return evidence.time.ns == 0 &&
+                                           return evidence.time == Timestamp{0} &&
                                                   evidence.event == "callback_start";
                                          }))
             << name << ' ' << rule.id;

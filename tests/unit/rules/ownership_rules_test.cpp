@@ -325,8 +325,8 @@ TEST(ThreadKnown, FailsForACallbackThatStartsAfterTheEndOfItsThread) {
   EXPECT_EQ(subjects[0].subject, subjects[1].subject);
   ASSERT_GE(subjects[1].evidence.size(), 2U);
   EXPECT_EQ(subjects[1].evidence[0].event, "thread_fini");
-  EXPECT_EQ(subjects[1].evidence[0].time.ns, 14);
-  EXPECT_EQ(subjects[1].evidence[1].time.ns, 30);
+  EXPECT_EQ(subjects[1].evidence[0].time->ns, 14);
+  EXPECT_EQ(subjects[1].evidence[1].time->ns, 30);
 }
 
 TEST(ThreadKnown, AcceptsAThreadThatIsAnnouncedAnewAfterItsEnd) {

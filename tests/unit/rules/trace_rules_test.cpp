@@ -37,6 +37,12 @@ TEST(TraceReadable, PrintsNoTimeThatIsNotKnown) {
               HasSubstr("user-space events, an unknown number, lost within 5 ns"));
   EXPECT_THAT(Verified(with("25 damage user until=9223372036854775807")).evidence("T1", "trace"),
               HasSubstr("user-space events, an unknown number, lost, until when is not known"));
+  EXPECT_EQ(
+      Verified(with("0 damage user until=30")).evidence("T1", "trace"),
+      "? damaged_packet cut short; user-space events, an unknown number, lost before 30 ns\n");
+  EXPECT_EQ(Verified(with("0 damage user until=9223372036854775807")).evidence("T1", "trace"),
+            "? damaged_packet cut short; user-space events, an unknown number, lost, when is not "
+            "known\n");
 }
 
 TEST(NoLoss, PassesAndNamesALossThatCostNobodyHisProof) {

@@ -47,7 +47,7 @@ TEST(HtmlReport, TellsWhatIsWorstOfARuleFirstAndWhatToDo) {
         .verdict = Verdict::fail,
         .checked = 7,
         .evidence = {{.event = "callback_start",
-                      .time = {1},
+                      .time = analysis::Timestamp{1},
                       .cpu = {},
                       .pid = {},
                       .tid = {},

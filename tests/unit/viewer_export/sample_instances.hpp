@@ -139,13 +139,13 @@ inline analysis::AnalysisResult application_result() {
   analysis::AnalysisResult result;
   result.report = application_report();
   const analysis::Evidence late{.event = "callback_end",
-                                .time = {2'600},
+                                .time = analysis::Timestamp{2'600},
                                 .cpu = 1,
                                 .pid = kPid,
                                 .tid = 12,
                                 .note = "response time 1150 > 1000 \x1b[31m\xff"};
   const analysis::Evidence timeless{
-      .event = "callback_init", .time = {0}, .cpu = {}, .pid = {}, .tid = {}, .note = "no time"};
+      .event = "callback_init", .time = {}, .cpu = {}, .pid = {}, .tid = {}, .note = "no time"};
   analysis::SubjectVerdict violated{.subject = "callback " + std::string(kTrack),
                                     .verdict = analysis::Verdict::fail,
                                     .checked = 4,

@@ -154,7 +154,7 @@ inline analysis::Report sample_of_two_hosts() {
 inline analysis::VerdictReport sample_verdicts() {
   using analysis::Verdict;
   const analysis::Evidence first{.event = "callback_start",
-                                 .time = {983'005'016'596},
+                                 .time = analysis::Timestamp{983'005'016'596},
                                  .cpu = 0,
                                  .pid = 4001,
                                  .tid = 4008,
@@ -163,13 +163,13 @@ inline analysis::VerdictReport sample_verdicts() {
                                  .file = "ust/channel0_1",
                                  .packet = 2};
   const analysis::Evidence second{.event = "callback_start",
-                                  .time = {983'005'187'272},
+                                  .time = analysis::Timestamp{983'005'187'272},
                                   .cpu = std::nullopt,
                                   .pid = 4001,
                                   .tid = 4008,
                                   .note = "started /b@Timer(1), instance 0"};
   const analysis::Evidence missing{.event = "missing",
-                                   .time = {983'130'000'000},
+                                   .time = analysis::Timestamp{983'130'000'000},
                                    .cpu = std::nullopt,
                                    .pid = std::nullopt,
                                    .tid = std::nullopt,

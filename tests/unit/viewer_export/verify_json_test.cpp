@@ -66,6 +66,14 @@ TEST(VerifyJson, NamesSuppressionsOfASubjectAndOfTheFile) {
       "expired");
 }
 
+TEST(VerifyJson, ATimeThatIsNotKnownIsNull) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[2].subjects[1].evidence[0].time.reset();
+  const auto evidence = json_of(verdicts)["rules"][2]["subjects"][1]["evidence"];
+  EXPECT_TRUE(evidence[0]["time_ns"].is_null());
+  EXPECT_EQ(evidence[1]["time_ns"], 983'005'187'272);
+}
+
 TEST(VerifyJson, AnOverallVerdictIsNeverNotApplicable) {
   EXPECT_EQ(json_of(analysis::VerdictReport{}).at("verdict"), "PASS");
 }

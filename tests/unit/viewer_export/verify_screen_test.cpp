@@ -112,16 +112,18 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
   auto report = test::sample_report();
   report.callbacks[1].isolation = analysis::Isolation::isolated;
   const auto undecided = [](const char* id, const char* subject, const char* note) {
-    return analysis::RuleVerdict{
-        .id = id,
-        .name = "rule",
-        .verdict = Verdict::inconclusive,
-        .subjects = {
-            {.about = {.kind = analysis::SubjectKind::thread},
-             .subject = subject,
-             .verdict = Verdict::inconclusive,
-             .evidence = {
-                 {.event = "x", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = note}}}}};
+    return analysis::RuleVerdict{.id = id,
+                                 .name = "rule",
+                                 .verdict = Verdict::inconclusive,
+                                 .subjects = {{.about = {.kind = analysis::SubjectKind::thread},
+                                               .subject = subject,
+                                               .verdict = Verdict::inconclusive,
+                                               .evidence = {{.event = "x",
+                                                             .time = analysis::Timestamp{1},
+                                                             .cpu = {},
+                                                             .pid = {},
+                                                             .tid = {},
+                                                             .note = note}}}}};
   };
   const analysis::VerdictReport verdicts{
       .verdict = Verdict::inconclusive,
@@ -146,7 +148,12 @@ analysis::SubjectVerdict judged(analysis::SubjectKind kind, const char* subject,
   return {.about = {.kind = kind},
           .subject = subject,
           .verdict = verdict,
-          .evidence = {{.event = "x", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = "n"}}};
+          .evidence = {{.event = "x",
+                        .time = analysis::Timestamp{1},
+                        .cpu = {},
+                        .pid = {},
+                        .tid = {},
+                        .note = "n"}}};
 }
 
 TEST(VerifyScreen, CountsOfCallbacksCallbacksAlone) {
@@ -284,14 +291,18 @@ TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
         .subject = "callback",
         .verdict = Verdict::fail,
         .checked = checked,
-        .evidence = {
-            {.event = "callback_start", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = {}},
-            {.event = "callback_end",
-             .time = {2},
-             .cpu = {},
-             .pid = {},
-             .tid = {},
-             .note = "of callback " + std::to_string(index)}}};
+        .evidence = {{.event = "callback_start",
+                      .time = analysis::Timestamp{1},
+                      .cpu = {},
+                      .pid = {},
+                      .tid = {},
+                      .note = {}},
+                     {.event = "callback_end",
+                      .time = analysis::Timestamp{2},
+                      .cpu = {},
+                      .pid = {},
+                      .tid = {},
+                      .note = "of callback " + std::to_string(index)}}};
   };
   const analysis::VerdictReport verdicts{.verdict = Verdict::fail,
                                          .rules = {{.id = "R4",
@@ -321,7 +332,7 @@ TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
   const auto text = [](const std::string& event) {
     auto verdicts = test::sample_verdicts();
     const analysis::Evidence first{.event = event,
-                                   .time = {983'005'016'596},
+                                   .time = analysis::Timestamp{983'005'016'596},
                                    .cpu = 0,
                                    .pid = 4001,
                                    .tid = 4008,

@@ -193,10 +193,25 @@ TEST(VerifyText, LetsNoNameControlTheTerminalOrTheShell) {
   EXPECT_THAT(text, HasSubstr(R"(cie events 'it'\''s; rm -rf $HOME' --window)"));
 }
 
+TEST(VerifyText, SaysThatATimeIsNotKnown) {
+  auto verdicts = test::sample_verdicts();
+  auto& evidence = verdicts.rules[2].subjects[1].evidence;
+  evidence[0].time.reset();
+  EXPECT_THAT(verify_text_of(verdicts, test::sample_report()),
+              AllOf(HasSubstr("    at an unknown time  callback_start  cpu 0  pid 4001"),
+                    // From 1 ms before to 1 ms after the other one.
+                    HasSubstr("'recordings/run 1' --window 983004187272..983006187272\n")));
+  evidence.resize(1);
+  EXPECT_THAT(verify_text_of(verdicts, test::sample_report()),
+              HasSubstr("    cie events 'recordings/run 1'\n"));
+}
+
 TEST(VerifyText, SurvivesTimesAtTheEndsOfTheRange) {
   auto verdicts = test::sample_verdicts();
-  verdicts.rules[2].subjects[1].evidence[0].time.ns = std::numeric_limits<std::int64_t>::max();
-  verdicts.rules[2].subjects[1].evidence[1].time.ns = std::numeric_limits<std::int64_t>::min();
+  verdicts.rules[2].subjects[1].evidence[0].time =
+      analysis::Timestamp{std::numeric_limits<std::int64_t>::max()};
+  verdicts.rules[2].subjects[1].evidence[1].time =
+      analysis::Timestamp{std::numeric_limits<std::int64_t>::min()};
   EXPECT_THAT(
       verify_text_of(verdicts, test::sample_report()),
       AllOf(HasSubstr("at 9223372036854775807 ns"), HasSubstr("cie events 'recordings/run 1'\n")));

@@ -62,7 +62,8 @@ std::uint64_t draw_violations(PacketBuffer& packets, Tracks& tracks,
           track = tracks.new_uuid();
           packets.track(track, 0, "Enforcement");
         }
-        const auto time = evidence.time.ns > 0 ? evidence.time.ns : begin.on(host);
+        const bool is_shown = evidence.time && evidence.time->ns > 0;
+        const auto time = is_shown ? evidence.time->ns : begin.on(host);
         packets.named_instant(time, track, Category::enforcement, name,
                               notes_of(rule, demand, subject, evidence));
         ++count;

@@ -385,7 +385,8 @@ ResultTable verdicts() {
                 std::array<Cell, 12>{
                     rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
                     as_integer(s.checked), as_integer(s.evidence.size()),
-                    has_evidence ? Cell(s.evidence.front().time.ns) : Cell(),
+                    has_evidence && s.evidence.front().time ? Cell(s.evidence.front().time->ns)
+                                                            : Cell(),
                     has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell(),
                     analysis::label(s.about.kind), cell(s.about.index), cell(s.about.process)},
                 {});

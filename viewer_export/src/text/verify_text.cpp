@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -20,6 +21,7 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Evidence;
+using analysis::Timestamp;
 using analysis::Verdict;
 
 // How much of the trace the suggested command shows on either side of the evidence.
@@ -39,20 +41,24 @@ Look look_of(Verdict verdict) {
   return Look::faint;
 }
 
-// Shows the events around the evidence.
+// Shows the events around the evidence; all events, where no time of it is known.
 std::string events_command(const std::vector<Evidence>& evidence, const analysis::Report& report,
                            const std::string& reader_arguments) {
-  const auto [first, last] =
-      std::minmax_element(evidence.begin(), evidence.end(),
-                          [](const auto& a, const auto& b) { return a.time < b.time; });
+  std::optional<Timestamp> first;
+  std::optional<Timestamp> last;
+  for (const auto& item : evidence) {
+    if (!item.time) continue;
+    first = std::min(first.value_or(*item.time), *item.time);
+    last = std::max(last.value_or(*item.time), *item.time);
+  }
   std::string command = "cie events";
   for (const auto& path : report.trace.paths)
     command += " " + printable(shell_quoted(path));
   if (!reader_arguments.empty()) command += " " + reader_arguments;
   std::int64_t from = 0;
   std::int64_t to = 0;
-  const bool is_window = !__builtin_sub_overflow(first->time.ns, kMarginNs, &from) &&
-                         !__builtin_add_overflow(last->time.ns, kMarginNs, &to) && to >= 0;
+  const bool is_window = first && !__builtin_sub_overflow(first->ns, kMarginNs, &from) &&
+                         !__builtin_add_overflow(last->ns, kMarginNs, &to) && to >= 0;
   if (is_window) command += fmt::format(" --window {}..{}", std::max<std::int64_t>(from, 0), to);
   return command;
 }

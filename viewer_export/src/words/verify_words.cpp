@@ -31,17 +31,25 @@ std::string after_expiry(const analysis::SuppressionUse& use) {
 
 }  // namespace
 
+namespace {
+
+// "at 12 ns (3 ns into the trace)".
+std::string time_words(const analysis::Evidence& evidence, const analysis::Report& report) {
+  if (!evidence.time) return "at an unknown time";
+  const auto at = fmt::format("at {} ns", evidence.time->ns);
+  const auto begin = report.trace.zero();
+  // Of several hosts the begin is a time of one of their clocks.
+  if (!begin || report.trace.hosts.size() > 1) return at;
+  return fmt::format("{} ({} into the trace)", at, format_duration((*evidence.time - *begin).ns));
+}
+
+}  // namespace
+
 std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report) {
   const auto id = [](std::string_view name, const auto& value) {
     return value ? fmt::format("  {} {}", name, *value) : std::string{};
   };
-  // Of several hosts the begin is a time of one of their clocks.
-  const auto begin = report.trace.zero();
-  const auto since_begin =
-      begin && report.trace.hosts.size() < 2
-          ? fmt::format(" ({} into the trace)", format_duration((evidence.time - *begin).ns))
-          : std::string{};
-  return fmt::format("at {} ns{}{}{}{}{}{}{}{}{}", evidence.time.ns, since_begin,
+  return fmt::format("{}{}{}{}{}{}{}{}{}", time_words(evidence, report),
                      evidence.event.empty() ? "" : "  ", printable(evidence.event),
                      id("cpu", evidence.cpu), id("pid", evidence.pid), id("tid", evidence.tid),
                      evidence.note.empty() ? "" : "  ", printable(evidence.note),

@@ -64,6 +64,8 @@ constexpr Duration& operator+=(Duration& a, Duration b) noexcept { return a = a 
 // The ends of time, for bounds of what has none. Whether there is a time at all is told by an optional.
 inline constexpr Timestamp kEarliest{std::numeric_limits<std::int64_t>::min()};
 inline constexpr Timestamp kLatest{std::numeric_limits<std::int64_t>::max()};
+// Where every clock begins: the begin of what began nobody knows when.
+inline constexpr Timestamp kBoot{};
 
 // A part of a recording, its ends included, in nanoseconds of CLOCK_MONOTONIC.
 struct TimeWindow {

@@ -20,7 +20,7 @@ std::string_view label(Verdict verdict) noexcept;
 // One event (or gap) that a verdict rests on. `note` says in words what it shows.
 struct Evidence {
   std::string event;  // "callback_start"; for inconclusive verdicts the kind of what is missing
-  Timestamp time;
+  std::optional<Timestamp> time;  // empty: not known
   std::optional<std::int32_t> cpu;
   std::optional<std::int64_t> pid;
   std::optional<std::int64_t> tid;

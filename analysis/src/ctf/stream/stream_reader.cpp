@@ -178,7 +178,7 @@ void StreamReader::emit_gap(EventWriter& writer) {
   for (const auto& damage : gap_.damages) {
     emit(writer, here,
          DamagedPacket{.reason = damage.reason,
-                       .begin = from.value_or(Timestamp{}),
+                       .begin = from.value_or(kBoot),
                        .end = packet_ ? next_begin.value_or(here) : kLatest});
   }
   if (gap_.foreign) {
