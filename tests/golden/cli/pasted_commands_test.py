@@ -47,6 +47,18 @@ class ToPaste(Folder):
             self.assertEqual(run(["sh", "-c", everything]).stdout, cie("verify", violating, *options, "--all").stdout, everything)
             self.assertRegex(run(["sh", "-c", page]).stdout.decode(), "^M[23] ")
 
+    def test_what_is_suppressed_is_shown_in_full(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        accepted = self.write("ok.yaml", b'suppressions:\n  - {rule: M2, subject: "*", reason: a pool, expires: never}\n')
+        options = ("--only", "M2", "--suppressions", accepted)
+        text = whole_commands(cie("verify", violating, *options).stdout.decode())
+        self.assertRegex(text, r"^PASS  trace: no rule is kept without what is suppressed: M2\n  M2  suppressed for ever: a pool\n")
+        command = re.search(r"(?m)^  evidence: (cie .*?)(?:    |$)", text)[1]
+        everything = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
+                                    env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}).stdout
+        self.assertEqual(everything, cie("verify", violating, *options, "--all").stdout)
+        self.assertIn(b"SUPPRESSED FAIL  M2", everything)
+
     def test_the_events_around_damage_at_an_unknown_time_are_shown(self):
         trace = self.path("cut")
         shutil.copytree(TRACE, trace, copy_function=shutil.copyfile)

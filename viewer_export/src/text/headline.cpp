@@ -12,6 +12,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace cie::viewer_export {
 
@@ -55,6 +56,15 @@ std::vector<std::string> Headline::rules_with(Verdict verdict) const {
   return ids;
 }
 
+std::vector<std::string> Headline::rules_suppressed() const {
+  std::vector<std::string> ids;
+  for (const auto& rule : judged_.verdicts.rules) {
+    if (std::ranges::any_of(rule.subjects, &analysis::SubjectVerdict::is_suppressed))
+      ids.push_back(rule.id);
+  }
+  return ids;
+}
+
 std::size_t Headline::suppressed() const {
   std::size_t count = 0;
   for (const auto& rule : judged_.verdicts.rules) {
@@ -73,6 +83,9 @@ std::string Headline::fact() const {
   const bool is_mapped = names(kept, analysis::kOneCallbackPerThreadRule) &&
                          names(kept, analysis::kOneThreadPerCallbackRule);
   if (verdict() == Verdict::pass) {
+    if (kept.empty() && suppressed() > 0)
+      return fmt::format("no rule is kept without what is suppressed: {}",
+                         fmt::join(rules_suppressed(), " "));
     if (kept.empty()) return "nothing was judged, for no rule that was asked for applies";
     return is_mapped ? isolation_fact(judged_.report)
                      : fmt::format("{} kept", counted(kept.size(), "rule"));

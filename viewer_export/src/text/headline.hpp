@@ -21,6 +21,8 @@ class Headline {
   analysis::Verdict verdict() const;
   // Rules with it, without those that would have another verdict if nothing were suppressed.
   std::vector<std::string> rules_with(analysis::Verdict verdict) const;
+  // Rules with verdicts that are suppressed.
+  std::vector<std::string> rules_suppressed() const;
   // How many verdicts are.
   std::size_t suppressed() const;
   // "26 of 26 callbacks share threads".

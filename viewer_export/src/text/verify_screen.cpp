@@ -36,9 +36,10 @@ class VerifyScreen {
   Lines lines() const {
     auto lines = head_.lines();
     if (!names_unseen()) append(lines, unseen_of_spec(judged_, style_));
-    Lines tail = remedy();
+    Lines tail = suppressed();
+    append(tail, remedy());
     append(tail, counts());
-    if (head_.verdict() != Verdict::pass) append(tail, commands());
+    if (head_.verdict() != Verdict::pass || head_.suppressed() > 0) append(tail, commands());
     append(lines, body(kScreenLines - std::min(kScreenLines, lines.size() + tail.size())));
     append(lines, std::move(tail));
     return lines;
@@ -291,6 +292,60 @@ class VerifyScreen {
     }
     if (text.empty()) return {};
     return paragraph(style_.unicode ? "  → " : "  -> ", text, 2, style_);
+  }
+
+  // Rules that are suppressed for the same reason until the same day.
+  struct Accepted {
+    std::string words;
+    std::vector<std::string> rules;
+  };
+  std::vector<Accepted> accepted() const {
+    std::vector<Accepted> all;
+    for (const auto& rule : judged_.verdicts.rules) {
+      for (const auto& subject : rule.subjects) {
+        if (!subject.is_suppressed()) continue;
+        const auto& suppression = *subject.suppression;
+        auto words = term_of(suppression) + ": " + printable(suppression.reason);
+        auto same = std::ranges::find(all, words, &Accepted::words);
+        if (same == all.end())
+          same = all.insert(all.end(), {.words = std::move(words), .rules = {}});
+        if (same->rules.empty() || same->rules.back() != rule.id) same->rules.push_back(rule.id);
+      }
+    }
+    return all;
+  }
+
+  // "M2 M3  suppressed until 2026-12-31: the pool is meant". Beside what counts a reason has
+  // one line.
+  Lines suppressed() const {
+    constexpr std::size_t kReasons = 3;
+    constexpr std::size_t kLinesOfAReason = 2;
+    auto all = accepted();
+    std::vector<std::string> others;
+    const auto shown = all.size() > kReasons ? kReasons - 1 : all.size();
+    for (std::size_t i = shown; i < all.size(); ++i) {
+      for (const auto& id : all[i].rules) {
+        if (std::ranges::find(others, id) == others.end()) others.push_back(id);
+      }
+    }
+    std::size_t width = 0;
+    std::vector<std::string> rules;
+    for (std::size_t i = 0; i < shown; ++i) {
+      rules.push_back(joined(all[i].rules, style_.columns / 3));
+      width = std::max(width, display_width(rules.back()));
+    }
+    Lines lines;
+    const auto most = findings_.empty() && doubts_.empty() ? kLinesOfAReason : 1;
+    for (std::size_t i = 0; i < shown; ++i)
+      append(lines,
+             paragraph(fmt::format("  {:<{}}  ", rules[i], width), all[i].words, most, style_));
+    if (!others.empty()) {
+      const auto begin =
+          fmt::format("  {} suppressed for {}: ", gap_, counted(all.size() - shown, "more reason"));
+      const auto room = style_.columns - std::min(style_.columns, display_width(begin));
+      lines.push_back(begin + joined(others, room));
+    }
+    return lines;
   }
 
   Lines counts() const {

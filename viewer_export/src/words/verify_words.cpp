@@ -63,12 +63,15 @@ std::string headline_of(const analysis::SubjectVerdict& subject) {
   return std::string(analysis::label(subject.verdict));
 }
 
-std::string words_of(const analysis::Suppression& suppression) {
+std::string term_of(const analysis::Suppression& suppression) {
   const auto& expires = suppression.expires;
-  const std::string term = suppression.is_expired ? "suppression expired after " + expires
-                           : expires == "never"   ? "suppressed for ever"
-                                                  : "suppressed until " + expires;
-  return fmt::format("{} ({}): {}", term, printable(suppression.place),
+  return suppression.is_expired ? "suppression expired after " + expires
+         : expires == "never"   ? "suppressed for ever"
+                                : "suppressed until " + expires;
+}
+
+std::string words_of(const analysis::Suppression& suppression) {
+  return fmt::format("{} ({}): {}", term_of(suppression), printable(suppression.place),
                      printable(suppression.reason));
 }
 

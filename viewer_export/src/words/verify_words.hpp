@@ -20,7 +20,10 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
 // The first evidence's note, for formats that have room for one line; the verdict if there is none.
 std::string headline_of(const analysis::SubjectVerdict& subject);
 
-// "suppressed until 2026-12-31 (accepted.yaml:3): the reason", or "suppression expired on …".
+// "suppressed until 2026-12-31", or "suppression expired after …".
+std::string term_of(const analysis::Suppression& suppression);
+
+// "suppressed until 2026-12-31 (accepted.yaml:3): the reason", or "suppression expired after …".
 std::string words_of(const analysis::Suppression& suppression);
 
 // Entries that change nothing any more: whoever reads the file must not believe otherwise.
