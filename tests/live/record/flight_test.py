@@ -163,6 +163,34 @@ class Flight(unittest.TestCase):
         self.assertIn("saved 0 snapshots", self.end(recorder))
         self.assertEqual(list(directory.iterdir()), [])
 
+    def test_what_began_late_filled_no_buffer(self):
+        """The application fits into the buffers; the recorder had waited for it for as long as it is to keep."""
+        directory = scratch / "began_late"
+        done = cie.run("record", "-o", directory, "--snapshot", "1", "--", "sh", "-c",
+                       'sleep 2; "$0" --instances 50; exit 3', APPLICATION)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("saved 1 snapshot", done.stderr)
+        self.assertNotIn("too small", done.stderr)
+        self.assertEqual(starts_of(directory / "snapshot-001"), list(range(50)))
+
+    def test_where_nobody_registers_nothing_is_saved(self):
+        for status in (0, 3):  # as without --snapshot
+            done = cie.run("record", "-o", scratch / f"nobody{status}", "--snapshot", "2", "--", "sh", "-c", f"exit {status}")
+            self.assertEqual(done.returncode, 4, done.stderr)
+            self.assertIn("nothing was recorded: no application with events of cie:* registered", done.stderr)
+            self.assertNotIn("saved", done.stderr)
+            self.assertNotIn("too small", done.stderr)
+        recorder, directory = self.record("waiting", [], ["30"], application="sleep")
+        wait_for((directory / "recorder.pid").exists, "the recorder waits")
+        asked = time.monotonic()
+        saved = cie.run("record", "--save", directory)
+        self.assertEqual((saved.returncode, saved.stdout), (4, ""), saved.stderr)
+        self.assertIn("saved nothing: the snapshot is empty: nothing was recorded so far", saved.stderr)
+        self.assertLess(time.monotonic() - asked, 20, "it is told, and need not wait")
+        recorder.send_signal(signal.SIGTERM)
+        self.assertNotIn("too small", self.end(recorder, 4))
+        self.assertEqual([path.name for path in directory.glob("snapshot*")], [])
+
     def test_kernel_events_are_saved_beside(self):
         ready = scratch / "kernel_ready"
         recorder, directory = self.record("kernel", ["--kernel", "yes"],

@@ -1,11 +1,15 @@
 // What the recorder says of damaged stream files: packets written byte by byte here.
 #include "ctf/stream_check.hpp"
 
+#include <cie/tracepoints/recording_layout.hpp>
+
 #include "support/temporary_directory.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,6 +87,35 @@ TEST_F(StreamCheck, SeesAFileThatEndsWithinAPacket) {
     EXPECT_TRUE(check(whole.substr(0, size)).is_damaged) << size;
   }
   EXPECT_FALSE(check(whole.substr(0, 4096)).is_damaged);
+}
+
+// Of one CPU's stream of hot events, from packets whose numbers are there.
+StreamSummary hot_stream(const char* cpu, std::uint64_t begin, std::uint64_t end,
+                         std::uint64_t lost_packets = 0) {
+  StreamSummary stream{.file = std::string("trace/") + kEventChannel + '_' + cpu};
+  stream.packets = 1;
+  stream.lost_packets = lost_packets;
+  stream.begin = begin;
+  stream.end = end;
+  return stream;
+}
+
+TEST(HeldTime, IsWhatEveryStreamHolds) {
+  using std::chrono::nanoseconds;
+  const auto held = held_by({hot_stream("0", 100, 900), hot_stream("1", 300, 950)});
+  EXPECT_EQ(held.common, nanoseconds(900 - 300));
+  EXPECT_EQ(held.overwritten, std::nullopt) << "a stream may begin late because its CPU was idle";
+  EXPECT_EQ(held_by({}).common, nanoseconds(0));
+}
+
+TEST(HeldTime, IsShortOnlyWhereOlderPacketsWereOverwritten) {
+  using std::chrono::nanoseconds;
+  const auto held = held_by(
+      {hot_stream("0", 100, 900, 3), hot_stream("1", 300, 950, 1), hot_stream("2", 800, 960)});
+  EXPECT_EQ(held.overwritten, nanoseconds(950 - 300));
+  auto state = hot_stream("0", 850, 900, 7);
+  state.file = std::string("trace/") + kStateChannel + "_0";
+  EXPECT_EQ(held_by({state}).overwritten, std::nullopt) << "descriptions have buffers of their own";
 }
 
 // Two packets of 4096 bytes each, up to 20; another stream goes on.

@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -99,6 +100,26 @@ bool has_events(const StreamSummary& stream) {
   const auto channel = channel_of(name);
   const bool describes = channel == kStateChannel || channel == kRos2StateChannel;
   return !describes && stream.content_bytes > stream.packets * kEmptyPacketBytes;
+}
+
+HeldTime held_by(const std::vector<StreamSummary>& streams) {
+  const auto between = [](std::uint64_t begin, std::uint64_t end) {
+    return std::chrono::nanoseconds(begin != 0 && end > begin ? end - begin : 0);
+  };
+  HeldTime held;
+  std::uint64_t begin = 0;
+  std::uint64_t end = std::numeric_limits<std::uint64_t>::max();
+  for (const StreamSummary& stream : streams) {
+    const bool is_hot = channel_of(stream.file.filename().string()) == kEventChannel;
+    if (!is_hot || stream.packets == 0) continue;
+    begin = std::max(begin, stream.begin);
+    end = std::min(end, stream.end);
+    if (stream.lost_packets == 0) continue;
+    const auto own = between(stream.begin, stream.end);
+    held.overwritten = std::min(held.overwritten.value_or(own), own);
+  }
+  held.common = between(begin, end);
+  return held;
 }
 
 std::vector<AbsentChannel> absent_channels(const std::vector<StreamSummary>& streams,

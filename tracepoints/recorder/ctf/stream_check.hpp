@@ -1,8 +1,10 @@
 // Looks over the stream files of a finished recording without decoding events.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,14 @@ bool has_events(const StreamSummary& stream);
 // limit of the size of files (RLIMIT_FSIZE) has cut. Throws std::filesystem::filesystem_error if the directory
 // cannot be read.
 std::vector<StreamSummary> check_streams(const std::filesystem::path& directory);
+
+// How much of the last time the streams of hot events hold, of buffers whose oldest packets newer ones overwrite.
+struct HeldTime {
+  std::chrono::nanoseconds common{};  // every stream
+  // The stream that holds least of those that lack older packets; empty: nothing was overwritten.
+  std::optional<std::chrono::nanoseconds> overwritten{};
+};
+HeldTime held_by(const std::vector<StreamSummary>& streams);
 
 // A channel of which a trace has no stream.
 struct AbsentChannel {

@@ -12,8 +12,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <exception>
 #include <fstream>
-#include <limits>
 #include <thread>
 #include <utility>
 
@@ -31,6 +31,7 @@ using std::chrono::milliseconds;
 
 constexpr const char* kLockFile = "recorder.pid";
 constexpr const char* kReasonFile = ".reason";
+constexpr const char* kRefusalFile = ".refusal";  // why nothing was saved
 constexpr std::size_t kLongestReason = 500;
 constexpr const char* kSharedMemory = "/dev/shm";
 // Between an event that has something saved and the saving.
@@ -57,19 +58,6 @@ std::string in_words(const DeadlineMiss& miss) {
       static_cast<double>(miss.deadline_ns) * 1e-6);
 }
 
-// From when to when every CPU's stream of hot events holds all of them.
-std::chrono::nanoseconds held_by(const fs::path& snapshot) {
-  std::uint64_t begin = 0;
-  std::uint64_t end = std::numeric_limits<std::uint64_t>::max();
-  for (const StreamSummary& stream : check_streams(snapshot)) {
-    if (stream.packets > 0 && channel_of(stream.file.filename().string()) == kEventChannel) {
-      begin = std::max(begin, stream.begin);
-      end = std::min(end, stream.end);
-    }
-  }
-  return std::chrono::nanoseconds(begin != 0 && end > begin ? end - begin : 0);
-}
-
 FileDescriptor take_lock(const fs::path& directory) {
   FileDescriptor file(
       open((directory / kLockFile).c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644));
@@ -83,6 +71,15 @@ FileDescriptor take_lock(const fs::path& directory) {
   return file;
 }
 
+// Whole when it is there.
+void put_file(const fs::path& file, const std::string& text) {
+  const fs::path draft = file.string() + std::to_string(getpid());
+  if (!(std::ofstream(draft) << text << std::flush)) {
+    throw RecordError("cannot write " + in_quotes(draft));
+  }
+  fs::rename(draft, file);
+}
+
 // Whoever asks says why in a file that is there when the signal comes.
 void leave_reason(const fs::path& directory, const std::string& reason) {
   std::error_code error;
@@ -90,19 +87,15 @@ void leave_reason(const fs::path& directory, const std::string& reason) {
   if (reason.empty()) {
     return;
   }
-  const fs::path draft = directory / fmt::format("{}{}", kReasonFile, getpid());
-  if (!(std::ofstream(draft) << reason << std::flush)) {
-    throw RecordError("cannot write " + in_quotes(draft));
-  }
-  fs::rename(draft, directory / kReasonFile);
+  put_file(directory / kReasonFile, reason);
 }
 
 // One printable line, and not a long one.
-std::string take_reason(const fs::path& directory) {
+std::string take_line(const fs::path& file) {
   std::string reason;
-  std::getline(std::ifstream(directory / kReasonFile), reason);
+  std::getline(std::ifstream(file), reason);
   std::error_code ignored;
-  fs::remove(directory / kReasonFile, ignored);
+  fs::remove(file, ignored);
   reason.resize(std::min(reason.size(), kLongestReason));
   std::ranges::replace_if(
       reason, [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
@@ -141,6 +134,7 @@ FlightRecorder::FlightRecorder(const Options& options, std::shared_ptr<TracingSe
 FlightRecorder::~FlightRecorder() {
   std::error_code ignored;
   fs::remove(directory_ / kLockFile, ignored);
+  fs::remove(directory_ / kRefusalFile, ignored);
 }
 
 void FlightRecorder::start_reading() {
@@ -190,8 +184,13 @@ std::optional<SavedSnapshot> FlightRecorder::save_unasked(const std::string& rea
 }
 
 SavedSnapshot FlightRecorder::save_on_command(const RecordingManifest& about) {
-  const std::string why = take_reason(directory_);
-  return save(why.empty() ? "on command" : "on command: " + why, about);
+  const std::string why = take_line(directory_ / kReasonFile);
+  try {
+    return save(why.empty() ? "on command" : "on command: " + why, about);
+  } catch (const std::exception& error) {
+    put_file(directory_ / kRefusalFile, error.what());
+    throw;
+  }
 }
 
 SavedSnapshot FlightRecorder::save(const std::string& reason, const RecordingManifest& about) {
@@ -213,7 +212,10 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const RecordingMan
     // LTTng makes a directory of its own naming below the one it is given.
     session_->save_snapshot(draft);
     const auto inside = fs::directory_iterator(draft);
-    if (inside == fs::end(inside)) {
+    const bool is_any = inside != fs::end(inside);
+    const auto streams = is_any ? check_streams(draft) : std::vector<StreamSummary>();
+    const bool is_anybody = processes_ != nullptr && processes_->count() > 0;
+    if (streams.empty() || (!is_anybody && std::ranges::none_of(streams, has_events))) {
       throw RecordError("the snapshot is empty: nothing was recorded so far");
     }
     const fs::path written = inside->path();
@@ -223,8 +225,8 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const RecordingMan
     manifest.end = now();
     SavedSnapshot saved{.directory = snapshot_directory(directory_, saved_ + 1),
                         .reason = reason,
-                        .held = held_by(written)};
-    manifest.snapshot = RecordedSnapshot{.reason = reason, .held_ns = saved.held.count()};
+                        .held = held_by(streams)};
+    manifest.snapshot = RecordedSnapshot{.reason = reason, .held_ns = saved.held.common.count()};
     write_manifest(written, manifest);
     fs::rename(written, saved.directory);
     fs::remove_all(draft);
@@ -252,11 +254,17 @@ fs::path ask_to_save(const fs::path& directory, const std::string& reason) {
   pid_t pid = 0;
   std::ifstream(directory / kLockFile) >> pid;
   const std::uint64_t before = last_number(directory);
+  std::error_code ignored;
+  fs::remove(directory / kRefusalFile, ignored);  // of a signal that nobody waited for
   if (pid <= 0 || kill(pid, SIGUSR1) != 0) {
     throw system_error(fmt::format("cannot signal the recorder, process {}", pid), errno);
   }
   const auto deadline = std::chrono::steady_clock::now() + kSnapshotPatience;
   while (!fs::exists(snapshot_directory(directory, before + 1))) {
+    if (fs::exists(directory / kRefusalFile)) {
+      throw RecordError(fmt::format("the recorder, process {}, saved nothing: {}", pid,
+                                    take_line(directory / kRefusalFile)));
+    }
     if (std::chrono::steady_clock::now() > deadline) {
       throw RecordError(
           fmt::format("the recorder, process {}, saved nothing within half a minute", pid));

@@ -4,6 +4,7 @@
 #include <cie/tracepoints/recording_manifest.hpp>
 
 #include "base/file_descriptor.hpp"
+#include "ctf/stream_check.hpp"
 #include "keeping/kernel_snapshots.hpp"
 #include "lttng/deadline_watch.hpp"
 #include "lttng/process_watch.hpp"
@@ -31,7 +32,7 @@ SnapshotCost snapshot_cost(const Options& options);
 struct SavedSnapshot {
   std::filesystem::path directory;
   std::string reason;
-  std::chrono::nanoseconds held{};  // how much of the time before it it holds, on every CPU
+  HeldTime held;  // of the time before it
 };
 
 // Snapshots are DIR/snapshot-001, -002, …; each appears when it is complete.

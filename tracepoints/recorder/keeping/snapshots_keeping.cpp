@@ -68,10 +68,7 @@ void SnapshotsKeeping::state_cost() {
                                           shell_quoted(options.directory.string())));
 }
 
-void SnapshotsKeeping::start_reading() {
-  began_ = std::chrono::steady_clock::now();
-  flight_->start_reading();
-}
+void SnapshotsKeeping::start_reading() { flight_->start_reading(); }
 
 void SnapshotsKeeping::abandon() noexcept {
   flight_.reset();
@@ -114,13 +111,12 @@ void SnapshotsKeeping::forget_processes() {
 }
 
 void SnapshotsKeeping::tell(const SavedSnapshot& snapshot) {
-  const FloatSeconds held = snapshot.held;
+  const FloatSeconds held = snapshot.held.common;
   const FloatSeconds wanted = tracing_.options().snapshot.value().length;
-  const FloatSeconds ran = std::chrono::steady_clock::now() - began_;
   tracing_.console.say(fmt::format("saved {}: the last {:.3f} s ({})\n",
                                    shell_quoted(snapshot.directory.string()), held.count(),
                                    snapshot.reason));
-  if (held < wanted * 0.9 && held < ran * 0.9) {
+  if (snapshot.held.overwritten && *snapshot.held.overwritten < wanted * 0.9) {
     tracing_.console.warn(
         fmt::format("the buffers are too small for {:f} s of this application's events: a larger "
                     "--event-rate makes them larger",
@@ -132,6 +128,10 @@ void SnapshotsKeeping::tell(const SavedSnapshot& snapshot) {
 void SnapshotsKeeping::save_at_the_end() {
   RecordingManifest& manifest = tracing_.manifest;
   if (tracing_.is_daemon_lost()) {
+    return;
+  }
+  if (tracing_.is_nobody_told_of()) {
+    tracing_.note_nothing_recorded();
     return;
   }
   const bool is_failure = manifest.exit && manifest.exit->code != 0;

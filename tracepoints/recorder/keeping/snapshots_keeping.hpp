@@ -6,7 +6,6 @@
 #include "keeping/tracing.hpp"
 #include "system/console.hpp"
 
-#include <chrono>
 #include <memory>
 
 namespace cie::record {
@@ -30,7 +29,6 @@ class SnapshotsKeeping final : public Keeping {
 
   Tracing tracing_;
   std::unique_ptr<FlightRecorder> flight_;  // null: not begun, or ended
-  std::chrono::steady_clock::time_point began_{};
 };
 
 }  // namespace cie::record

@@ -235,6 +235,17 @@ void Tracing::end() {
   manifest.end = now();
 }
 
+bool Tracing::is_nobody_told_of() {
+  if (!processes_ || is_daemon_lost_) return false;
+  processes_->catch_up();
+  // Who emits other events than cie's does not describe itself, and applications of ROS 2 that run
+  // already do not do it again.
+  const bool may_be_silent = options().events.size() > 1 ||
+                             (options().is_attach() && options().ros2 == Ros2Events::applications);
+  return processes_->count() == 0 && !processes_->has_missed() &&
+         !(may_be_silent && registration_.is_anybody());
+}
+
 void Tracing::note_nothing_recorded() {
   const std::string events = joined(event_patterns(options()));
   const std::string why =

@@ -62,6 +62,9 @@ class Tracing {
   void end();
   // Stops and destroys the session. The manifest has what was lost; what went wrong is returned.
   std::vector<std::string> end_session();
+  // LTTng told of no application that began, or described itself, while it went on. Waits until all is told
+  // that there is to tell.
+  bool is_nobody_told_of();
   void note_nothing_recorded();
   // Lets the daemon go, and the session if there still is one.
   void close();
