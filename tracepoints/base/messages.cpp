@@ -3,6 +3,8 @@
 #include <cie/tracepoints/text_columns.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <string>
 
@@ -11,12 +13,22 @@
 
 namespace cie {
 
+namespace {
+std::atomic<std::size_t> lines_told{0};
+}  // namespace
+
 void tell_plainly(std::string_view text) {
   const auto line = printable(text);
-  const bool is_terminal = ::isatty(STDERR_FILENO) == 1;
-  fmt::print(stderr, "{}",
-             is_terminal ? filled(line, terminal_columns(STDERR_FILENO)) : line + '\n');
+  if (::isatty(STDERR_FILENO) != 1) {
+    fmt::print(stderr, "{}\n", line);
+    return;
+  }
+  const auto lines = filled(line, terminal_columns(STDERR_FILENO));
+  lines_told += static_cast<std::size_t>(std::ranges::count(lines, '\n'));
+  fmt::print(stderr, "{}", lines);
 }
+
+std::size_t told_lines() noexcept { return lines_told; }
 
 void tell(std::string_view text, std::string_view program) {
   tell_plainly(fmt::format("{}: {}", program, text));

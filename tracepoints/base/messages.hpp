@@ -1,6 +1,7 @@
 // What programs say on standard error: printable whatever they quote, and on a terminal as wide as it is.
 #pragma once
 
+#include <cstddef>
 #include <string_view>
 
 namespace cie {
@@ -9,6 +10,9 @@ namespace cie {
 void tell_plainly(std::string_view text);
 // The same, which begins with the program's name: "cie: text".
 void tell(std::string_view text, std::string_view program = "cie");
+
+// How many lines were told on a terminal so far.
+std::size_t told_lines() noexcept;
 
 // Of a command line that cannot be followed: what is wrong, and "Try: cie record --help" where `command` is
 // "cie record".

@@ -2,6 +2,7 @@
 
 #include <cie/analysis/recording.hpp>
 
+#include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "words/text_layout.hpp"
@@ -152,9 +153,11 @@ viewer_export::TextStyle text_style(const OutputFile& output) {
 
 viewer_export::TextStyle screen_style(const OutputFile& output) {
   constexpr std::size_t kNarrowest = 40;
+  constexpr std::size_t kFewestLines = 12;  // a headline, and what to do
   auto style = text_style(output);
   if (!output.is_terminal()) return style;
   style.columns = std::max(kNarrowest, terminal_columns(STDOUT_FILENO));
+  style.lines = std::max(kFewestLines, style.lines - std::min(style.lines, told_lines()));
   style.unicode = is_utf8_locale();
   return style;
 }

@@ -26,12 +26,14 @@ def cie(*arguments, program=CIE, **options):
     return Cie(program).run(*arguments, text=False, **options)
 
 
-def on_terminal(*arguments, environment=None, columns=None, cwd=None):
-    """Runs cie with standard output on a terminal; returns its exit code and what it showed."""
+def on_terminal(*arguments, environment=None, columns=None, cwd=None, has_errors=False):
+    """Runs cie with standard output on a terminal, with `has_errors` standard error, too; returns its exit code and what
+    it showed."""
     ours, theirs = pty.openpty()
     if columns:
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, stderr=subprocess.PIPE, cwd=cwd,
+    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, cwd=cwd,
+                               stderr=theirs if has_errors else subprocess.PIPE,
                                env={**os.environ, "TERM": "xterm", **(environment or {})})
     os.close(theirs)
     shown = b""
@@ -44,8 +46,10 @@ def on_terminal(*arguments, environment=None, columns=None, cwd=None):
             break
         shown += part
     os.close(ours)
-    errors = process.stderr.read()
-    process.stderr.close()
+    errors = b""
+    if process.stderr:
+        errors = process.stderr.read()
+        process.stderr.close()
     return process.wait(timeout=200), shown, errors
 
 

@@ -3,6 +3,7 @@
 Arguments: CIE EXAMPLES."""
 import os
 import re
+import shutil
 import sys
 import unittest
 
@@ -38,6 +39,20 @@ class Width(Folder):
         for command in COMMANDS:
             with self.subTest(command=command):
                 self.check(command, cie(*command).stdout.decode(), 100)
+
+    def test_a_screen_leaves_room_for_what_is_told_before_it(self):
+        """Of a recording that goes on, on standard error."""
+        growing = self.path("recording-that-goes-on")
+        shutil.copytree(SHARED, growing, copy_function=shutil.copyfile)
+        self.write("recording-that-goes-on/.cie-record", b"")
+        for command in (("report", growing), ("report", growing, "--spec", SPEC), ("verify", growing),
+                        ("analyze", "schedulability", growing), ("diff", growing, TRACE)):
+            for columns in (60, 80, 132):
+                with self.subTest(command=command, columns=columns):
+                    _, shown, _ = on_terminal(*command, columns=columns, environment={"NO_COLOR": "1"}, has_errors=True)
+                    text = shown.decode().replace("\r", "")
+                    self.assertIn("is still being recorded", " ".join(text.split()))
+                    self.assertLessEqual(len(text.splitlines()), 23, text)
 
     def test_all_columns_of_bounds_fit(self):
         _, shown, _ = on_terminal("analyze", "schedulability", TRACE, "--all", columns=80, environment={"NO_COLOR": "1"})

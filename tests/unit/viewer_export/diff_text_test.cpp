@@ -161,6 +161,8 @@ TEST(DiffText, IsOneScreenUnlessAllIsWanted) {
     const TextStyle terminal{.columns = 80};
     const auto text = diff_text_of(comparison, terminal);
     EXPECT_LE(std::ranges::count(text, '\n'), 23) << text;
+    const auto shorter = diff_text_of(comparison, {.columns = 80, .lines = 21});
+    EXPECT_LE(std::ranges::count(shorter, '\n'), 21) << shorter;
     EXPECT_THAT(text, HasSubstr("  is gone: n0 timer 20 ms, n4 timer 20 ms, n8 timer 20 ms, "));
     EXPECT_THAT(text, HasSubstr("\n  ... 8 more kinds of change\n"));
     EXPECT_THAT(text, HasSubstr(has_deadlines ? " more callbacks\n" : " more changes\n"));

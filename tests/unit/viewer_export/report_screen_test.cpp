@@ -4,9 +4,12 @@
 #include "sample_report.hpp"
 #include "words/text_layout.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <sstream>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -475,6 +478,20 @@ TEST(ReportScreen, NamesRecordingsThatFollowEachOtherAndAreReadAsOne) {
   add("runs/two", "robot", 20, 30);
   EXPECT_THAT(screen_of(report, {}),
               HasSubstr("  2 recordings, one after the other, are read as one: one, two\n"));
+}
+
+TEST(ReportScreen, FillsTheLinesThatThereAre) {
+  auto report = shared_report();
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    report.callbacks.push_back(report.callbacks[0]);
+    report.callbacks.back().index = analysis::CallbackIndex{100 + i};
+    report.callbacks.back().logical_id = fmt::format("/n{}@Timer(20000000)", i);
+  }
+  for (const std::size_t lines : {23U, 21U}) {
+    const auto text = screen_of(report, test::sample_verdicts(), {.columns = 80, .lines = lines},
+                                usual_context());
+    EXPECT_EQ(std::ranges::count(text, '\n'), lines) << text;
+  }
 }
 
 TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {

@@ -547,6 +547,8 @@ TEST(VerifyScreen, OfManyRulesHasTheWorstOfEach) {
   }
   const auto text = screen_of(verdicts, test::sample_report(), {.columns = 80, .unicode = true});
   EXPECT_LE(std::ranges::count(text, '\n'), 23) << text;
+  const auto shorter = screen_of(verdicts, test::sample_report(), {.columns = 80, .lines = 20});
+  EXPECT_LE(std::ranges::count(shorter, '\n'), 20) << shorter;
   for (int id = 0; id < 8; ++id) {
     EXPECT_THAT(text, HasSubstr("  S" + std::to_string(id) + ' '));
     EXPECT_THAT(text, HasSubstr("  note " + std::to_string(10 * id) + ";")) << text;

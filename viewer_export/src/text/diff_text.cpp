@@ -76,7 +76,7 @@ class DiffText {
     return text + statistics();
   }
 
-  // At most kScreenLines: what is left out, the command at its end prints.
+  // At most as many lines as a screen has: what is left out, the command at its end prints.
   std::string screen() const {
     auto text = facts(ListLength::screen, urgent_.empty());
     const auto lists = first_of_structure();
@@ -87,7 +87,7 @@ class DiffText {
           {{"every change", "cie diff " + context_.arguments + " --all"}}, style_));
     }
     const auto taken = line_count(text) + line_count(end) + 1;  // and a blank line
-    const auto room = kScreenLines - std::min(kScreenLines, taken);
+    const auto room = style_.lines - std::min(style_.lines, taken);
     if (!urgent_.empty()) return text + '\n' + deadlines_in(room) + end;
     if (!changes_.empty())
       text += '\n' + change_table(changes_, room - std::min<std::size_t>(room, 1), style_);
@@ -127,10 +127,13 @@ class DiffText {
   // What is worse comes first.
   Lines first_of_structure() const {
     constexpr std::size_t kMost = 5;
+    constexpr std::size_t kFewest = 2;
+    const auto lacking = kScreenLines - std::min(kScreenLines, style_.lines);
+    const auto most = kMost - std::min(kMost - kFewest, lacking);
     auto lines = structure(ListLength::screen);
-    if (lines.size() <= kMost) return lines;
-    const auto left = lines.size() - kMost + 1;
-    lines.resize(kMost - 1);
+    if (lines.size() <= most) return lines;
+    const auto left = lines.size() - most + 1;
+    lines.resize(most - 1);
     lines.push_back(fmt::format("  {} {} more kinds of change", gap(style_), left));
     return lines;
   }

@@ -120,7 +120,7 @@ class ReportScreen {
       return has_lower_bound(*callback) || longest_at_most(*callback).has_value();
     });
     const auto taken = lines.size() + tail.size() + kLinesAroundRows + (may_have_bounds ? 1 : 0);
-    append(lines, table(kScreenLines - std::min(kScreenLines, taken)));
+    append(lines, table(style_.lines - std::min(style_.lines, taken)));
     append(lines, std::move(tail));
     return lines;
   }

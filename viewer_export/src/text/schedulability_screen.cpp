@@ -33,10 +33,10 @@ class SchedulabilityScreen {
     auto lines = head();
     auto below = tail(kMostReasons);
     for (auto most = kMostReasons;
-         most-- > 1 && lines.size() + below.size() + kLinesAroundRows + kFewest > kScreenLines;)
+         most-- > 1 && lines.size() + below.size() + kLinesAroundRows + kFewest > style_.lines;)
       below = tail(most);
     const auto taken = lines.size() + below.size() + kLinesAroundRows;
-    append(lines, table(std::max(kScreenLines - std::min(kScreenLines, taken), kFewest)));
+    append(lines, table(std::max(style_.lines - std::min(style_.lines, taken), kFewest)));
     append(lines, std::move(below));
     return lines;
   }

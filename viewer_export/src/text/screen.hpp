@@ -13,9 +13,6 @@
 
 namespace cie::viewer_export {
 
-// A terminal of 24 lines needs one for the prompt that follows, or the headline scrolls away.
-constexpr std::size_t kScreenLines = 23;
-
 // Beside its rows a table has a blank line above, two of titles, and one of what is left out.
 constexpr std::size_t kLinesAroundRows = 4;
 

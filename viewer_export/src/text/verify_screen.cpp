@@ -40,7 +40,7 @@ class VerifyScreen {
     append(tail, remedy());
     append(tail, counts());
     if (head_.verdict() != Verdict::pass || head_.suppressed() > 0) append(tail, commands());
-    append(lines, body(kScreenLines - std::min(kScreenLines, lines.size() + tail.size())));
+    append(lines, body(style_.lines - std::min(style_.lines, lines.size() + tail.size())));
     append(lines, std::move(tail));
     return lines;
   }
