@@ -160,6 +160,10 @@ std::string with_value(const CLI::App& app, const std::string& name) {
   return value.empty() ? name : name + ' ' + value;
 }
 
+std::string needs_value(const CLI::App& app, const std::string& name) {
+  return name + " needs a value: " + with_value(app, name);
+}
+
 }  // namespace
 
 std::function<std::string(const std::string&)> one_of(std::vector<std::string> values) {
@@ -183,6 +187,22 @@ std::string unexpected_argument(const CLI::App& app) {
   return fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(app)));
 }
 
+std::string empty_value(const CLI::App& app) {
+  const auto is_empty = [](const CLI::Option* option) {
+    const auto& given = option->results();
+    return option->get_items_expected_min() > 0 &&
+           std::ranges::find(given, std::string()) != given.end();
+  };
+  for (const auto* option : app.get_options()) {
+    if (!is_empty(option)) continue;
+    if (option->get_positional()) return option->get_name(true) + " is empty";
+    const auto& names = option->get_lnames();
+    return needs_value(app,
+                       names.empty() ? '-' + option->get_snames().front() : "--" + names.front());
+  }
+  return {};
+}
+
 std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error) {
   static const std::regex missing(R"((-\S+): 1 required .* missing)");
   static const std::regex repeated(R"((-\S+): At Most 1 required but received \d+)");
@@ -192,7 +212,7 @@ std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error) 
   std::string text = error.what();
   std::smatch found;
   if (std::regex_match(text, found, missing)) {
-    return found.str(1) + " needs a value: " + with_value(app, found.str(1));
+    return needs_value(app, found.str(1));
   }
   if (std::regex_match(text, found, repeated)) return found.str(1) + " is given more than once";
   if (std::regex_match(text, found, out_of_range)) {

@@ -25,6 +25,10 @@ std::function<std::string(const std::string&)> one_of(std::vector<std::string> v
 // must allow extras.
 std::string unexpected_argument(const CLI::App& app);
 
+// The first option or argument whose value is empty, as where a script's variable is unset: what it needs; empty
+// if there is none.
+std::string empty_value(const CLI::App& app);
+
 // What CLI11 says of a wrong command line, in the words of the help: which option, what it takes.
 std::string in_words_of_help(const CLI::App& app, const CLI::ParseError& error);
 

@@ -23,6 +23,7 @@ std::optional<std::string> parse_arguments(CLI::App& app,
   }
   if (const auto unexpected = unexpected_argument(app); !unexpected.empty())
     throw UsageError(unexpected);
+  if (const auto empty = empty_value(app); !empty.empty()) throw UsageError(empty);
   return std::nullopt;
 }
 

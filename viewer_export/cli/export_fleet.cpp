@@ -34,7 +34,6 @@ std::vector<viewer_export::Label> labels_of(const std::vector<std::string>& text
 }
 
 void require_directory(const std::string& name) {
-  if (name.empty()) throw UsageError("the name of the directory is empty: name one with -o");
   if (name == "-") throw UsageError("the result is a directory: name it with -o DIRECTORY");
   std::error_code error;
   const auto status = fs::status(name, error);

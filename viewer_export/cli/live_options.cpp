@@ -50,6 +50,14 @@ double number_of(const std::string& option, const std::string& text, double leas
   return *value;
 }
 
+std::uint64_t count_of(const std::string& option, const std::string& text) {
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  const auto value = parse_number<std::uint64_t>(text);
+  if (!value || *value < 1 || *value > kMost)
+    throw UsageError(fmt::format("{} takes 1 to {}, and not \"{}\"", option, kMost, text));
+  return *value;
+}
+
 NetworkAddress listen_address(const std::string& text) {
   auto address = parse_listen_address(text, std::nullopt);
   if (!address) {
@@ -72,10 +80,7 @@ void parse_saving(const std::string& most, const std::string& least_interval,
         "--save-snapshot: a command that cie live starts is traced by nobody else; start it by "
         "itself, and have cie record --attach --snapshot and cie live both attach to it");
   }
-  if (!most.empty()) {
-    options.save_limits.most =
-        static_cast<std::uint64_t>(number_of("--max-snapshots", most, 1, 1e9));
-  }
+  if (!most.empty()) options.save_limits.most = count_of("--max-snapshots", most);
   if (!least_interval.empty()) {
     const auto seconds = number_of("--min-interval", least_interval, 0, 1e6);
     options.save_limits.least_interval = std::chrono::milliseconds(std::lround(seconds * 1000));
@@ -147,9 +152,7 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   }
   const auto seconds = number_of("--interval", interval, kShortest, kLongest);
   options.interval = std::chrono::milliseconds(std::lround(seconds * 1000));
-  if (!count.empty()) {
-    options.count = static_cast<std::uint64_t>(number_of("--count", count, 1, 1e9));
-  }
+  if (!count.empty()) options.count = count_of("--count", count);
   const auto key = live::sort_key(sort);
   check_choice("--sort", sort, {"p99", "p50", "max", "rate", "late", "missed", "name"});
   options.sort = *key;

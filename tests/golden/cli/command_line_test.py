@@ -56,9 +56,17 @@ class Usage(Folder):
         self.assertRegex(lines[1], r"^Try: cie .*--help$")
         self.assertEqual(len(lines), 2)
 
+    def test_a_value_that_is_empty(self):
+        """As of a variable that a script does not have: the recording would be judged by no spec."""
+        for arguments in (("verify", TRACE, "--spec", ""), ("report", "--window", "", TRACE), ("verify", TRACE, "--only", "")):
+            option = next(argument for argument in arguments if argument.startswith("--"))
+            result = cie(*arguments)
+            self.assertEqual((result.returncode, result.stdout), (2, b""), arguments)
+            self.assertIn(f"cie: {option} needs a value: {option} ".encode(), result.stderr)
+
     def test_a_directory_without_a_name(self):
         self.assert_usage_error(("export", TRACE, "--to", "clickhouse", "-o", ""),
-                                "the name of the directory is empty: name one with -o")
+                                "--output needs a value: --output FILE")
 
     def test_a_recording_that_is_elsewhere(self):
         """Of one that was streamed this machine has the manifest."""
@@ -263,6 +271,10 @@ class Usage(Folder):
                                    (("--interval", "0"), '--interval takes 0.1 to 3600, and not "0"'),
                                    (("--interval", "1s"), '--interval takes 0.1 to 3600, and not "1s"'),
                                    (("-n", "0"), '--count takes 1 to 1000000000, and not "0"'),
+                                   (("-n", "1.5"), '--count takes 1 to 1000000000, and not "1.5"'),
+                                   (("-n", ""), "--count needs a value: --count COUNT"),
+                                   (("--listen", ""), "--listen needs a value: --listen [ADDRESS:]PORT"),
+                                   (("",), "SESSION is empty"),
                                    (("--sort", "colour"), '--sort does not know "colour"; available: p99, p50, max, rate, late, missed, name'),
                                    (("--listen", "127.0.0.1:"),
                                     '--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: "127.0.0.1:"'),

@@ -190,6 +190,7 @@ TEST(RecorderOptions, SayWhatAnOptionTakes) {
   EXPECT_EQ(said({"--attach", "--subbuf-size", "4q"}),
             "--subbuf-size BYTES takes a size such as 4096, 512k or 4m");
   EXPECT_EQ(said({"--attach", "--output"}), "--output needs a value: --output DIR");
+  EXPECT_EQ(said({"--attach", "-o", ""}), "--output needs a value: --output DIR");
   EXPECT_EQ(said({"--attach", "--rotate", "5", "--rotate", "6"}),
             "--rotate is given more than once");
   EXPECT_EQ(said({"--duration", "1", "--", "a"}), "--duration requires --attach");

@@ -21,6 +21,8 @@ class ProgramsArguments : public testing::Test {
   ProgramsArguments() : app("Tries.") {
     app.add_option("--size", size);
     app.add_option("FILE", file);
+    app.add_option("-n,--name", name)->type_name("NAME");
+    app.add_option("--how", how)->expected(0, 1);
     app.set_version_flag("--version", std::string("try 1.2"));
   }
   std::string wrong(const std::vector<std::string>& arguments) {
@@ -35,6 +37,8 @@ class ProgramsArguments : public testing::Test {
   CLI::App app;
   int size = 0;
   std::string file;
+  std::string name;
+  std::string how;
 };
 
 TEST_F(ProgramsArguments, AreReadInTheirOrder) {
@@ -53,6 +57,14 @@ TEST_F(ProgramsArguments, AreWrongWhereNoOptionTakesThem) {
   EXPECT_THAT(wrong({"--sise", "7"}), StartsWith("unknown option \"--sise\""));
   EXPECT_THAT(wrong({"--size"}), StartsWith("--size needs a value"));
   EXPECT_EQ(wrong({}), "nothing");
+}
+
+// As of a variable that a script does not have.
+TEST_F(ProgramsArguments, AreWrongWhereAValueIsEmpty) {
+  EXPECT_EQ(wrong({"-n", ""}), "--name needs a value: --name NAME");
+  EXPECT_EQ(wrong({"--name", "", "a"}), "--name needs a value: --name NAME");
+  EXPECT_EQ(wrong({""}), "FILE is empty");
+  EXPECT_EQ(wrong({"--how"}), "nothing") << "it needs none";
 }
 
 int exit_code_of(const std::function<int()>& body) { return run_program("cie try", "cie", body); }
