@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -69,6 +70,30 @@ TEST_F(OutputFileTest, ReplacesTheFileBehindASymbolicLinkAndKeepsItsMode) {
   struct stat status {};
   ASSERT_EQ(::stat(real.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 07777U, 0640U);
+}
+
+TEST_F(OutputFileTest, MakesTheFileThatASymbolicLinkNames) {
+  fs::create_directory(directory_ / "elsewhere");
+  fs::create_symlink("elsewhere/second", directory_ / "first");
+  fs::create_symlink("file", directory_ / "elsewhere/second");
+  OutputFile file(directory_ / "first");
+  file.stream() << "new";
+  file.commit();
+  EXPECT_TRUE(fs::is_symlink(directory_ / "first"));
+  EXPECT_TRUE(fs::is_symlink(directory_ / "elsewhere/second"));
+  EXPECT_EQ(content(directory_ / "elsewhere/file"), "new");
+}
+
+TEST_F(OutputFileTest, RefusesSymbolicLinksThatNameEachOther) {
+  fs::create_symlink("second", directory_ / "first");
+  fs::create_symlink("first", directory_ / "second");
+  try {
+    const OutputFile file(directory_ / "first");
+    ADD_FAILURE() << "it was opened";
+  } catch (const WriteError& error) {
+    EXPECT_THAT(error.what(), testing::EndsWith(": Too many levels of symbolic links"));
+  }
+  EXPECT_TRUE(fs::is_symlink(directory_ / "first"));
 }
 
 TEST_F(OutputFileTest, TakesTheLongestNameThereIs) {

@@ -69,11 +69,16 @@ class DescriptorBuffer final : public std::streambuf {
   std::array<char, 65536> buffer_{};
 };
 
-// The file that a rename must replace: what a chain of symbolic links ends at.
-fs::path resolve(const fs::path& target) {
-  std::error_code error;
-  const auto resolved = fs::weakly_canonical(target, error);
-  return error ? target : resolved;
+// The file that a rename must replace: what a chain of symbolic links ends at, whether it is there or not.
+fs::path resolve(fs::path target, const std::string& object) {
+  constexpr int kMostLinks = 40;  // that Linux follows
+  for (int k = 0; k <= kMostLinks; ++k) {
+    std::error_code error;
+    const auto next = fs::read_symlink(target, error);
+    if (error) return target;
+    target = target.parent_path() / next;
+  }
+  throw_write_error("cannot create " + object, ELOOP);
 }
 
 fs::path directory_of(const fs::path& target) {
@@ -205,7 +210,7 @@ OutputFile::OutputFile(const fs::path& target, const TemporaryListener& listener
     if (exists && !S_ISREG(status.st_mode)) {
       state_->open_direct(target.c_str());
     } else {
-      state_->target = resolve(target);
+      state_->target = resolve(target, state_->object);
       state_->open_temporary();
     }
   }
