@@ -15,6 +15,18 @@ export const boundsOf = c => {
   return `${plural(lower.count, "instance")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;
 };
 
+// The threads that preempted it longest, and what there is besides: the report names a limited number.
+const preemptors = c => {
+  const FIRST = 4;
+  const told = c.preempted_by.slice(0, FIRST).map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`);
+  const others = c.preempted_by.length - told.length;
+  if (others === 0) return told.join(", ");
+  const sum = list => list.reduce((ns, p) => ns + p.ns, 0);
+  const rest = c.preempted_ns.sum - sum(c.preempted_by.slice(0, FIRST));
+  const isWhole = sum(c.preempted_by) === c.preempted_ns.sum;
+  return `${told.join(", ")} and ${isWhole ? "" : "at least "}${plural(others, "thread")} more, ${time(rest)}`;
+};
+
 const axisTicks = (low, high) => {
   const ticks = [];
   for (let e = Math.floor(low); e <= Math.ceil(high); ++e)
@@ -240,18 +252,7 @@ export const details = index => {
         parts.length
           ? [el("p", {}, `Where the time goes, on average${of}:`), stack(parts, "Where the time goes")]
           : null,
-        c.preempted_by.length
-          ? el(
-              "p",
-              {},
-              "Preempted by: ",
-              c.preempted_by
-                .slice(0, 4)
-                .map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`)
-                .join(", "),
-              " (all instances)",
-            )
-          : null,
+        c.preempted_by.length ? el("p", {}, `Preempted by: ${preemptors(c)} (all instances)`) : null,
         c.execution_time_ns === null
           ? el(
               "p",

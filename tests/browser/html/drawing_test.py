@@ -120,6 +120,17 @@ class Isolation(Page):
         self.assertIn("a\\u{202e}b\\x1b", self.see("#threads ~ .scroll td"))
         self.assertNotIn("\u202e", "".join(self.see("main")))
 
+    def test_what_preempted_it_besides_those_named_is_told(self):
+        def change(report):
+            for callback in report["callbacks"]:
+                callback["preempted_by"] = [{"tid": i, "name": "hog", "ns": 1000 - i} for i in range(1, 7)]
+                callback["preempted_ns"] = {**callback["response_time_ns"], "sum": total}
+
+        told = "Preempted by: hog 1 999 ns, hog 2 998 ns, hog 3 997 ns, hog 4 996 ns and "
+        for total, rest in ((5979, "2 threads more, 1.989 us"), (6979, "at least 2 threads more, 2.989 us")):
+            self.shown(change)
+            self.assertIn(f"{told}{rest} (all instances)", " ".join(" ".join(self.see("p")).split()))
+
     def test_means_of_different_runs_are_not_added_up(self):
         def change(report):
             callback = max(report["callbacks"], key=lambda c: c["response_time_ns"]["max"] if c["response_time_ns"] else 0)

@@ -116,6 +116,21 @@ class Looks(Page):
             .map(part => part.firstElementChild.id || part.firstElementChild.tagName)""")
         self.assertEqual(wide, [])
 
+    def test_all_columns_fit_beside_the_bar_of_a_long_table(self):
+        def change(report):
+            for callback in report["callbacks"]:
+                callback["missed_releases"] = 12
+                for quantity in ("execution_time_ns", "preempted_ns"):
+                    callback[quantity] = dict(callback["response_time_ns"])
+            report["callbacks"] *= 30
+
+        self.browser.resize(1280, 900)
+        self.shown(change)
+        self.assertIn("missed", self.see("#callback-table th"))
+        self.assertEqual(self.browser.evaluate("""(part => [part.scrollHeight > part.clientHeight, part.scrollWidth - part.clientWidth])
+            (document.querySelector(".scroll.tall"))"""), [True, 0])
+        self.browser.resize(*SIZES[0])
+
     def test_light_and_dark_can_be_read(self):
         grounds = set()
         for scheme in ("light", "dark"):

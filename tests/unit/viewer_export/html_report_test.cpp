@@ -4,6 +4,8 @@
 
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,6 +39,22 @@ TEST(HtmlReport, HasTheCallbackFirstThatTheTextHas) {
     callback.response_time_lower.reset();
   }
   EXPECT_TRUE(document_of(result)["head"]["worst"].is_null());
+}
+
+TEST(HtmlReport, IsCalledAfterTheRecording) {
+  const auto titled = [](std::vector<std::string> paths) {
+    analysis::AnalysisResult result{.report = test::sample_report(), .verdicts = {}};
+    result.report.trace.paths = std::move(paths);
+    std::ostringstream out;
+    HtmlReport().write(out, result, nullptr);
+    const auto html = out.str();
+    const auto begin = html.find("<title>");
+    return html.substr(begin, html.find("<style>") - begin);
+  };
+  EXPECT_EQ(titled({"recordings/run 1/"}), "<title>run 1: cie report</title>\n");
+  EXPECT_EQ(titled({"a", "b", "c"}), "<title>a and 2 more: cie report</title>\n");
+  EXPECT_EQ(titled({"</title><script>"}), "<title>title&gt;&lt;script&gt;: cie report</title>\n");
+  EXPECT_EQ(titled({}), "<title>cie report</title>\n");
 }
 
 TEST(HtmlReport, TellsWhatIsWorstOfARuleFirstAndWhatToDo) {

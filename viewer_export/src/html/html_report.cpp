@@ -11,8 +11,10 @@
 #include "text/callback_ranking.hpp"
 #include "text/headline.hpp"
 #include "text/report_head.hpp"
+#include "text/xml.hpp"
 #include "timelines/common_clock.hpp"
 #include "timelines/timeline_choice.hpp"
+#include "words/recording_words.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -23,6 +25,12 @@
 
 namespace cie::viewer_export {
 namespace {
+
+// Of several open pages each is told by its recording.
+std::string title_of(const analysis::Report& report) {
+  const auto name = name_of_recording(report);
+  return name.empty() ? "cie report" : name + ": cie report";
+}
 
 // The timeline's columns are varints, lane after lane, column after column.
 
@@ -231,8 +239,8 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src '"
       << csp_hash(kReportCss) << "'; script-src '" << csp_hash(kReportJs)
       << "'; base-uri 'none'; form-action 'none'\">\n"
-         "<title>cie report</title>\n<style>"
-      << kReportCss
+         "<title>"
+      << xml_escaped(title_of(result.report)) << "</title>\n<style>" << kReportCss
       << "</style>\n</head>\n<body>\n<noscript>This page draws its contents with a script of its "
          "own, "
          "which this browser does not run.</noscript>\n<main id=\"page\"></main>\n";

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <set>
 
 #include <fmt/format.h>
@@ -37,13 +36,8 @@ std::string Headline::word() const {
 
 // "run1: ", what was judged.
 std::string Headline::title() const {
-  const auto& paths = judged_.report.trace.paths;
-  if (paths.empty()) return {};
-  std::filesystem::path path = paths.front();
-  if (!path.has_filename()) path = path.parent_path();
-  auto name = elide(printable(path.filename().string()), style_.columns / 3, gap(style_));
-  if (paths.size() > 1) name += fmt::format(" and {} more", paths.size() - 1);
-  return name + ": ";
+  const auto name = name_of_recording(judged_.report, style_.columns / 3, gap(style_));
+  return name.empty() ? name : name + ": ";
 }
 
 std::vector<std::string> Headline::rules_with(Verdict verdict) const {

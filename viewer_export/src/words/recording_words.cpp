@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <string_view>
@@ -55,6 +56,17 @@ std::string in_several_lengths(const std::map<std::string_view, std::int64_t>& l
 }
 
 }  // namespace
+
+std::string name_of_recording(const analysis::Report& report, std::size_t most,
+                              std::string_view gap) {
+  const auto& paths = report.trace.paths;
+  if (paths.empty()) return {};
+  std::filesystem::path path = paths.front();
+  if (!path.has_filename()) path = path.parent_path();
+  auto name = elide(printable(path.filename().string()), most, gap);
+  if (paths.size() > 1) name += fmt::format(" and {} more", paths.size() - 1);
+  return name;
+}
 
 std::string length_of(const analysis::Report& report, std::size_t named) {
   const auto& trace = report.trace;

@@ -15,6 +15,11 @@ namespace cie::viewer_export {
 // without a line end. Its problems are defects of the trace, and told as those.
 std::vector<std::string> sentences_of(const analysis::RecordingReport& recording);
 
+// "run1", or "run1 and 2 more", by the directories' names; longer ones than `most` columns are cut. Empty: it
+// is known by no path.
+std::string name_of_recording(const analysis::Report& report, std::size_t most = std::string::npos,
+                              std::string_view gap = "...");
+
 // "3.186 s on vm"; "1.000 s on alpha, 10.00 s on beta" where hosts were recorded for different
 // times. Of more than `named` hosts none is named: "1.000 s to 10.00 s on 5 hosts".
 std::string length_of(const analysis::Report& report, std::size_t named);
