@@ -105,6 +105,7 @@ struct alignas(64) CallbackFacts {
   std::optional<EventRef> registered{};  // first callback_init; empty: never seen
   bool is_identified = true;             // that told its logical id in full
   bool may_be_another = false;           // of that id: see doubt_numbered_ids()
+  bool is_beside_partly_known = false;   // another one is known in part only, and may be of that id
   bool is_after_rcl_init = false;        // see InferredCallback
   std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
   // Of samples.

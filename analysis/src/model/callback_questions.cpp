@@ -45,9 +45,12 @@ bool is_identified(const CallbackFacts& callback) noexcept {
 std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
   if (!callback.registered) return "its registration was not seen";
   if (!callback.is_identified) return "registered in part only";
-  return callback.is_after_rcl_init
-             ? "made after another rcl_init of this pid, perhaps by another process than the one of "
-               "its id before"
+  if (callback.is_after_rcl_init) {
+    return "made after another rcl_init of this pid, perhaps by another process than the one of "
+           "its id before";
+  }
+  return callback.is_beside_partly_known
+             ? "beside a callback of its kind that is registered in part only, and may be of its id"
              : "registered after events were lost, perhaps those of another of its id";
 }
 

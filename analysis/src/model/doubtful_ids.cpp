@@ -102,9 +102,10 @@ void doubt_numbered_ids(Model& model) {
         const bool is_beside_nameless = std::ranges::any_of(callbacks.nameless, has_namesake);
         const bool is_beside_another =
             is_beside_nameless || of_id.size() > 1 || is_one_without_node;
+        const bool may_be_lost = may_lack_earlier(*callback) && is_beside_another;
+        callback->is_beside_partly_known = may_be_known_in_part && !may_be_lost;
         callback->may_be_another = follows_rcl_init(*callback) || may_be_known_in_part ||
-                                   (may_lack_earlier(*callback) && is_beside_another) ||
-                                   (!process.ros2_begin && is_beside_nameless);
+                                   may_be_lost || (!process.ros2_begin && is_beside_nameless);
       }
     }
   }

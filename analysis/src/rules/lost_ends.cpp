@@ -70,6 +70,10 @@ std::optional<Evidence> LostEnds::untold_between(ThreadIndex index, Timestamp la
   if (thread.tid == process.pid || !is_ros2_only(process)) {
     return between(index, last, next);
   }
+  // Its exit would be in the kernel's record.
+  const bool is_exit_told =
+      model_.hosts[at(process.host)].has_switches && !holes_.since(process.host, last, next);
+  if (is_exit_told) return std::nullopt;
   return without_event(moment(next, thread.tid),
                        "no event of ROS 2 tells that a thread ends: another one may have had the "
                        "tid " +
@@ -101,11 +105,7 @@ std::optional<Evidence> LostEnds::since(ThreadIndex index, Timestamp last) const
     if (first > last) next = std::min(next.value_or(first), first);
     if (first <= last && pair->last_activity.time > last) return std::nullopt;
   }
-  if (!next) return std::nullopt;
-  // Its exit would be in the kernel's record.
-  const bool is_exit_told =
-      model_.hosts[at(process.host)].has_switches && !holes_.since(process.host, last, *next);
-  return is_exit_told ? std::nullopt : untold_between(index, last, *next);
+  return next ? untold_between(index, last, *next) : std::nullopt;
 }
 
 }  // namespace cie::analysis

@@ -417,8 +417,8 @@ const Rule kSingleCallbackGroup{
         "the group, the callbacks in it, or the threads of its process were never announced, or the "
         "callback_fini of one before the next was registered may have been lost.",
     .remedy =
-        "create each callback with a callback group of its own, which is the default, instead of "
-        "handing several the same one.",
+        "create each callback with a callback group of its own, which is the default but in rclcpp, "
+        "instead of handing several the same one.",
     .remedy_rclcpp =
         "create a callback group for each callback: those created without one share the node's.",
     .violation = "held several callbacks",

@@ -121,8 +121,9 @@ void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, Judgeme
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return judge_callbacks(context, [&context](CallbackIndex index, const CallbackFacts& callback,
                                              Judgement& judgement) {
+    if (callback.kind && callback.kind != CallbackKind::timer) return;
     judgement.doubt(unknown_entry(context, callback));
-    if (callback.kind != CallbackKind::timer) return;
+    if (!callback.kind) return;
     const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
     judgement.check(callback.starts.count);
     judgement.doubt(context.proof.lost_runs(index));

@@ -52,13 +52,14 @@ const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& cal
 }
 
 std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback) {
+  const auto* spec = context.options.spec;
+  if (spec == nullptr) return std::nullopt;
   const char* const unknown = ": what it has to keep is unknown";
   if (!is_identified(callback)) {
     return without_event(first_sign(context.model, callback),
                          std::string(why_unidentified(callback)) + unknown);
   }
-  const auto* spec = context.options.spec;
-  const bool lacks_entry = spec != nullptr && spec_entry(context, callback) == nullptr;
+  const bool lacks_entry = spec_entry(context, callback) == nullptr;
   if (!lacks_entry || !IdParts(callback.logical_id).lacks_node()) return std::nullopt;
   const auto may_be = [&](const SpecEntry& entry) { return may_be_entry_of(entry, callback); };
   if (std::ranges::none_of(spec->callbacks(), may_be)) return std::nullopt;

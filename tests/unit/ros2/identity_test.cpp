@@ -140,6 +140,19 @@ TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
   EXPECT_EQ(callback.instances, 1U);
 }
 
+// A LifecycleNode has such a one beside its parameter services.
+TEST(Ros2Identity, WhatIsBesideACallbackThatIsKnownInPartIsDoubtedForThat) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_init context_handle=0x1
+    0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    1 rcl_service_init service_handle=0x20 node_handle=0x10 service_name=/s
+    2 rclcpp_service_callback_added service_handle=0x20 callback=0x30
+    3 rclcpp_service_callback_added service_handle=0x21 callback=0x31)");
+  EXPECT_EQ(result.verdict("M7"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("M7"), HasSubstr("registered in part only, and may be of its id"));
+  EXPECT_EQ(result.verdict("R2"), Verdict::not_applicable) << "services have no periods";
+}
+
 // Those of a LifecycleNode, which is loaded again.
 TEST(Ros2Identity, AServiceThatIsRegisteredAgainIsAnotherOne) {
   const auto result = analyze_ros2(R"(

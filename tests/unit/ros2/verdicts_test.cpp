@@ -56,6 +56,20 @@ TEST(Ros2Verdicts, CallbacksThatCameOneAfterTheOtherMayBeOfTwoThreadsWithOneTid)
       << "the main thread is there as long as its process";
 }
 
+TEST(Ros2Verdicts, CallbacksThatCameOneAfterTheOtherAreOfOneThreadIfTheKernelSawNoExit) {
+  const std::string runs = R"(
+    10 callback_start tid=7 callback=0x30
+    11 callback_end tid=7 callback=0x30
+    20 callback_start tid=7 callback=0x31
+    21 callback_end tid=7 callback=0x31
+)";
+  const std::string seen =
+      "\n5 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120";
+  EXPECT_EQ(analyze_ros2(kTwoTimers + seen + runs).verdict("M2"), Verdict::fail);
+  const auto with_hole = analyze_ros2(kTwoTimers + seen + "\n12 kernel_lost 15" + runs);
+  EXPECT_EQ(with_hole.verdict("M2"), Verdict::inconclusive);
+}
+
 // The timer of period 1 went on on thread 8. What runs on a thread 7 later may be on another one.
 TEST(Ros2Verdicts, AThreadThatACallbackLeftMayBeAnotherOneSince) {
   const auto with = [](const std::string& before) {
