@@ -32,8 +32,10 @@ void print(const char* what, const Cost& cost, std::uint64_t events, const Cost&
 std::uint64_t count_events(const std::string& directory) {
   std::uint64_t seen = 0;
   const std::vector<fs::path> paths{directory};
-  cie::analysis::ctf::read_traces(paths, [&seen](const cie::analysis::Event& event) {
-    seen += category_of(event.body) != cie::analysis::EventCategory::structure;
+  cie::analysis::ctf::TraceReader(paths, {}).read([&seen](const cie::analysis::EventBatch& batch) {
+    batch.each([&seen](const cie::analysis::Event& event) {
+      seen += category_of(event.body) != cie::analysis::EventCategory::structure;
+    });
   });
   return seen;
 }
