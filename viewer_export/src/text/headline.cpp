@@ -77,9 +77,10 @@ std::string Headline::fact() const {
   const bool is_mapped = names(kept, analysis::kOneCallbackPerThreadRule) &&
                          names(kept, analysis::kOneThreadPerCallbackRule);
   if (verdict() == Verdict::pass) {
-    if (kept.empty() && suppressed() > 0)
+    if (kept.empty() && suppressed() > 0) {
       return fmt::format("no rule is kept without what is suppressed: {}",
                          fmt::join(rules_suppressed(), " "));
+    }
     if (kept.empty()) return "nothing was judged, for no rule that was asked for applies";
     return is_mapped ? isolation_fact(judged_.report)
                      : fmt::format("{} kept", counted(kept.size(), "rule"));

@@ -336,9 +336,10 @@ class VerifyScreen {
     }
     Lines lines;
     const auto most = findings_.empty() && doubts_.empty() ? kLinesOfAReason : 1;
-    for (std::size_t i = 0; i < shown; ++i)
+    for (std::size_t i = 0; i < shown; ++i) {
       append(lines,
              paragraph(fmt::format("  {:<{}}  ", rules[i], width), all[i].words, most, style_));
+    }
     if (!others.empty()) {
       const auto begin =
           fmt::format("  {} suppressed for {}: ", gap_, counted(all.size() - shown, "more reason"));

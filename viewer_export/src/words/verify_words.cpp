@@ -36,7 +36,7 @@ namespace {
 // "at 12 ns (3 ns into the trace)".
 std::string time_words(const analysis::Evidence& evidence, const analysis::Report& report) {
   if (!evidence.time) return "at an unknown time";
-  const auto at = fmt::format("at {} ns", evidence.time->ns);
+  auto at = fmt::format("at {} ns", evidence.time->ns);
   const auto begin = report.trace.zero();
   // Of several hosts the begin is a time of one of their clocks.
   if (!begin || report.trace.hosts.size() > 1) return at;
