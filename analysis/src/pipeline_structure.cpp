@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 namespace cie::analysis {
 
@@ -31,14 +30,13 @@ void Analyzer::Pipeline::note_missing_switches(HostIndex host, const ThreadTimel
 }
 
 void Analyzer::Pipeline::note_open_holes() {
-  constexpr Timestamp kUnknown{std::numeric_limits<std::int64_t>::max()};
-  const auto end = cut ? cut->window().to : kUnknown;
+  const auto end = cut ? cut->window().to : kLatest;
   for (std::size_t i = 0; i < model.hosts.size(); ++i) {
     const HostIndex host{static_cast<std::uint32_t>(i)};
     for (auto hole : timeline.open_holes(host, end)) {
       if (!recording.kernel_record(host, hole.end, hole.cpu).contains(hole.begin, hole.end))
         continue;
-      hole.end = kUnknown;
+      hole.end = kLatest;  // not known
       timeline.add_hole(host, hole);
       note_missing_switches(host, hole, now);
     }

@@ -68,26 +68,27 @@ void add_defect(std::vector<TraceDefect>& defects, DefectKind kind, Severity sev
       TraceDefect{.kind = kind, .severity = severity, .count = count, .advice = std::move(advice)});
 }
 
-std::uint64_t count_losses(const Model& model, LossKind kind) {
+template <typename IsCounted>
+std::uint64_t count_losses(const Model& model, LossKind kind, const IsCounted& is_counted) {
   std::uint64_t total = 0;
   for (const auto& loss : model.losses) {
-    if (loss.kind == kind) total += loss.count.value_or(loss.times);
+    if (loss.kind == kind && is_counted(loss)) total += loss.count.value_or(loss.times);
   }
   return total;
 }
 
+std::uint64_t count_losses(const Model& model, LossKind kind) {
+  return count_losses(model, kind, [](const Loss&) { return true; });
+}
+
 // A kernel's recorder may run for longer than what it serves to measure.
 std::uint64_t switch_gaps_in_window(const Model& model) {
-  const auto is_outside = [&model](const Loss& loss) {
-    if (!model.begin || !model.end) return false;
+  const auto is_inside = [&model](const Loss& loss) {
+    if (!model.begin || !model.end) return true;
     const auto shift = clock_shift(model.hosts[at(loss.host)], *reference_host(model));
-    return loss.begin > *model.end - shift || loss.end < *model.begin - shift;
+    return loss.begin <= *model.end - shift && loss.end >= *model.begin - shift;
   };
-  std::uint64_t gaps = 0;
-  for (const auto& loss : model.losses) {
-    if (loss.kind == LossKind::switch_mismatch && !is_outside(loss)) gaps += loss.times;
-  }
-  return gaps;
+  return count_losses(model, LossKind::switch_mismatch, is_inside);
 }
 
 // Whose buffers were too small, and what makes them larger: the recorder's options differ.

@@ -237,8 +237,8 @@ class InstanceBuilder {
   EndedInstances ended_;
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
-  ByIndex<ThreadIndex, ThreadTimeline::Mark>
-      left_;  // at its last end, of threads of the kernel's record
+  // At the thread's last end, where the kernel's record has it.
+  ByIndex<ThreadIndex, ThreadTimeline::Mark> left_;
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   Timestamp window_begin_ = kEarliest;
   std::vector<UndecidedPublication> undecided_;
