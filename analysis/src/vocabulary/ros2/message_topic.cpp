@@ -15,6 +15,7 @@ WrittenRef MessageTopic::add(const WrittenMessage& publication,
     entries_.push(Entry{.agnocast = *agnocast, .number = told_});
   }
   publications_.push(Written{.message = publication});
+  publications_.prefetch_oldest([](const Written& oldest) { return &oldest; });
   return {*this, told_++};
 }
 
