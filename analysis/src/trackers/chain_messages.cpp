@@ -122,7 +122,7 @@ void ChainTracker::link(ChainNode& node) {
   // What it will be measured by when it ends.
   const auto* last = lately_.find(node.callback);
   if (last == nullptr) return;
-  prefetch_to_write(last->edge);
+  prefetch_to_write(last->edge.facts);
   if (last->path == nullptr) return;
   const auto& facts = last->path->second.facts;
   prefetch_head(&facts.instances);

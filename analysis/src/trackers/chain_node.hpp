@@ -4,13 +4,11 @@
 #include "model/facts.hpp"
 #include "model/optional_time.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
 #include <new>
 #include <utility>
-#include <vector>
 
 namespace cie::analysis {
 
@@ -38,6 +36,7 @@ class ChainNodeRef {
   explicit operator bool() const noexcept { return node_ != nullptr; }
 
  private:
+  friend class ChainNodePool;
   ChainNode* node_ = nullptr;
 };
 
@@ -92,15 +91,17 @@ class ChainNodePool {
   // forget what lies further back: others that descend from the same instances do not.
   ChainNodeRef copy_of_last(const ChainNode& node, std::uint32_t count);
   // How many somebody refers to.
-  std::size_t in_use() const noexcept { return made_ - free_.size(); }
+  std::size_t in_use() const noexcept { return in_use_; }
 
  private:
   friend class ChainNodeRef;
+  // Nobody refers to the node any more.
+  static void give_back(ChainNode* node) noexcept;
   // In blocks that grow, so that the report fits where they were.
   static constexpr std::size_t kFirstBlock = 2048;
   std::pmr::monotonic_buffer_resource memory_{kFirstBlock * sizeof(ChainNode)};
-  std::size_t made_ = 0;
-  std::vector<ChainNode*> free_;
+  ChainNode* free_ = nullptr;  // the next one is its parent
+  std::size_t in_use_ = 0;
 };
 
 inline ChainNodeRef::ChainNodeRef(ChainNode& node) noexcept : node_(&node) { ++node.references_; }
@@ -109,25 +110,31 @@ inline ChainNodeRef::ChainNodeRef(const ChainNodeRef& other) noexcept : node_(ot
   if (node_ != nullptr) ++node_->references_;
 }
 
-inline void ChainNodeRef::reset() noexcept {
+[[gnu::always_inline]] inline void ChainNodeRef::reset() noexcept {
   auto* node = std::exchange(node_, nullptr);
-  if (node == nullptr || --node->references_ > 0) return;
-  node->parent.reset();  // as deep as chains are, which is bounded
-  node->pool_->free_.push_back(node);
+  if (node != nullptr && --node->references_ == 0) ChainNodePool::give_back(node);
+}
+
+// Nor, perhaps, to those before it: not by recursion, so that to drop one of several references takes
+// few instructions.
+[[gnu::noinline]] inline void ChainNodePool::give_back(ChainNode* node) noexcept {
+  auto& pool = *node->pool_;
+  do {
+    auto* const parent = std::exchange(node->parent.node_, pool.free_);
+    pool.free_ = node;
+    --pool.in_use_;
+    node = parent;
+  } while (node != nullptr && --node->references_ == 0);
 }
 
 inline ChainNodeRef ChainNodePool::take() {
-  void* place = nullptr;
-  if (free_.empty()) {
-    if (made_ == free_.capacity()) {  // so that giving back cannot fail
-      free_.reserve(std::max(kFirstBlock, 2 * made_));
-    }
-    place = memory_.allocate(sizeof(ChainNode), alignof(ChainNode));
-    ++made_;
+  void* place = free_;
+  if (free_ != nullptr) {
+    free_ = free_->parent.node_;
   } else {
-    place = free_.back();
-    free_.pop_back();
+    place = memory_.allocate(sizeof(ChainNode), alignof(ChainNode));
   }
+  ++in_use_;
   auto* node = ::new (place) ChainNode;
   node->pool_ = this;
   return ChainNodeRef(*node);

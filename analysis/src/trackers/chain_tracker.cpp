@@ -113,15 +113,16 @@ void ChainTracker::note_edge(const ChainNode& node) {
   std::optional<CallbackIndex> from;
   if (node.link == ChainNode::Link::resolved && node.parent) from = node.parent->callback;
   // Most often a message comes from where the one before it came from.
-  auto*& edge = lately_[node.callback].edge;
+  auto& [edge, reader] = lately_[node.callback].edge;
   if (edge == nullptr || edge->from != from) {
     edge = &edges_[{node.callback, from}];
     edge->from = from;
     edge->to = node.callback;
+    reader = &model_.callbacks[at(node.callback)];
   }
   ++edge->messages;
   if (!node.sent) return;
-  if (from && !model_.callbacks[at(node.callback)].is_accounted) {
+  if (from && !reader->is_accounted) {
     edge->handover.add(node.start.time - *node.sent);
   }
   if (!node.release) return;
@@ -133,8 +134,7 @@ void ChainTracker::note_edge(const ChainNode& node) {
   OptionalTime written;
   if (node.source_timestamp > 0) written = clocks_.local(node.host, node.source_timestamp);
   // That of a request in ROS 2 is no more than a time that it was not written before.
-  const auto& reader = model_.callbacks[at(node.callback)];
-  const bool is_request = reader.kind == CallbackKind::service && !reader.is_accounted;
+  const bool is_request = reader->kind == CallbackKind::service && !reader->is_accounted;
   if (from)
     edge->communication.add(*node.release - (written && !is_request ? *written : *node.sent));
   // A publication may be told after its message has arrived: only what came before relates clocks.
@@ -337,6 +337,7 @@ void ChainTracker::change_callbacks(Chain& chain, const Nodes& nodes) {
   chain.hops.resize(nodes.size());
   std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
                  [](const ChainNode* node) { return node->callback; });
+  chain.first = &model_.callbacks[at(chain.hops.front())];
   const auto before = chain.others.extract(chain.hops);
   chain.progress = before ? std::move(before.mapped()) : Progress{};
 }
@@ -358,7 +359,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   } else {
     note_bounds(chain, nodes, end, shift);
   }
-  const bool is_of_ros2 = !model_.callbacks[at(first.callback)].is_accounted;
+  const bool is_of_ros2 = !chain.first->is_accounted;
   if (is_of_ros2 && shift) note_by_starts(chain, nodes, end, *shift);
 
   auto& progress = chain.progress;

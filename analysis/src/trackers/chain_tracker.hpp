@@ -154,6 +154,7 @@ class ChainTracker {
   struct Chain {
     ChainFacts facts;
     std::vector<CallbackIndex> hops;                          // of the last instance
+    const CallbackFacts* first = nullptr;                     // of the first of them
     Progress progress;                                        // of its callbacks
     std::map<std::vector<CallbackIndex>, Progress> others{};  // of other callbacks with their ids
     bool goes_on = false;                                     // in paths that are too long
@@ -167,7 +168,10 @@ class ChainTracker {
   struct Lately {
     Paths::value_type* path = nullptr;  // that it ended; null: none yet
     Path not_kept;                      // that it ended, when there were too many
-    MessageEdgeFacts* edge = nullptr;   // that it ended; null: none yet
+    struct Edge {
+      MessageEdgeFacts* facts = nullptr;        // null: none yet
+      const CallbackFacts* callback = nullptr;  // that it ended at
+    } edge{};
     std::uint64_t writer_gid = 0;       // of the message it took; 0: none yet
     std::uint32_t publisher = 0;        // that has it
     std::uint32_t publishers_told = 0;  // as many had told theirs then
@@ -225,7 +229,7 @@ class ChainTracker {
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);
   // An instance of other callbacks than the last one's follows: of another process, or a later one.
-  static void change_callbacks(Chain& chain, const Nodes& nodes);
+  void change_callbacks(Chain& chain, const Nodes& nodes);
   // That all its instances ran in; empty: there are several, or no instance.
   std::optional<ProcessIndex> process_of(const Chain& chain) const;
   // `take` gives the facts of a chain or of an edge, which are copied or left behind.

@@ -53,7 +53,7 @@ class EndedInstances {
     if (!waiting_.empty()) measure_settled(head);
   }
   // Measures it, whatever may follow.
-  void measure(std::unique_ptr<PendingInstance>&& pending) {
+  [[gnu::always_inline]] void measure(std::unique_ptr<PendingInstance>&& pending) {
     measurer_.measure(*pending);
     pending->node.reset();
     if (spare_.size() < kMaxSpare) {
@@ -97,8 +97,9 @@ class EndedInstances {
   return pending;
 }
 
-inline bool EndedInstances::is_settled(const PendingInstance& pending, Timestamp now,
-                                       HostIndex there) const {
+[[gnu::always_inline]] inline bool EndedInstances::is_settled(const PendingInstance& pending,
+                                                              Timestamp now,
+                                                              HostIndex there) const {
   const auto shift = there == pending.host
                          ? Duration{}
                          : clock_shift(model_.hosts[at(there)], model_.hosts[at(pending.host)]);
@@ -111,7 +112,8 @@ inline bool EndedInstances::is_settled(const PendingInstance& pending, Timestamp
          timeline_.is_confirmed(pending.host, pending.end->time);
 }
 
-inline bool EndedInstances::is_announced(const PendingInstance& pending, Timestamp now) const {
+[[gnu::always_inline]] inline bool EndedInstances::is_announced(const PendingInstance& pending,
+                                                                Timestamp now) const {
   const auto& callback = *pending.callback_facts;
   if (!callback.registered) return false;
   if (pending.node && chains_.awaits_message(*pending.node, now)) return false;

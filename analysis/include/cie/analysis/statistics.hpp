@@ -176,7 +176,7 @@ class Statistics {
   }
   ~Statistics() = default;
 
-  void add(Duration value) {
+  [[gnu::always_inline]] void add(Duration value) {
     const auto small = static_cast<std::uint32_t>(value.ns);
     if (small != value.ns) [[unlikely]] {
       take(value.ns);
