@@ -18,6 +18,7 @@ namespace {
 using analysis::Verdict;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 
 // ROS 2's descriptions come first: nodes are made before the executor begins.
@@ -102,6 +103,72 @@ TEST(BothProviders, WhatOnlyRos2TellsOfThePublicationIsAChain) {
   const auto& latency = result.analysis.report.chains.front().path_latency;
   ASSERT_TRUE(latency.has_value());
   EXPECT_EQ(latency->max, 25 - 9);
+}
+
+// The same within the process: the message is put into a buffer, and taken from it right before the
+// instance is told.
+constexpr const char* kBuffer = R"(
+  3 rclcpp_buffer_to_ipb buffer=0x80 ipb=0x81
+  3 rclcpp_ipb_to_subscription ipb=0x81 subscription=0x41)";
+
+constexpr const char* kPublishedInside = R"(
+  10 cie:callback_start tid=2 callback_id=0 seq=0 release_kind=timer release_ns=9
+  11 callback_start tid=2 callback=0x30
+  12 rclcpp_intra_publish tid=2 publisher_handle=0x15 message=0x99
+  13 rclcpp_ring_buffer_enqueue tid=2 buffer=0x80 index=0 size=1 overwritten=0
+  16 callback_end tid=2 callback=0x30
+  17 cie:callback_end tid=2 callback_id=0 seq=0 status=ok)";
+
+constexpr const char* kTakenInside = R"(
+  21 cie:callback_start tid=3 callback_id=1 seq=0 release_kind=data release_ns=14 source_timestamp_realtime_ns=0 writer_gid=0
+  22 callback_start tid=3 callback=0x31 is_intra_process=1
+  23 callback_end tid=3 callback=0x31
+  25 cie:callback_end tid=3 callback_id=1 seq=0 status=ok)";
+
+constexpr const char* kDequeued = R"(
+  20 rclcpp_ring_buffer_dequeue tid=3 buffer=0x80 index=0 size=0)";
+
+TEST(BothProviders, AMessageThatStaysInTheProcessIsAChain) {
+  const auto result = analyze_ros2(std::string(kDescribed) + kBuffer + kPublishedInside +
+                                   kDequeued + kTakenInside + kEnded);
+  EXPECT_THAT(result.logical_ids(), ElementsAre("/n@Timer(7)", "/n@Subscription(/t)"));
+  EXPECT_THAT(result.chains(), ElementsAre("/n@Timer(7) -> /n@Subscription(/t): 1"));
+  ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+  const auto& latency = result.analysis.report.chains.front().path_latency;
+  ASSERT_TRUE(latency.has_value());
+  EXPECT_EQ(latency->max, 25 - 9);
+  EXPECT_EQ(result.callback("/n@Subscription(/t)").response_time->max, 25 - 14)
+      << "this project's release counts";
+  for (const auto* rule : {"T4", "E1", "Q1"})
+    EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule << '\n' << result.evidence(rule);
+}
+
+TEST(BothProviders, AMessageThatGoesToOtherProcessesTooCountsOnce) {
+  std::string published = kPublishedInside;
+  published.insert(published.find("  16 callback_end"), R"(  14 rclcpp_publish tid=2 message=0x99
+  14 rcl_publish tid=2 publisher_handle=0x15 message=0x99
+  15 rmw_publish tid=2 message=0x99 timestamp=1000015
+)");
+  const auto result =
+      analyze_ros2(std::string(kDescribed) + kBuffer + published + kDequeued + kTakenInside);
+  EXPECT_THAT(result.chains(), ElementsAre("/n@Timer(7) -> /n@Subscription(/t): 1"));
+}
+
+// What an earlier instance took, or one of another executor, is not this one's.
+TEST(BothProviders, AnInstanceWithoutAMessageOfItsOwnIsOfNoChain) {
+  const std::string described = std::string(kDescribed) + kBuffer + kPublishedInside;
+  EXPECT_THAT(analyze_ros2(described + kTakenInside).chains(), IsEmpty());
+  EXPECT_THAT(analyze_ros2(described + kDequeued + R"(
+  20 callback_start tid=3 callback=0x31 is_intra_process=1
+  20 callback_end tid=3 callback=0x31)" +
+                           kTakenInside)
+                  .chains(),
+              IsEmpty());
+  EXPECT_THAT(analyze_ros2(described + R"(
+  18 lost until=19)" + kDequeued +
+                           kTakenInside)
+                  .chains(),
+              IsEmpty());
 }
 
 TEST(BothProviders, TotalsAreThoseOfThisProjectsEvents) {

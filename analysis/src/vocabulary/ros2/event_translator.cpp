@@ -61,7 +61,6 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
     case Ros2Event::callback_start:
     case Ros2Event::executor_wait:
     case Ros2Event::executor_ready:
-    case Ros2Event::enqueue:
       return true;
     default:
       return false;
@@ -269,7 +268,9 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) {
+    context.thread.handed_over = {};
     if (event != Ros2Event::callback_start) return;
+    context.thread.dequeued.clear();  // what it was given
     if (process.has_begun_beside_own) emit(head, ForeignInstance{}, sink);
     note_beside_own(p, context);
     return;

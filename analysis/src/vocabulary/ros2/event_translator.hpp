@@ -132,6 +132,8 @@ class EventTranslator final : public Translator {
   static void note_beside_own(const Payload& start, const ros2::Context& context);
   // Who wrote the message that it took, if it does not say and ROS 2's events do.
   void complete(const Event& whole, CallbackStart& event, EventBatch& batch);
+  // The same of one that stayed within the process, if it took one.
+  static void complete_in_process(const EmittingThread& emitting, CallbackStart& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head, Timestamp from, Timestamp until);

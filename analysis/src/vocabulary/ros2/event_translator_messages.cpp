@@ -63,7 +63,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
   auto* callback = process.directory.callback_of_buffer(buffer);
   process.queues[{buffer, p.number<std::uint64_t>(1)}] = QueuedMessage{
       .message = context.thread.handed_over, .receiver = callback, .release = context.head.time};
-  if (callback == nullptr) return;
+  if (callback == nullptr || process.has_own_events) return;
   announce(*callback, context.head, process, context.sink);
   if (p.number<int>(2) != 0) ++callback->overwritten;
   emit(context.head,

@@ -124,7 +124,7 @@ void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
   auto& process = stream_of(head).host->processes[*head.pid];
   process.own_ids.emplace(event.logical_id);
   if (event.kind != CallbackKind::subscription) return;
-  process.own_subscriptions[event.callback] = event.source;
+  process.own_subscriptions[event.callback].topic = event.source;
 }
 
 void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
@@ -234,19 +234,48 @@ void EventTranslator::note_beside_own(const Payload& start, const ros2::Context&
 
 void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBatch& batch) {
   const auto& head = whole.head;
-  if (!head.pid || event.writer_gid != 0 || event.source_timestamp_realtime_ns == 0) return;
-  const auto& process = stream_of(head).host->processes[*head.pid];
-  const auto topic = process.own_subscriptions.find(event.callback);
-  if (topic == process.own_subscriptions.end()) return;
+  if (!head.pid || event.writer_gid != 0) return;
+  const bool is_in_process = event.source_timestamp_realtime_ns == 0;
+  if (is_in_process && !is_ros2_told_) return;
   const auto& stream = stream_of(head);
+  auto& host = *stream.host;
+  if (is_ros2_told_ && head.tid) {
+    const auto& emitting = emitting_thread(host, head);
+    if (head.time >= host.next_look) look_at_losses(host, head, emitting);
+    complete_in_process(emitting, event);
+  }
+  if (is_in_process) return;
+  const auto& process = host.processes[*head.pid];
+  const auto found = process.own_subscriptions.find(event.callback);
+  if (found == process.own_subscriptions.end()) return;
+  const auto& topic = found->second.topic;
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
-  const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns,
-                                  take_at(realtime, stream.host->realtime_ahead));
+  const auto origin = links_.find(topic, event.source_timestamp_realtime_ns,
+                                  take_at(realtime, host.realtime_ahead));
   event.writer_gid = origin.gid;
   event.is_writer_undecided = origin.is_undecided;
   event.source_timestamp_realtime_ns = origin.stamp;
-  if (origin.shows_unseen_writer)
-    batch.derive(&whole, head, UntracedWriter{.topic = topic->second});
+  if (origin.shows_unseen_writer) batch.derive(&whole, head, UntracedWriter{.topic = topic});
+}
+
+// cie_rclcpp takes a message from its buffer right before it tells of the instance, which has no
+// source timestamp then.
+void EventTranslator::complete_in_process(const EmittingThread& emitting, CallbackStart& event) {
+  const auto queued = emitting.thread->dequeued.give(nullptr);
+  if (event.source_timestamp_realtime_ns != 0) return;
+  auto& subscriptions = emitting.process->own_subscriptions;
+  const auto found = subscriptions.find(event.callback);
+  if (found == subscriptions.end()) return;
+  auto& [topic, is_queue_told] = found->second;
+  if (!queued || !queued->release) {
+    event.is_writer_undecided = is_queue_told;  // what told of its message before was lost
+    return;
+  }
+  is_queue_told = true;
+  const auto origin = queued->message.origin_on(topic);
+  event.writer_gid = origin.gid;
+  event.is_writer_undecided = origin.is_undecided;
+  event.source_timestamp_realtime_ns = origin.stamp;
 }
 
 }  // namespace cie::analysis

@@ -163,7 +163,13 @@ struct LastEvent {
   std::int64_t tid = kNoThread;
 };
 
-// That this project's events tell of.
+// Those that this project's events tell of.
+struct OwnSubscription {
+  std::string topic{};
+  bool is_queue_told =
+      false;  // it was given what a buffer did, so far as anything within the process
+};
+
 struct OwnPublisher {
   std::string topic{};
   std::uint64_t gid = 0;
@@ -192,7 +198,7 @@ struct Process {
   bool has_own_events = false;  // this project's, which say more and are numbered
   std::optional<Address> repeated_context{};  // the last one of which CARET told
   bool has_begun_beside_own = false;          // an rcl_init after these
-  std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
+  std::unordered_map<CallbackId, OwnSubscription> own_subscriptions{};
   std::unordered_map<PublisherId, OwnPublisher> own_publishers{};
   std::set<std::string, std::less<>> own_topics{};  // that it publishes on
   std::set<std::string, std::less<>> own_ids{};     // of its callbacks
