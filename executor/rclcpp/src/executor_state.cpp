@@ -1,5 +1,6 @@
 #include "executor_state.hpp"
 
+#include <cie/scheduling/clock.hpp>
 #include <cie/scheduling/placement.hpp>
 #include <cie/scheduling/thread_per_group.hpp>
 
@@ -160,7 +161,7 @@ std::vector<rclcpp::CallbackGroup::WeakPtr> ExecutorState::groups(RclcppNode::Ad
 
 // --- what users create and drop -------------------------------------------------------------------
 
-void ExecutorState::look_at_all() {
+bool ExecutorState::look_at_all() {
   std::vector<NodePtr> nodes;
   {
     const std::lock_guard lock{mutex_};
@@ -172,28 +173,35 @@ void ExecutorState::look_at_all() {
     for (const auto& callback : gone)
       callback->begin_to_end();
   };
+  bool is_partial = false;
   for (const NodePtr& node : nodes) {
-    const auto changes = node->look(let_go);
+    auto changes = node->look(let_go);
+    changes.contents.clear();  // what users drop from now on goes at once
+    is_partial = is_partial || changes.is_partial;
     if (node->has_gone()) {  // what it leaves behind is no longer served
       let_go(node->remove_all());
       drop_if_empty(node);
     }
     if (!changes.came.empty()) core_->serve_new(*node, changes.came);
   }
+  return !is_partial;
 }
 
 // What it finds wrong (a refused parameter) stops the executor, as it would have at the beginning.
 void ExecutorState::watch(const std::stop_token& stop) {
   const std::stop_callback wake_up{stop, [this] { changed_->notify(); }};
+  constexpr std::int64_t kSoon = 1'000'000;
   while (!stop.stop_requested()) {
+    bool is_whole = true;
     try {
-      look_at_all();
+      is_whole = look_at_all();
     } catch (...) {
       core_->on_failure({.callback = cie::kNoCallback,
                          .logical_id = kWatcher,
                          .exception = std::current_exception()});
     }
-    changed_->wait_until(cie::scheduling::kNever);
+    changed_->wait_until(is_whole ? cie::scheduling::kNever
+                                  : cie::scheduling::monotonic_now() + kSoon);
   }
 }
 

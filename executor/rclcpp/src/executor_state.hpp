@@ -64,7 +64,8 @@ class ExecutorState {
   // Takes callbacks off their threads, and the node off the executor if nothing of it is left.
   void vacate(const NodePtr& node, const Callbacks& callbacks);
   void drop_if_empty(const NodePtr& node);
-  void look_at_all();
+  // Whether nothing is left to look at again.
+  bool look_at_all();
   void watch(const std::stop_token& stop);
 
   const std::shared_ptr<cie::scheduling::Wakeup> changed_;

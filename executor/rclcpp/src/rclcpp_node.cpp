@@ -229,13 +229,17 @@ void RclcppNode::find_groups() {
 }
 
 template <typename EntityPtr, typename Serve>
-void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
+void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Changes& changes, Serve serve) {
   const bool is_known = std::ranges::any_of(
       group.served, [&](const Served& served) { return is_same(served.entity, entity); });
   if (is_known) return;
-  Served served;
+  std::optional<Served> served;
   try {
     served = serve();
+    if (!served) {
+      changes.is_partial = true;
+      return;
+    }
   } catch (const std::exception& error) {
     // A waitable that cannot tell that it is ready, for example. Once, because it is known now.
     RCLCPP_ERROR(
@@ -243,9 +247,10 @@ void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
         "a callback of node %s is not served, because rclcpp cannot tell when it is ready: "
         "%s",
         name_.c_str(), error.what());
+    served.emplace();
   }
-  served.entity = entity;
-  group.served.push_back(std::move(served));
+  served->entity = entity;
+  group.served.push_back(std::move(*served));
 }
 
 void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
@@ -259,9 +264,9 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
   const auto node = node_.lock();
   const bool is_default = node && node->get_default_callback_group() == alive;
   for (const auto& timer : contents.timers)
-    serve_new(group, timer, [&] { return as_timer(group, timer); });
+    serve_new(group, timer, changes, [&] { return as_timer(group, timer); });
   for (const auto& subscription : contents.subscriptions) {
-    serve_new(group, subscription, [&] {
+    serve_new(group, subscription, changes, [&] {
       const std::string_view topic = subscription->get_topic_name();
       const bool is_own =
           is_default && (topic == "/clock" || (topic == "/parameter_events" &&
@@ -272,7 +277,7 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
   }
   const bool has_lifecycle = is_default && has_lifecycle_services(contents);
   for (const auto& service : contents.services) {
-    serve_new(group, service, [&] {
+    serve_new(group, service, changes, [&] {
       const std::string name = service->get_service_name();
       return is_of_node(name, kParameterServices) ||
                      (has_lifecycle && is_of_node(name, kLifecycleServices))
@@ -281,10 +286,10 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
     });
   }
   for (const auto& client : contents.clients)
-    serve_new(group, client, [&] { return as_callback(group, make_entity(client)); });
+    serve_new(group, client, changes, [&] { return as_callback(group, make_entity(client)); });
   for (const auto& waitable : contents.waitables) {
     if (is_of_subscription(*waitable)) continue;
-    serve_new(group, waitable, [&] {
+    serve_new(group, waitable, changes, [&] {
       auto entity = make_entity(waitable, owner_of(waitable, contents.subscriptions));
       return is_default_event_handler(*waitable) ? as_internal(std::move(entity))
                                                  : as_callback(group, std::move(entity));
@@ -323,30 +328,56 @@ std::shared_ptr<GroupState> RclcppNode::state_of(Group& group) {
   return group.state;
 }
 
-RclcppNode::Served RclcppNode::as_callback(Group& group, std::unique_ptr<Entity> entity) {
+bool RclcppNode::is_leaving(const Group& group, const std::string& logical_id) const {
+  constexpr long kOurs = 2;  // what a run holds, and this look
+  if (!group.state || group.state->type() == GroupType::reentrant) return false;
+  const auto has_id = [&logical_id](const cie::scheduling::Callback& callback) {
+    const std::string_view id = callback.logical_id();
+    return id.starts_with(logical_id) &&
+           (id.size() == logical_id.size() || id[logical_id.size()] == '#');
+  };
+  const bool is_held_by_run = std::ranges::any_of(group.served, [&](const Served& served) {
+    return served.callback && has_id(*served.callback) && served.callback->is_running() &&
+           served.entity.use_count() <= kOurs;
+  });
+  return is_held_by_run || std::ranges::any_of(leaving_, [&](const auto& leaving) {
+           const auto callback = leaving.lock();
+           return callback && &callback->group() == group.state.get() && has_id(*callback) &&
+                  callback->is_closed() && callback->is_running();
+         });
+}
+
+std::optional<RclcppNode::Served> RclcppNode::as_callback(Group& group,
+                                                          std::unique_ptr<Entity> entity) {
   const auto state = state_of(group);
   cie::trace::CallbackInfo info{.group = state->id(), .node = trace_.id(), .kind = entity->kind()};
   const std::string name = entity->name();
-  info.logical_id = cie::trace::unique_logical_id(cie::logical_id(name_, info.kind, name));
+  const std::string id = cie::logical_id(name_, info.kind, name);
+  if (is_leaving(group, id)) return std::nullopt;
+  info.logical_id = cie::trace::unique_logical_id(id);
   info.source = name;
   info.queue_depth = static_cast<std::uint32_t>(entity->depth());
-  return {.callback = std::make_shared<EntityCallback>(state, std::move(info), std::move(entity),
-                                                       on_change_)};
+  return Served{.callback = std::make_shared<EntityCallback>(state, std::move(info),
+                                                             std::move(entity), on_change_)};
 }
 
-RclcppNode::Served RclcppNode::as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer) {
+std::optional<RclcppNode::Served> RclcppNode::as_timer(Group& group,
+                                                       const rclcpp::TimerBase::SharedPtr& timer) {
   const auto state = state_of(group);
   const std::int64_t period = period_of(*timer->get_timer_handle());
   cie::trace::CallbackInfo info{
       .group = state->id(), .node = trace_.id(), .kind = CallbackKind::timer};
-  info.logical_id = cie::trace::unique_logical_id(
-      cie::logical_id(name_, CallbackKind::timer, std::to_string(period)));
+  const std::string id = cie::logical_id(name_, CallbackKind::timer, std::to_string(period));
+  if (is_leaving(group, id)) return std::nullopt;
+  info.logical_id = cie::trace::unique_logical_id(id);
   info.period_ns = static_cast<std::uint64_t>(period);
-  return {.callback = std::make_shared<TimerCallback>(state, std::move(info), timer, on_change_)};
+  return Served{.callback =
+                    std::make_shared<TimerCallback>(state, std::move(info), timer, on_change_)};
 }
 
-RclcppNode::Served RclcppNode::as_internal(std::unique_ptr<Entity> entity) {
-  return {.internal = std::make_unique<InternalEndpoint>(server_, std::move(entity), on_change_)};
+std::optional<RclcppNode::Served> RclcppNode::as_internal(std::unique_ptr<Entity> entity) {
+  return Served{.internal =
+                    std::make_unique<InternalEndpoint>(server_, std::move(entity), on_change_)};
 }
 
 }  // namespace cie_rclcpp

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,6 +70,7 @@ class RclcppNode final : public cie::scheduling::ServedNode {
     Callbacks gone;
     std::vector<std::unique_ptr<InternalEndpoint>> ended;
     std::vector<Contents> contents;
+    bool is_partial = false;  // something that came is told later: look again, within a millisecond
   };
   // `let_go` is called with what has gone, without a lock, before what came gets its logical ids: what
   // takes the place of something may have the same.
@@ -102,11 +104,15 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   void find_gone(Changes& changes);
   void serve_new(const Contents& contents, Changes& changes);
   template <typename EntityPtr, typename Serve>
-  void serve_new(Group& group, const EntityPtr& entity, Serve serve);
+  void serve_new(Group& group, const EntityPtr& entity, Changes& changes, Serve serve);
   std::shared_ptr<cie::scheduling::GroupState> state_of(Group& group);
-  Served as_callback(Group& group, std::unique_ptr<Entity> entity);
-  Served as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer);
-  Served as_internal(std::unique_ptr<Entity> entity);
+  // Whether a callback of that logical id was dropped and runs still, in a group that runs one at a
+  // time: what takes its place cannot run before that has ended, and has its id then.
+  bool is_leaving(const Group& group, const std::string& logical_id) const;
+  // Empty: not yet.
+  std::optional<Served> as_callback(Group& group, std::unique_ptr<Entity> entity);
+  std::optional<Served> as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer);
+  std::optional<Served> as_internal(std::unique_ptr<Entity> entity);
   // The service is one of these of the node.
   bool is_of_node(std::string_view service, std::span<const std::string_view> names) const;
   bool has_lifecycle_services(const Contents& contents) const;

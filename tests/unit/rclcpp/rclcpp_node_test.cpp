@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <thread>
 
 namespace cie_rclcpp {
 namespace {
@@ -76,6 +77,56 @@ TEST_F(RclcppNodeTest, WhatTakesThePlaceOfWhatWasDroppedHasItsLogicalId) {
   });
   EXPECT_THAT(gone, ElementsAre("/test/renewing@Timer(10000000)"));
   EXPECT_THAT(ids(changes.came), ElementsAre("/test/renewing@Timer(10000000)"));
+}
+
+// A timer that makes itself anew while it runs: rclcpp keeps the old one until its function returns.
+TEST_F(RclcppNodeTest, WhatTakesThePlaceOfWhatStillRunsIsServedThereafter) {
+  const auto renewing = node("renewing");
+  for (const auto type : {CallbackGroupType::MutuallyExclusive, CallbackGroupType::Reentrant}) {
+    const auto of_both = group(renewing, type);
+    rclcpp::TimerBase::SharedPtr timer;
+    const auto served = serve(renewing);
+    const auto look = [&] {
+      return served->look([&](const Callbacks& callbacks) {
+        for (const auto& callback : callbacks)
+          callback->begin_to_end();
+      });
+    };
+    const auto renew = [&] {
+      timer = renewing->create_wall_timer(
+          1ms, [] {}, of_both);
+    };
+    RclcppNode::Changes meanwhile;
+    timer = renewing->create_wall_timer(
+        1ms,
+        [&] {
+          timer.reset();
+          renew();
+          meanwhile = look();
+        },
+        of_both);
+    Callbacks first = look().came;
+    ASSERT_THAT(ids(first), ElementsAre("/test/renewing@Timer(1000000)"));
+    std::this_thread::sleep_for(2ms);
+    ASSERT_TRUE(first.front()->execute_one());
+    EXPECT_THAT(meanwhile.gone, IsEmpty());
+    meanwhile.contents.clear();
+    if (type == CallbackGroupType::Reentrant) {
+      EXPECT_THAT(ids(meanwhile.came), ElementsAre("/test/renewing@Timer(1000000)#2"))
+          << "both may run";
+    } else {
+      EXPECT_THAT(meanwhile.came, IsEmpty());
+      EXPECT_TRUE(meanwhile.is_partial);
+      const auto then = look();
+      EXPECT_THAT(ids(then.gone), ElementsAre("/test/renewing@Timer(1000000)"));
+      EXPECT_THAT(ids(then.came), ElementsAre("/test/renewing@Timer(1000000)"));
+      EXPECT_FALSE(then.is_partial);
+    }
+    timer.reset();
+    meanwhile = {};
+    look();
+    served->remove_all();
+  }
 }
 
 TEST_F(RclcppNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {

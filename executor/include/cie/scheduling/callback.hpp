@@ -73,6 +73,8 @@ class Callback {
   // No instance begins any more; what runs, runs on. Thread-safe, for good.
   void close() noexcept { life_.fetch_or(kClosed); }
   bool is_closed() const noexcept { return (life_.load() & kClosed) != 0; }
+  // Some thread runs an instance of it, or looks for one to run.
+  bool is_running() const noexcept { return life_.load() >= kRunning; }
   // Closes it; the user's function is destroyed and callback_fini emitted, if an instance runs by the
   // last one to return. Thread-safe; may be called again.
   void begin_to_end() noexcept {
