@@ -112,6 +112,8 @@ void set_queue_losses(CallbackReport& report, const RuleContext& context, Callba
   const bool is_each_told =
       context.model.processes[at(facts.process)].is_from_ros2 && losses.overwritten > 0;
   if (losses.are_totals_seen || is_each_told) report.overwritten_samples = losses.overwritten;
+  if (report.overwritten_samples && losses.is_overwritten_at_least)
+    report.is_overwritten_at_least = true;
   if (!facts.may_repeat) return;
   const auto before = [](const std::optional<std::uint64_t>& total,
                          const std::optional<std::uint64_t>& at_first) {

@@ -31,7 +31,7 @@ bool is_by_others(const RuleContext& context, const CallbackFacts& callback,
 
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
   const auto allowed = most_allowed(context, callback, &SpecEntry::overwrites_allowed);
-  const auto [lost, overwritten, are_totals_seen] = queue_losses(context, callback);
+  const auto [lost, overwritten, are_totals_seen, is_at_least] = queue_losses(context, callback);
   judgement.check(std::max(callback.releases, callback.starts.count));
   const auto where = [&callback](const std::optional<EventRef>& running) {
     return running ? *running : callback.fini->at;
@@ -44,7 +44,8 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   if (overwritten > allowed) {
     auto found = evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
                           where(callback.overwritten_at),
-                          counted(overwritten, "sample") + (overwritten == 1 ? " was" : " were") +
+                          (is_at_least ? "at least " : "") + counted(overwritten, "sample") +
+                              (overwritten == 1 ? " was" : " were") +
                               " overwritten in the queue before being taken; " +
                               std::to_string(allowed) + " are allowed");
     if (is_by_others(context, callback, allowed)) {

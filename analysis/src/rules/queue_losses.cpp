@@ -17,6 +17,14 @@ bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
   return !context.user_losses.between(callback.process, start, callback.registered->time);
 }
 
+// It announces the worker that serves what rclcpp serves for itself.
+bool is_of_cie_rclcpp(const Model& model, ProcessIndex process) {
+  return std::ranges::any_of(model.threads, [process](const ThreadFacts& thread) {
+    return thread.process == process && thread.role == ThreadRole::worker &&
+           thread.name == "cie-rclcpp";
+  });
+}
+
 }  // namespace
 
 QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callback) {
@@ -25,9 +33,12 @@ QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callba
     return fini && callback.are_totals_told ? std::max(running, (*fini).*total) : running;
   };
   const bool has_totals = fini || (callback.releases > 0 && is_attached_to(context, callback));
+  const auto overwritten = least(callback.overwritten, &CallbackTotals::overwritten);
   return {.lost = least(callback.lost, &CallbackTotals::lost),
-          .overwritten = least(callback.overwritten, &CallbackTotals::overwritten),
-          .are_totals_seen = callback.are_totals_told && has_totals};
+          .overwritten = overwritten,
+          .are_totals_seen = callback.are_totals_told && has_totals,
+          .is_overwritten_at_least =
+              overwritten > 0 && is_of_cie_rclcpp(context.model, callback.process)};
 }
 
 }  // namespace cie::analysis

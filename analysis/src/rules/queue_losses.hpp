@@ -13,6 +13,9 @@ struct QueueLosses {
   std::uint64_t lost = 0;         // before its queue
   std::uint64_t overwritten = 0;  // in it
   bool are_totals_seen = false;   // else at least that many
+  // Were overwritten, though the totals are seen: cie_rclcpp counts by what the middleware announces, and
+  // lacks some.
+  bool is_overwritten_at_least = false;
 };
 
 // Of a callback that was registered.

@@ -14,6 +14,7 @@ namespace {
 using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kQueue = R"(
   callback fusion subscription
@@ -39,6 +40,18 @@ TEST(NoQueueOverflow, FailsForLostAndOverwrittenSamples) {
   EXPECT_EQ(Verified(overwriting, "callback_groups:\n  - id: fusion\n    overwrites_allowed: 2")
                 .of("Q1", "callback fusion"),
             Verdict::pass);
+}
+
+// cie_rclcpp, which announces a worker for what rclcpp serves for itself, counts by what the middleware
+// announces, and lacks some.
+TEST(NoQueueOverflow, SaysAtLeastWhereTheCountLacksSome) {
+  const auto overwriting = std::string(kQueue) + "\n15 release fusion overwritten=2";
+  const Verified verified("thread cie-rclcpp worker" + overwriting);
+  EXPECT_EQ(verified.of("Q1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("Q1", "callback fusion"),
+              HasSubstr("at least 2 samples were overwritten"));
+  EXPECT_THAT(Verified("thread other worker" + overwriting).evidence("Q1", "callback fusion"),
+              Not(HasSubstr("at least")));
 }
 
 TEST(NoQueueOverflow, IsInconclusiveWithoutTotals) {

@@ -383,8 +383,10 @@ class ReportScreen {
     std::ranges::stable_sort(counted_ones, std::ranges::greater{}, number_of);
     std::string text;
     for (const auto* callback : counted_ones) {
-      text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", number_of(callback),
-                          judged_.names.of(*callback));
+      const bool is_at_least =
+          count == &CallbackReport::overwritten_samples && callback->is_overwritten_at_least;
+      text += fmt::format("{}{}{} of {}", text.empty() ? "" : ", ", is_at_least ? "at least " : "",
+                          number_of(callback), judged_.names.of(*callback));
     }
     if (text.empty()) return {};
     return paragraph(fmt::format("  {}: ", what), text, 1, style_);

@@ -214,7 +214,10 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     return static_cast<double>(x.overwritten_samples.value_or(0));
   };
   if (const auto* c = worst(report, overwritten)) {
-    add("most overwritten", counted(*c->overwritten_samples, "sample"), *c);
+    add("most overwritten",
+        (c->is_overwritten_at_least ? "at least " : "") +
+            counted(*c->overwritten_samples, "sample"),
+        *c);
   }
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
   const auto unmapped = callbacks_with(report, analysis::Isolation::never_ran);

@@ -233,6 +233,8 @@ struct CallbackReport {
   // Samples lost since the process counts: before the queue; in it, by later ones. Empty: not told.
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
+  // At least so many were overwritten: cie_rclcpp lacks some. Empty: it is the number.
+  std::optional<bool> is_overwritten_at_least{};
   // How many of these, at most, were counted before the recording was attached. Empty: none.
   std::optional<std::uint64_t> lost_before{};
   std::optional<std::uint64_t> overwritten_before{};

@@ -129,6 +129,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.present("outside_window", c.outside_window);
   visit.added("lost_samples", c.lost_samples);
   visit.added("overwritten_samples", c.overwritten_samples);
+  visit.present("overwritten_at_least", c.is_overwritten_at_least);
   visit.present("lost_samples_before", c.lost_before);
   visit.present("overwritten_samples_before", c.overwritten_before);
   visit.present("response_time_at_least_ns", c.response_time_at_least);
