@@ -107,6 +107,9 @@ struct alignas(64) CallbackFacts {
   bool may_be_another = false;           // of that id: see doubt_numbered_ids()
   bool is_beside_partly_known = false;   // another one is known in part only, and may be of that id
   bool is_after_rcl_init = false;        // see InferredCallback
+  Timestamp made{};                      // or registered, where only that is told
+  // The least number of one of its id that was not seen since this one was made: see doubt_numbered_ids().
+  std::uint32_t least_number = 0;    // 0: there is none
   std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
   // Of samples.
   std::uint64_t releases = 0;

@@ -63,12 +63,38 @@ bool may_be_alike(const CallbackFacts& nameless, const CallbackFacts& other) {
   return is_kind_alike && (nameless.node.empty() || nameless.node == other.node);
 }
 
+// When it was there for certain. Its registration may be told at any time after it was made.
+Timestamp last_seen(const CallbackFacts& callback) {
+  auto last = callback.made;
+  if (callback.starts.last) last = std::max(last, callback.starts.last_at.time);
+  if (callback.ended.last) last = std::max(last, callback.ended.last_at.time);
+  return callback.own ? std::min(last, callback.own->others_since.time) : last;
+}
+
+void find_least_numbers(const std::vector<CallbackFacts*>& of_id) {
+  if (of_id.size() < 2) return;
+  auto made = of_id;
+  std::ranges::stable_sort(made, {}, &CallbackFacts::made);
+  auto seen = of_id;
+  std::ranges::stable_sort(seen, {}, [](const auto* each) { return last_seen(*each); });
+  auto next = seen.begin();
+  std::uint32_t least = 0;
+  for (auto* callback : made) {
+    for (; next != seen.end() && last_seen(**next) <= callback->made; ++next) {
+      const auto number = id_number((*next)->logical_id);
+      least = least == 0 ? number : std::min(least, number);
+    }
+    if (least < id_number(callback->logical_id)) callback->least_number = least;
+  }
+}
+
 }  // namespace
 
 void doubt_numbered_ids(Model& model) {
   std::map<ProcessIndex, Callbacks> processes;
   for (auto& callback : model.callbacks) {
     callback.may_be_another = false;
+    callback.least_number = 0;
     if (callback.is_accounted) continue;
     auto& callbacks = processes[callback.process];
     if (is_named(callback)) {
@@ -91,6 +117,7 @@ void doubt_numbered_ids(Model& model) {
              losses.between(process.host, begin, callback.registered->time) != nullptr;
     };
     for (auto& [id, of_id] : callbacks.by_id) {
+      find_least_numbers(of_id);
       const IdParts parts(id);
       const bool is_one_without_node =
           !parts.lacks_node() && callbacks.without_node.contains(parts.kind_and_what);

@@ -11,7 +11,10 @@ namespace cie::analysis {
 // beside one of which no id is known in a process that was there before the recording; of those
 // beside one whose id is known in part and may be theirs; and of those with a number that were made
 // after an rcl_init that was not the first sign of their pid: the one before may be another process's.
-// Of all others it is cleared. O(n log n); of processes with ROS 2's callbacks, those behind a loss also
+// Of all others it is cleared.
+// Sets `least_number`, too: no event of ROS 2 tells that a callback is gone, whose number the next one of
+// its id would have then, as where a node makes its timer anew. One that was seen later was not gone.
+// O(n log n); of processes with ROS 2's callbacks, those behind a loss also
 // look at the ones without an id.
 void doubt_numbered_ids(Model& model);
 

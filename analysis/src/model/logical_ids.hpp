@@ -1,6 +1,7 @@
 // What logical ids of one process have in common. See cie/tracepoints/logical_id.hpp.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 namespace cie::analysis {
@@ -14,5 +15,8 @@ struct IdParts {
   std::string_view node;           // "/node"
   std::string_view kind_and_what;  // "@Timer(10)"
 };
+
+// That of "#2"; 1 if it has none. Saturates.
+std::uint32_t id_number(std::string_view id) noexcept;
 
 }  // namespace cie::analysis

@@ -55,7 +55,9 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
       judgement.fail(std::move(found));
     }
   } else if (overwritten > 0) {
-    judgement.doubt(unknown_entry(context, callback));
+    judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& entry) {
+      return entry.overwrites_allowed.value_or(0) > 0;
+    }));
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;

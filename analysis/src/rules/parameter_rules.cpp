@@ -30,15 +30,20 @@ std::map<CallbackIndex, const Evidence*> on_unknown_threads(const RuleContext& c
   return callbacks;
 }
 
+bool asks_for_parameters(const SpecEntry& entry) { return judges_parameters(entry.parameters); }
+
 bool asks_for_any(const std::vector<SpecEntry>& entries) {
-  return std::ranges::any_of(
-      entries, [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
+  return std::ranges::any_of(entries, asks_for_parameters);
 }
 
 // Whether the spec has an entry for a callback cannot be told without its registration.
-void doubt_identity(const Model& model, const CallbackFacts& callback, Judgement& judgement) {
-  if (is_identified(callback)) return;
-  judgement.doubt(without_event(first_sign(model, callback),
+void doubt_identity(const RuleContext& context, const CallbackFacts& callback,
+                    Judgement& judgement) {
+  if (is_identified(callback)) {
+    judgement.doubt(unknown_former(context, callback, asks_for_parameters));
+    return;
+  }
+  judgement.doubt(without_event(first_sign(context.model, callback),
                                 std::string(why_unidentified(callback)) +
                                     ": whether the spec asks for parameters is unknown"));
 }
@@ -249,7 +254,7 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   const bool asks_any = asks_for_any(context.options.spec->callbacks());
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        if (asks_any) doubt_identity(context.model, callback, judgement);
+        if (asks_any) doubt_identity(context, callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
           if (is_never_read_back(callback)) {
@@ -379,7 +384,7 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
   const bool asks_any = asks_for_any(context.options.spec->callbacks());
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        if (asks_any) doubt_identity(context.model, callback, judgement);
+        if (asks_any) doubt_identity(context, callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !judges_parameters(entry->parameters)) return;
         if (is_never_read_back(callback)) {

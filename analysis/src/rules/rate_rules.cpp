@@ -122,7 +122,9 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return judge_callbacks(context, [&context](CallbackIndex index, const CallbackFacts& callback,
                                              Judgement& judgement) {
     if (callback.kind && callback.kind != CallbackKind::timer) return;
-    judgement.doubt(unknown_entry(context, callback));
+    judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& entry) {
+      return entry.missed_releases_allowed.value_or(0) > 0;
+    }));
     if (!callback.kind) return;
     const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
     judgement.check(callback.starts.count);
@@ -142,13 +144,14 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
 }
 
 std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
-  const bool is_any_specified = specifies_any(context, [](const SpecEntry& entry) {
+  constexpr EntryQuestion kAsks = [](const SpecEntry& entry) {
     return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
-  });
-  return for_each_callback(context, [&context, is_any_specified](
+  };
+  const bool is_any_specified = specifies_any(context, kAsks);
+  return for_each_callback(context, [&context, is_any_specified, kAsks](
                                         const CallbackFacts& callback,
                                         const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback, kAsks));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr) return;
     const auto& min = entry->min_inter_arrival_ns;

@@ -121,11 +121,15 @@ std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
           " a message tells when it was written by CLOCK_REALTIME, which was set meanwhile");
 }
 
+bool asks_for_deadline(const SpecEntry& entry) { return entry.response_deadline_ns.has_value(); }
+
+bool asks_for_budget(const SpecEntry& entry) { return entry.wcet_ns.has_value(); }
+
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           Judgement& judgement) {
-        if (auto unknown = unknown_entry(context, callback)) {
+        if (auto unknown = unknown_entry(context, callback, asks_for_deadline)) {
           judgement.doubt(*std::move(unknown));
           return;
         }
@@ -181,12 +185,11 @@ void judge_unended_budget(const CallbackFacts& callback, bool is_lost, std::int6
 }
 
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
-  const bool is_any_specified =
-      specifies_any(context, [](const SpecEntry& entry) { return entry.wcet_ns.has_value(); });
+  const bool is_any_specified = specifies_any(context, asks_for_budget);
   return for_each_callback(context, [&context, is_any_specified](
                                         const CallbackFacts& callback,
                                         const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_entry(context, callback));
+    if (is_any_specified) judgement.doubt(unknown_entry(context, callback, asks_for_budget));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr || !entry->wcet_ns) return;
     const auto wcet = *entry->wcet_ns;

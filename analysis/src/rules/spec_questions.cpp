@@ -1,5 +1,7 @@
 #include "spec_questions.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
+
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "model/logical_ids.hpp"
@@ -44,16 +46,51 @@ bool may_be_entry_of(const SpecEntry& entry, const CallbackFacts& callback) {
       known.kind_and_what.substr(0, known.kind_and_what.size() - kUntold.size()));
 }
 
+// That of one of its id that may have been gone when it was made: then it has that one's number, which
+// it would have had in a process that tells of the end of callbacks. Null: there is none, or it has an entry of its
+// own.
+const SpecEntry* entry_of_former(const SchedulingSpec& spec, const CallbackFacts& callback) {
+  if (callback.least_number == 0) return nullptr;
+  const auto number = id_number(callback.logical_id);
+  const auto plain = LogicalId::without_number(callback.logical_id);
+  const SpecEntry* former = nullptr;
+  for (const auto& entry : spec.callbacks()) {
+    if (LogicalId::without_number(entry.id) != plain) continue;
+    const auto its = id_number(entry.id);
+    if (its == number) return nullptr;
+    if (its >= callback.least_number && its < number && former == nullptr) former = &entry;
+  }
+  return former;
+}
+
 }  // namespace
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
-  if (context.options.spec == nullptr || !is_identified(callback)) return nullptr;
-  return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
+  const auto* spec = context.options.spec;
+  if (spec == nullptr || !is_identified(callback)) return nullptr;
+  if (entry_of_former(*spec, callback) != nullptr) return nullptr;
+  return spec->find_callback(callback.logical_id, callback.period_ns);
 }
 
-std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback) {
+std::optional<Evidence> unknown_former(const RuleContext& context, const CallbackFacts& callback,
+                                       EntryQuestion asks) {
+  const auto* spec = context.options.spec;
+  if (spec == nullptr || !is_identified(callback)) return std::nullopt;
+  const auto* entry = entry_of_former(*spec, callback);
+  if (entry == nullptr) return std::nullopt;
+  const auto* other = spec->find_callback(callback.logical_id, callback.period_ns);  // of its node
+  if (!asks(*entry) && (other == nullptr || !asks(*other))) return std::nullopt;
+  return without_event(first_sign(context.model, callback),
+                       place(context, entry->line) + " names " + entry->id +
+                           ", which was not seen since this one was made: whether it was gone, and "
+                           "the entry is this one's, no event tells");
+}
+
+std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback,
+                                      EntryQuestion asks) {
   const auto* spec = context.options.spec;
   if (spec == nullptr) return std::nullopt;
+  if (auto unknown = unknown_former(context, callback, asks)) return unknown;
   const char* const unknown = ": what it has to keep is unknown";
   if (!is_identified(callback)) {
     return without_event(first_sign(context.model, callback),
@@ -70,7 +107,8 @@ std::optional<Evidence> unknown_entry(const RuleContext& context, const Callback
 std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
                            std::optional<std::uint64_t> SpecEntry::*limit) {
   if (context.options.spec == nullptr) return 0;
-  if (!unknown_entry(context, callback)) {
+  const auto is_any = [](const SpecEntry&) { return true; };
+  if (!unknown_entry(context, callback, is_any)) {
     const auto* entry = spec_entry(context, callback);
     return entry != nullptr ? (entry->*limit).value_or(0) : 0;
   }

@@ -22,8 +22,15 @@ bool specifies_any(const RuleContext& context, const Predicate& predicate) {
 }
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
-// Which entry is its own is not known: why not.
-std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback);
+// What an entry asks for.
+using EntryQuestion = bool (*)(const SpecEntry& entry);
+// Which entry is its own is not known: why not. An entry that does not ask for that is of no concern where
+// the choice is between one and none.
+std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback,
+                                      EntryQuestion asks);
+// The same of an identified one alone: one of its id was made before it, which has an entry and may be gone.
+std::optional<Evidence> unknown_former(const RuleContext& context, const CallbackFacts& callback,
+                                       EntryQuestion asks);
 // What its entry allows of that, 0 without one. Where it is not known which entry is its own, the
 // most that is allowed by one that may be.
 std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,

@@ -195,6 +195,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.is_accounted = !head.is_derived;
   facts.is_identified = event.inferred.is_identified && !event.logical_id.empty();
   facts.is_after_rcl_init = event.inferred.is_after_rcl_init;
+  facts.made = event.inferred.made.value_or(head.time);
   if (!event.logical_id.empty()) facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);

@@ -61,6 +61,7 @@ struct InferredCallback {
   bool is_identified = true;
   // It was made since an rcl_init that was not the first sign of its pid, perhaps in another process.
   bool is_after_rcl_init = false;
+  std::optional<Timestamp> made{};  // when its tracer tells it was
   // Since such an rcl_init it and another one have an address one after the other: instances of one may
   // be told as the other's. `former`: the one before it; kNoCallback: none, or not told.
   bool shares_address = false;

@@ -53,6 +53,7 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                         .expiry_spread = callback.expiry_spread,
                         .is_identified = callback.is_identified,
                         .is_after_rcl_init = callback.is_after_rcl_init,
+                        .made = callback.made,
                         .shares_address = Directory::shares_address(callback),
                         .former = former != nullptr && former->is_told ? former->id : kNoCallback}},
        sink);
