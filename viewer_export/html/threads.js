@@ -59,7 +59,7 @@ export const threads = () => {
                 el("td", {}, processByIndex.get(t.process).pid),
                 el("td", {}, t.tid),
                 el("td", {class: "text"}, t.role || "\u2013"),
-                el("td", {class: "text"}, sched(t.sched)),
+                el("td", {class: "text"}, t.switched === undefined ? sched(t.sched) : t.switched.text),
                 el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
                 el("td", {}, time(t.busy_ns)),
                 el("td", {class: "text name", title: t.callbacks.join(", ")}, t.callbacks.map(inWords).join(", ")),

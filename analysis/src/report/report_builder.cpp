@@ -10,6 +10,7 @@
 #include "model/subjects.hpp"
 #include "model/wall_clock.hpp"
 #include "rules/completeness_rules.hpp"
+#include "rules/parameter_words.hpp"
 #include "rules/thread_questions.hpp"
 #include "rules/trace_rules.hpp"
 #include "trace_defects.hpp"
@@ -229,7 +230,12 @@ ThreadReport report_of(const RuleContext& context, ThreadIndex index) {
   report.callbacks.reserve(report.ran.size());
   for (const auto callback : report.ran)
     report.callbacks.push_back(id_of(callback));
-  if (const auto& last = facts.last_read_back) report.sched = report_of(facts, *last);
+  if (const auto& last = facts.last_read_back) {
+    report.sched = report_of(facts, *last);
+  } else if (const auto& all = facts.scheduled; !all.empty()) {
+    const auto prio = all.back().first.prio;
+    report.switched = {.prio = prio, .text = priority_text(prio), .changes = all.size() - 1};
+  }
   if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
   report.former = former_of(facts);
   report.is_contradicted = facts.cpu_violation || facts.raised_priority || facts.lowered_priority;

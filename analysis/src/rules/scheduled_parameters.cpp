@@ -9,6 +9,8 @@
 #include <iterator>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -123,14 +125,23 @@ std::optional<Evidence> untold_before(const RuleContext& context, const ThreadFa
   return context.holes.since(context.model.processes[at(thread.process)].host, born, born);
 }
 
+// What is missing, and what it may hide.
+std::optional<Evidence> hiding(std::optional<Evidence> missing, std::string_view what) {
+  if (missing) missing->note.append(": ").append(what);
+  return missing;
+}
+
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
 void overrule_inherited(const RuleContext& context, ThreadIndex index, const ScheduledAs& raised,
                         Judgement& judgement) {
-  judgement.overrule(context.kernel_record.loss(index));
+  constexpr std::string_view kInherited =
+      "the priority may be inherited since then, also while the thread sleeps with a mutex, and the "
+      "sched_pi_setprio that told it may be missing";
+  judgement.overrule(hiding(context.kernel_record.loss(index), kInherited));
   const auto& thread = context.model.threads[at(index)];
   judgement.overrule(context.kernel_record.untold_inheritance(
       index, earliest_birth(context, thread), raised.last.time));
-  judgement.overrule(untold_before(context, thread, raised));
+  judgement.overrule(hiding(untold_before(context, thread, raised), kInherited));
 }
 
 using Stretches = std::vector<ScheduledAs>;
@@ -169,8 +180,9 @@ void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp si
   const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
   const auto end = context.lives.of(index).end;
   if (end <= since) return;
-  judgement.overrule(context.holes.between(host, since, end));
-  judgement.overrule(context.kernel_record.outside(index, since));
+  constexpr std::string_view kSince = "the thread may have been given other parameters since";
+  judgement.overrule(hiding(context.holes.between(host, since, end), kSince));
+  judgement.overrule(hiding(context.kernel_record.outside(index, since), kSince));
 }
 
 // S1: of the last configuration, by switches, or else by its own events.

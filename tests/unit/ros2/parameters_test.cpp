@@ -3,6 +3,7 @@
 #include "support/verdicts.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -196,6 +197,34 @@ TEST(SwitchedParameters, AreNotInheritedByTheNextThreadWithTheTid) {
   const auto result = judged_by(ended + instance(10, 79) + instance(20, 79));
   for (const auto* rule : {"S1", "S2", "S3"})
     EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule;
+}
+
+// A hole may hide who began to wait for a mutex of the thread, also before it sleeps with that.
+TEST(SwitchedParameters, ThatAreRaisedMayBeInheritedSinceAHole) {
+  const auto asked = spec_of("SCHED_OTHER");
+  EXPECT_EQ(judged_by(instance(10, 79) + instance(20, 79), asked).verdict("S1"), Verdict::fail);
+  const auto result = judged_by(instance(10, 79) + "\n15 kernel_lost 17" + instance(20, 79), asked);
+  EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("the priority may be inherited since then"));
+}
+
+TEST(SwitchedParameters, AreShownWhereNothingWasReadBack) {
+  const auto switched = [](const std::string& events) {
+    const auto result = judged_by(events, {});
+    const auto& threads = result.analysis.report.threads;
+    const auto thread = std::ranges::find(threads, 7, &analysis::ThreadReport::tid);
+    return thread == threads.end() ? std::nullopt : thread->switched;
+  };
+  const auto kept = switched(instance(10, 79) + instance(20, 79));
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->prio, 79);
+  EXPECT_EQ(kept->text, "real-time priority 20");
+  EXPECT_EQ(kept->changes, 0U);
+  const auto changed = switched(instance(10, 120) + instance(20, 125));
+  ASSERT_TRUE(changed);
+  EXPECT_EQ(changed->text, "nice 5");
+  EXPECT_EQ(changed->changes, 1U);
+  EXPECT_FALSE(switched(unswitched_instance(10)));
 }
 
 TEST(SwitchedParameters, FailWhenTheyComeAfterTheFirstInstance) {

@@ -81,18 +81,25 @@ std::string policy_text(const analysis::ThreadSchedReport& s) {
   return s.nice != 0 ? text + fmt::format(" nice {}", s.nice) : text;
 }
 
+TextCell scheduling_cell(const ThreadReport& t) {
+  if (t.sched) {
+    const bool is_refused = t.sched->error != 0;
+    return {policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
+            is_refused ? Look::bad : Look::plain};
+  }
+  if (!t.switched) return not_measured();
+  return {t.switched->text + (t.switched->changes > 0 ? " (changed)" : "")};
+}
+
 std::vector<TextCell> thread_row(const ThreadReport& t, const CallbackNames& names) {
   const auto callbacks = t.callbacks.empty() ? not_measured()
                          : t.callbacks.size() == 1
                              ? TextCell{names.of_id(t.callbacks.front())}
                              : TextCell{counted(t.callbacks.size(), "callback")};
-  const bool is_refused = t.sched && t.sched->error != 0;
   return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
           {fmt::format("{}", t.tid)},
           t.role ? TextCell{std::string(label(*t.role))} : not_measured(),
-          t.sched ? TextCell{policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
-                             is_refused ? Look::bad : Look::plain}
-                  : not_measured(),
+          scheduling_cell(t),
           t.sched ? TextCell{elide(format_cpus(t.sched->cpus), 10)} : not_measured(),
           t.busy_ns ? TextCell{format_duration(*t.busy_ns)} : not_measured(),
           callbacks};

@@ -296,6 +296,14 @@ struct ThreadSchedReport {
   std::optional<std::uint32_t> util_max{};
 };
 
+// How sched_switch shows a thread that nobody read back. Inherited priorities are left out.
+struct ThreadSwitchedReport {
+  std::int32_t prio =
+      0;               // at its last switch, the kernel's: 99 - real-time priority, 120 + nice, -1
+  std::string text{};  // "real-time priority 20", "nice 5"
+  std::uint64_t changes = 0;  // of it, before
+};
+
 struct ThreadReport {
   ThreadIndex index{};
   ProcessIndex process{};
@@ -305,6 +313,7 @@ struct ThreadReport {
   std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
   std::vector<CallbackIndex> ran{};    // the same by their numbers, in that order
   std::optional<ThreadSchedReport> sched;
+  std::optional<ThreadSwitchedReport> switched{};  // where `sched` is empty, as far as it was seen
   // What S1 judges, applied before that, if anything was; not part of the JSON.
   std::optional<ThreadSchedReport> applied{};
   // What else its callbacks ran as before `sched`, as far as it was read back; not part of the JSON.

@@ -153,6 +153,12 @@ void fields(auto& visit, Is<ThreadSchedReport> auto& s) {
   visit.added("util_max", s.util_max);
 }
 
+void fields(auto& visit, Is<ThreadSwitchedReport> auto& s) {
+  visit("prio", s.prio);
+  visit("text", s.text);
+  visit("changes", s.changes);
+}
+
 void fields(auto& visit, Is<ThreadReport> auto& t) {
   visit.pid("pid", t.process);
   visit("tid", t.tid);
@@ -160,6 +166,7 @@ void fields(auto& visit, Is<ThreadReport> auto& t) {
   visit("role", t.role);
   visit("callbacks", t.callbacks);
   visit("sched", t.sched);
+  visit.present("switched", t.switched);
   visit("busy_ns", t.busy_ns);
   visit.number("index", t.index);
   visit.number("process", t.process);
