@@ -20,7 +20,8 @@ constexpr const char* kDiffDescription =
     "Compares two recordings, or reports written by `cie report --format json`: which callbacks\n"
     "became slower by more than a tolerance, and more than chance explains? Callbacks are matched\n"
     "by logical id. Reports keep few quantiles, so comparing recordings decides more.\n"
-    "What is gone, or never runs any more, is a regression where the recording after is complete.";
+    "What ran and is gone, or never runs any more, is a regression where the recording after is "
+    "complete.";
 
 constexpr const char* kDiffFooter =
     R"(Examples:

@@ -143,6 +143,7 @@ bool can_be_proved(Absence absence, const CallbackSample& before, const Callback
     case Absence::never_runs:
       return after.runs_not_seen == 0;
     case Absence::gone:
+    case Absence::gone_unused:
       return true;
     case Absence::none:
       break;
@@ -199,13 +200,16 @@ CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Rec
   (is_before ? change.incomplete_before : change.incomplete_after) = sample.incomplete;
   (is_before ? change.exceptions_before : change.exceptions_after) = sample.exceptions;
   if (is_before) {
-    change.absence = Absence::gone;
+    const bool is_unused = !sample.has_run() && sample.runs_not_seen == 0;
+    change.absence = is_unused ? Absence::gone_unused : Absence::gone;
     change.is_absence_proved = records.is_after_complete;
   }
   return change;
 }
 
-bool is_absent(const CallbackChange& change) { return change.absence != Absence::none; }
+bool is_absent(const CallbackChange& change) {
+  return change.absence != Absence::none && change.absence != Absence::gone_unused;
+}
 
 // What the trace's kernel events, chains and read-backs lack leaves every run in the record.
 bool may_cost_runs(const TraceDefect& defect) {
@@ -289,8 +293,8 @@ Change compare(const Rate& before, const Rate& after, double tolerance) {
 }
 
 std::string_view label(Absence absence) noexcept {
-  constexpr std::array<std::string_view, 4> kLabels{"none", "gone", "gone_from_process",
-                                                    "never_runs"};
+  constexpr std::array<std::string_view, 5> kLabels{"none", "gone", "gone_from_process",
+                                                    "never_runs", "gone_unused"};
   return kLabels.at(static_cast<std::size_t>(absence));
 }
 
@@ -317,9 +321,10 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
 
 bool CallbackChange::is_regression() const {
   const auto is_worse = [](const auto& each) { return each.change == Change::worse; };
-  return is_absence_proved || never_ends || lost_isolation || late == Change::worse ||
-         missed == Change::worse || exceptions == Change::worse || lost == Change::worse ||
-         overwritten == Change::worse || std::ranges::any_of(quantities, is_worse);
+  return (is_absence_proved && is_absent(*this)) || never_ends || lost_isolation ||
+         late == Change::worse || missed == Change::worse || exceptions == Change::worse ||
+         lost == Change::worse || overwritten == Change::worse ||
+         std::ranges::any_of(quantities, is_worse);
 }
 
 bool CallbackChange::has_one_deadline() const {

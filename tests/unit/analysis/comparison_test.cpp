@@ -191,6 +191,26 @@ TEST(Compare, OfAnIncompleteRecordIsUndecidedWhatIsGone) {
   }
 }
 
+TEST(Compare, MissesNothingThatNeverRanBefore) {
+  const auto gone = [](std::uint64_t not_seen, std::vector<RecordLoss> losses) {
+    auto unused = sample(0, 0);
+    unused.logical_id = "/b";
+    unused.runs_not_seen = not_seen;
+    const ComparedSide before{
+        .record = {.is_complete = false, .losses = std::move(losses), .length = {}},
+        .callbacks = {sample(1'000'000, 1'000), unused}};
+    const ComparedSide after{.record = {.is_complete = true, .losses = {}, .length = {}},
+                             .callbacks = {sample(1'000'000, 1'000)}};
+    return compare(before, after, 0.05);
+  };
+  const auto unused = gone(0, {});
+  EXPECT_EQ(unused.callbacks.at(1).absence, Absence::gone_unused);
+  EXPECT_FALSE(unused.callbacks.at(1).is_regression());
+  EXPECT_EQ(unused.outcome(), Outcome::no_regression);
+  EXPECT_EQ(gone(1, {}).outcome(), Outcome::regression) << "it ran before the recording";
+  EXPECT_EQ(gone(0, {{}}).outcome(), Outcome::undecided) << "its runs may be lost";
+}
+
 TEST(Compare, MissesAProcessAndNotARestart) {
   const auto in_processes = [](std::uint64_t all, std::optional<std::uint64_t> at_once) {
     auto result = sample(0, 100);

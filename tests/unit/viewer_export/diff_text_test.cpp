@@ -293,6 +293,18 @@ TEST(DiffText, NamesWhatRunsOtherwise) {
                         "  runs less than half as often: lidar <- /points (100 -> 3 instances)\n"));
 }
 
+TEST(DiffText, SaysApartWhatIsGoneAndNeverRan) {
+  auto unused = kSame;
+  unused.logical_id = "/plan@Service(/set)";
+  unused.is_after = false;
+  unused.absence = Absence::gone_unused;
+  unused.is_absence_proved = true;
+  unused.quantities.clear();
+  const auto text = diff_text_of({unused, kWorse});
+  EXPECT_THAT(text, StartsWith("Worse: 1 of 2 callbacks (1 slower)"));
+  EXPECT_THAT(text, HasSubstr("\n  is gone, without a run before: /plan <= /set"));
+}
+
 // The tolerance is one of times.
 TEST(DiffText, SaysInWhatCallbacksBecameWorse) {
   auto gone = kSame;

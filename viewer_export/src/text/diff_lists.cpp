@@ -86,6 +86,10 @@ void add_absences(NameLists& lists, const TextStyle& style) {
   lists.say("is gone", Look::bad, has(Absence::gone, true));
   lists.say("is gone from processes", Look::bad, has(Absence::gone_from_process, true), processes);
   lists.say("never runs any more", Look::bad, has(Absence::never_runs, true), runs);
+  for (const bool is_proved : {true, false}) {
+    lists.say(is_proved ? "is gone, without a run before" : "may be gone, without a run before",
+              Look::plain, has(Absence::gone_unused, is_proved));
+  }
   lists.say("may be gone", Look::doubtful, has(Absence::gone, false));
   lists.say("may be gone from processes", Look::doubtful, has(Absence::gone_from_process, false),
             processes);

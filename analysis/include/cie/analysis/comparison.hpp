@@ -205,7 +205,8 @@ enum class Absence : std::uint8_t {
   none,
   gone,               // it is registered nowhere
   gone_from_process,  // fewer processes have it at a time
-  never_runs          // more often not than chance explains, by how often it ran before
+  never_runs,         // more often not than chance explains, by how often it ran before
+  gone_unused  // like gone, and no run of it was recorded before: nothing is known to be worse
 };
 std::string_view label(Absence absence) noexcept;  // "none", "gone", "gone_from_process", …
 
@@ -241,7 +242,7 @@ struct CallbackChange {
   std::optional<std::uint64_t> overwritten_after{};
   Change overwritten = Change::undecided;
 
-  // Of what is certain: gone, never running or never ending, slower, late more often, missing more
+  // Of what is certain: gone although it ran, never running or never ending, slower, late more often, missing more
   // releases, losing or overwriting more samples, ending by exceptions more often, or no longer
   // isolated.
   bool is_regression() const;
