@@ -146,6 +146,9 @@ TEST(CallbackNames, OfChainsNameTheirEndsAsFarAsThatTellsThemApart) {
   };
   add({"/x/a@Timer(1)", "/x/b@Subscription(/t)"});
   EXPECT_EQ(named(0), "a → b");
+  report.callbacks.push_back(test::callback("/x/b@Service(/set)", CallbackKind::service));
+  EXPECT_EQ(named(0), "a timer 1 ns → b ← /t") << "b has another callback";
+  report.callbacks.pop_back();
   add({"/x/a@Timer(2)", "/x/b@Subscription(/t)"});
   EXPECT_EQ(named(0), "a timer 1 ns → b ← /t");
   EXPECT_EQ(named(1), "a timer 2 ns → b ← /t");

@@ -209,7 +209,15 @@ void CallbackNames::name_chains(const Report& report, const TextStyle& style) {
   const auto ends = [&](const ChainReport& chain, const auto& name_of) {
     return fmt::format("{}{}{}", name_of(chain.hops.front()), arrow, name_of(chain.hops.back()));
   };
-  // What several chains have between the same nodes is told by the callbacks, then by numbers.
+  std::map<std::string_view, std::size_t> callbacks_of;  // by node
+  for (const auto& [id, name] : of_id_)
+    ++callbacks_of[name.node];
+  const auto is_told_by_node = [&](const std::string& id) {
+    const auto found = of_id_.find(id);
+    return found == of_id_.end() || callbacks_of.at(found->second.node) == 1;
+  };
+  // A node tells its callback where it has no other one. What several chains have between the same
+  // nodes is told by the callbacks, then by numbers.
   std::map<std::string, std::set<std::string_view>> between_nodes;
   std::map<std::string, std::vector<std::string_view>> between_callbacks;
   const auto full = [this](const std::string& id) { return of_id(id); };
@@ -222,7 +230,9 @@ void CallbackNames::name_chains(const Report& report, const TextStyle& style) {
   const auto name_of = [&](const ChainReport& chain) -> std::string {
     if (!is_named_by_hops(chain)) return printable(chain.name);
     auto name = ends(chain, node_of);
-    if (between_nodes.at(name).size() == 1) return name;
+    const bool are_ends_told =
+        is_told_by_node(chain.hops.front()) && is_told_by_node(chain.hops.back());
+    if (are_ends_told && between_nodes.at(name).size() == 1) return name;
     name = ends(chain, full);
     const auto& alike = between_callbacks.at(name);
     const auto number = std::ranges::find(alike, chain.name) - alike.begin() + 1;

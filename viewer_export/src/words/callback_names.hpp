@@ -30,7 +30,8 @@ class CallbackNames {
   CallbackNames(const std::vector<std::string>& ids, const TextStyle& style);
 
   std::string of(const analysis::CallbackReport& callback) const;
-  // The name that somebody gave it, else "planner → brake" of its first and its last callback.
+  // The name that somebody gave it, else "planner → brake" of its first and its last callback: by
+  // their nodes, where neither has another callback, else by their own names.
   std::string of(const analysis::ChainReport& chain) const;
   // Without a process; what is no id of these callbacks stays as it is.
   std::string of_id(std::string_view id) const;
