@@ -133,6 +133,8 @@ struct CallbackEntry {
   std::uint64_t overwritten_samples = 0;
   std::map<ProcessIndex, bool> has_run;  // in one of its lifetimes there
   std::optional<std::int64_t> response_time;
+  bool is_response_bound = false;  // a release is not known: the longest may be longer
+  bool lacks_releases = false;
   std::optional<std::int64_t> execution_time;
   std::optional<std::int64_t> duration;
   std::optional<std::int64_t> least_inter_arrival;
@@ -145,13 +147,20 @@ struct CallbackEntry {
     has_run[callback.process] |= ran;
     overwritten_samples = std::max(overwritten_samples, callback.overwritten_samples.value_or(0));
     missed_releases = std::max(missed_releases, callback.missed_releases.value_or(0));
-    keep_most(response_time, callback.response_time);
+    add_response(callback);
     keep_most(execution_time, callback.execution_time);
     keep_most(duration, callback.duration);
     keep_most(most_inter_arrival, callback.inter_arrival);
     if (const auto& summary = callback.inter_arrival) {
       least_inter_arrival = std::min(least_inter_arrival.value_or(summary->min), summary->min);
     }
+  }
+  void add_response(const CallbackReport& callback) {
+    lacks_releases |= callback.response_time_lower.has_value();
+    const auto longest = analysis::longest_response(callback);
+    if (!longest) return;
+    is_response_bound |= longest->is_bound;
+    response_time = std::max(response_time.value_or(longest->ns), longest->ns);
   }
 };
 
@@ -160,15 +169,17 @@ std::string observed(const CallbackEntry& entry) {
   const auto add = [&text](std::string_view what, const std::optional<std::int64_t>& value) {
     if (value) text += fmt::format("; {} {}", what, *value);
   };
-  add("response time at most", entry.response_time);
+  add(entry.is_response_bound ? "longest response time at least" : "response time at most",
+      entry.response_time);
   if (entry.execution_time) {
     add("execution time at most", entry.execution_time);
   } else {
     add("duration at most", entry.duration);
   }
   if (entry.least_inter_arrival && entry.most_inter_arrival) {
-    text += fmt::format("; inter-arrival time at least {} and at most {}",
-                        *entry.least_inter_arrival, *entry.most_inter_arrival);
+    text += fmt::format("; inter-arrival time at least {} and at most {}{}",
+                        *entry.least_inter_arrival, *entry.most_inter_arrival,
+                        entry.lacks_releases ? " where releases are known" : "");
   }
   return text + "\n";
 }

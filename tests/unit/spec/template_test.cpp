@@ -66,6 +66,26 @@ class Template : public testing::Test {
   Report report_;
 };
 
+// Of one of two instances the release is not known: it took 7 from its start.
+TEST_F(Template, SaysOfBoundsThatTheyAre) {
+  const auto all = [](std::int64_t value) {
+    analysis::Summary summary;
+    summary.count = 1;
+    summary.min = summary.max = value;
+    return summary;
+  };
+  thread(1, sched(Policy::other));
+  auto& bounded = callback("/a@Timer(1)", 1);
+  bounded.response_time = all(5);
+  bounded.inter_arrival = all(9);
+  EXPECT_THAT(text(), HasSubstr("; response time at most 5;"));
+  EXPECT_THAT(text(), HasSubstr("; inter-arrival time at least 9 and at most 9\n"));
+  bounded.response_time_lower = all(7);
+  EXPECT_THAT(text(), HasSubstr("; longest response time at least 7;"));
+  EXPECT_THAT(text(), HasSubstr("; inter-arrival time at least 9 and at most 9 where releases are "
+                                "known\n"));
+}
+
 TEST_F(Template, OfNothingIsASpec) { EXPECT_TRUE(spec().callbacks().empty()); }
 
 TEST_F(Template, AsksForWhatWasReadBack) {
