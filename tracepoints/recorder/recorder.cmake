@@ -5,6 +5,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(fmt REQUIRED)
 
 add_library(cie_recorder STATIC
+  base/sched_attr.cpp
   recorder/collection.cpp
   recorder/ctf/stream_check.cpp
   recorder/keeping/chunk_names.cpp

@@ -114,6 +114,25 @@ TEST_P(FailingRecord, FailsWhenNothingRegistered) {
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
 }
 
+TEST_P(FailingRecord, SaysThatTheKernelRefusesADeadlineThreadOthers) {
+  const auto under_deadline = [&](const std::string& out, const std::vector<std::string>& options) {
+    std::vector<std::string> command{CIE_RECORD, "-o", out,   "--registration-timeout",
+                                     "0.1",      "--", "chrt"};
+    std::ranges::copy(options, std::back_inserter(command));
+    for (const auto* word :
+         {"-d", "-T", "1000000", "-D", "10000000", "-P", "10000000", "0", "sleep", "1.5"})
+      command.emplace_back(word);
+    return sandbox_.run(command);
+  };
+  const Finished result = under_deadline("rec", {});
+  if (result.err.find("failed to set") != std::string::npos) {
+    GTEST_SKIP() << "not possible here: needs SCHED_DEADLINE: " << result.err;
+  }
+  EXPECT_THAT(result.err, HasSubstr("runs under SCHED_DEADLINE"));
+  EXPECT_THAT(under_deadline("other", {"-R"}).err,
+              HasSubstr("no traced application has registered yet"));
+}
+
 TEST_P(FailingRecord, SaysWhenTheDiskWasFull) {
   if (geteuid() != 0) {
     GTEST_SKIP() << "not possible here: needs root to mount a small file system";

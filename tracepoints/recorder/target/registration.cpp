@@ -1,14 +1,48 @@
 #include "target/registration.hpp"
 
+#include <cie/tracepoints/policy.hpp>
+#include <cie/tracepoints/sched_attr.hpp>
+
 #include "system/error.hpp"
 #include "system/processes.hpp"
 
+#include <cstdint>
+#include <string>
+
 #include <fmt/format.h>
+#include <sys/types.h>
 
 namespace cie::record {
 namespace {
 
 constexpr std::chrono::milliseconds kLookInterval{200};
+
+// The kernel lets such a thread make no other one (sched(7)), so that LTTng-UST, which makes two and waits for them
+// before main(), never returns.
+bool may_make_no_threads(pid_t pid) {
+  SchedAttr attributes;
+  return get_sched_attr(static_cast<std::uint32_t>(pid), attributes) == 0 &&
+         attributes.policy == static_cast<std::uint32_t>(Policy::deadline) &&
+         (attributes.flags & kSchedFlagResetOnFork) == 0;
+}
+
+std::string nobody_registered(const Target& target, bool is_ros2) {
+  if (!target.is_command()) {
+    return "no traced application has registered yet: waiting for one. One that runs already "
+           "may take some 5 s to find a session daemon that was just started";
+  }
+  if (may_make_no_threads(target.pid())) {
+    return "no application has registered yet: the command runs under SCHED_DEADLINE, where the "
+           "kernel refuses it the threads that LTTng needs. Let its threads have the default "
+           "policy (SCHED_FLAG_RESET_ON_FORK: chrt -R -d ...)";
+  }
+  if (is_ros2) {
+    return "no application of ROS 2 has registered yet: does the command start nodes, and were "
+           "their tracetools built with LTTng (ros2 run tracetools status)?";
+  }
+  return "no traced application has registered yet: does the command use cie::executor, and "
+         "was it built with CIE_WITH_LTTNG? (applications of ROS 2: --ros2)";
+}
 
 }  // namespace
 
@@ -25,15 +59,7 @@ void Registration::look(const TracingSession& session, const Target& target) {
   }
   if (!is_anybody() && !has_warned_of_nobody_ && target.age() > patience_) {
     has_warned_of_nobody_ = true;
-    console_.warn(
-        !target.is_command()
-            ? "no traced application has registered yet: waiting for one. One that runs already "
-              "may take some 5 s to find a session daemon that was just started"
-        : is_ros2_
-            ? "no application of ROS 2 has registered yet: does the command start nodes, and were "
-              "their tracetools built with LTTng (ros2 run tracetools status)?"
-            : "no traced application has registered yet: does the command use cie::executor, and "
-              "was it built with CIE_WITH_LTTNG? (applications of ROS 2: --ros2)");
+    console_.warn(nobody_registered(target, is_ros2_));
   }
 }
 

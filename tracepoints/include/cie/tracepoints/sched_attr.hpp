@@ -26,8 +26,8 @@ inline constexpr std::uint64_t kSchedFlagResetOnFork = 0x01;
 inline constexpr std::uint64_t kSchedFlagUtilMin = 0x20;
 inline constexpr std::uint64_t kSchedFlagUtilMax = 0x40;
 
-// Both are of a thread of this process (0: the caller), may be called from any thread, and return 0
-// or an errno.
+// Both are of a thread of this process (0: the caller), get_sched_attr also of another one, may be called
+// from any thread, and return 0 or an errno.
 int set_sched_attr(std::uint32_t tid, SchedAttr attributes) noexcept;
 int get_sched_attr(std::uint32_t tid, SchedAttr& attributes) noexcept;
 
