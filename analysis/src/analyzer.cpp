@@ -3,6 +3,7 @@
 #include "hot_event_visitor.hpp"
 #include "model/clock_differences.hpp"
 #include "pipeline.hpp"
+#include "vocabulary/event_batch.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -17,6 +18,7 @@ namespace {
 constexpr auto kCallbackStart = EventBody(CallbackStart{}).index();
 constexpr auto kCallbackEnd = EventBody(CallbackEnd{}).index();
 constexpr auto kThreadWakeup = EventBody(ThreadWakeup{}).index();
+constexpr auto kPublish = EventBody(Publish{}).index();
 
 // The event that a start tells of.
 Event end_of(const EventHead& head, const CallbackStart& start) {
@@ -34,40 +36,42 @@ Analyzer::~Analyzer() = default;
 Analyzer::Analyzer(Analyzer&&) noexcept = default;
 Analyzer& Analyzer::operator=(Analyzer&&) noexcept = default;
 
-void Analyzer::consume(const Event& event) {
-  auto& pipeline = *pipeline_;
-  const auto* start = std::get_if<CallbackStart>(&event.body);
-  const bool has_end = start != nullptr && start->end;
-  if (has_end && pipeline.consume_at_once(event.head, *start)) return;
-  switch (category_of(event.body)) {
-    case EventCategory::structure:
-      pipeline.consume_structure(event);
-      return;
-    case EventCategory::state:
-      pipeline.consume_state(event);
-      return;
-    case EventCategory::system:
-      pipeline.consume_system(event);
-      return;
-    case EventCategory::callback:
-    case EventCategory::clock:
-      pipeline.consume_user(event);
+template <bool kMayBeCut>
+[[gnu::always_inline]] inline void Analyzer::Pipeline::apply(const Event& event,
+                                                             const Emitter& who) {
+  if (kMayBeCut && cut && !cut->is_before(event.head.time))
+    cut->see_inside(event.head, who, event.body);
+  const HotEventVisitor visitor{.pipeline = *this, .head = event.head, .who = who};
+  switch (event.body.index()) {  // most often one of these
+    case kCallbackStart:
+      visitor(*std::get_if<CallbackStart>(&event.body));
       break;
+    case kCallbackEnd:
+      visitor(*std::get_if<CallbackEnd>(&event.body));
+      break;
+    case kThreadWakeup:
+      visitor(*std::get_if<ThreadWakeup>(&event.body));
+      break;
+    case kPublish:
+      visitor(*std::get_if<Publish>(&event.body));
+      break;
+    default:
+      std::visit(visitor, event.body);
   }
-  if (has_end) consume(end_of(event.head, *start));
 }
 
+template <bool kMayBeCut>
 [[gnu::always_inline]] inline void Analyzer::Pipeline::consume_user(const Event& event) {
-  const bool is_passing_by = is_outside(event);
+  const bool is_passing_by = kMayBeCut && is_outside(event);
   if (!is_passing_by) {
     count(event);
     if (registry.has_any_ended()) [[unlikely]]
       registry.detect_reused_pid_after_end(event.head, event.body, recording.loss_times());
   }
   const auto who = note_user(event.head);
-  if (category_of(event.body) == EventCategory::callback) note_own(event.head, who);
+  if (!kMayBeCut || category_of(event.body) == EventCategory::callback) note_own(event.head, who);
   if (is_passing_by && !pass_by(event, who)) return;
-  apply(event, who);
+  apply<kMayBeCut>(event, who);
   if (!is_passing_by) instances->advance(event.head);
 }
 
@@ -80,22 +84,8 @@ void Analyzer::consume(const Event& event) {
   if (!is_passing_by) count(event);
   const Emitter who{.host = registry.host_of(event.head), .process = {}, .thread = {}};
   if (is_passing_by && !pass_by(event, who)) return;
-  apply(event, who);
+  apply<true>(event, who);
   if (!is_passing_by) instances->advance(event.head);
-}
-
-[[gnu::always_inline]] inline void Analyzer::Pipeline::apply(const Event& event,
-                                                             const Emitter& who) {
-  if (cut && !cut->is_before(event.head.time)) cut->see_inside(event.head, who, event.body);
-  const HotEventVisitor visitor{.pipeline = *this, .head = event.head, .who = who};
-  // Most often one of these.
-  if (const auto* start = std::get_if<CallbackStart>(&event.body)) {
-    visitor(*start);
-  } else if (const auto* end = std::get_if<CallbackEnd>(&event.body)) {
-    visitor(*end);
-  } else {
-    std::visit(visitor, event.body);
-  }
 }
 
 inline bool Analyzer::Pipeline::consume_at_once(const EventHead& head, const CallbackStart& start) {
@@ -118,6 +108,54 @@ inline bool Analyzer::Pipeline::consume_at_once(const EventHead& head, const Cal
   end.time = now;
   instances->advance(end);
   return true;
+}
+
+[[gnu::always_inline]] inline void Analyzer::Pipeline::consume(const Event& event) {
+  const auto* start = std::get_if<CallbackStart>(&event.body);
+  const bool has_end = start != nullptr && start->end;
+  if (has_end && consume_at_once(event.head, *start)) return;
+  switch (category_of(event.body)) {
+    case EventCategory::structure:
+      consume_structure(event);
+      return;
+    case EventCategory::state:
+      consume_state(event);
+      return;
+    case EventCategory::system:
+      consume_system(event);
+      return;
+    case EventCategory::clock:
+      consume_clock(event);
+      return;
+    case EventCategory::callback:
+      if (cut) [[unlikely]] {
+        consume_in_window(event);
+      } else {
+        consume_user<false>(event);
+      }
+      break;
+  }
+  if (has_end) consume_apart(end_of(event.head, *start));
+}
+
+void Analyzer::Pipeline::consume_apart(const Event& event) { consume(event); }
+
+void Analyzer::Pipeline::consume_in_window(const Event& event) { consume_user<true>(event); }
+
+void Analyzer::Pipeline::consume_clock(const Event& event) { consume_user<true>(event); }
+
+void Analyzer::consume(const Event& event) { pipeline_->consume_apart(event); }
+
+void Analyzer::consume(const EventBatch& batch) {
+  auto& pipeline = *pipeline_;
+  if (is_worth_prefetching()) {
+    batch.each([this](const Event& event) { prefetch(event); },
+               [this](const Event& event) { prefetch_next(event); },
+               [&pipeline](const Event& event) { pipeline.consume_apart(event); });
+  } else {
+    batch.each([&pipeline](const Event& event)
+                   __attribute__((always_inline)) { pipeline.consume(event); });
+  }
 }
 
 bool Analyzer::is_worth_prefetching() const noexcept {

@@ -139,16 +139,7 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
   analyzer.add(recordings);
   // Too large for untouched stack.
   const auto translator = std::make_unique<EventTranslator>(std::move(recordings));
-  const auto consume_one = [&analyzer](const Event& event) { analyzer.consume(event); };
-  const auto consume = [&analyzer, &consume_one](const EventBatch& batch) {
-    if (analyzer.is_worth_prefetching()) {
-      batch.each([&analyzer](const Event& event) { analyzer.prefetch(event); },
-                 [&analyzer](const Event& event) { analyzer.prefetch_next(event); }, consume_one);
-    } else {
-      batch.each(consume_one);
-    }
-  };
-  read_for(consume, traces,
+  read_for([&analyzer](const EventBatch& batch) { analyzer.consume(batch); }, traces,
            {.metadata_from = options.metadata_from,
             .progress = options.progress,
             .translator = translator.get(),

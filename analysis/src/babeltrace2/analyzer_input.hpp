@@ -37,7 +37,7 @@ class AnalyzerInput {
   void finish() {
     batch_.clear();
     translator_.finish(batch_);
-    batch_.each([this](const Event& event) { analyzer_.consume(event); });
+    analyzer_.consume(batch_);
   }
 
  private:
@@ -49,7 +49,7 @@ class AnalyzerInput {
   }
   void pass_on() {
     translator_.observe(batch_);
-    batch_.each([this](const Event& event) { analyzer_.consume(event); });
+    analyzer_.consume(batch_);
   }
 
   Analyzer& analyzer_;

@@ -62,12 +62,13 @@ class Registry {
     return emitters_.peek(head, host_of(head));
   }
   // Once per event; creates provisional incarnations.
-  Emitter emitter_of(const EventHead& head) {
+  [[gnu::always_inline]] Emitter emitter_of(const EventHead& head) {
     auto* const known = known_emitter_of(head);
     return known == nullptr ? find_emitter(head) : see_again(*known, head.cpu, head.time);
   }
   // Another event of a known emitter.
-  Emitter see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu, Timestamp time) noexcept {
+  [[gnu::always_inline]] Emitter see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu,
+                                           Timestamp time) noexcept {
     const bool is_elsewhere = known.last_cpu != cpu;
     emitters_.see_again(known, cpu, time);
     return {.host = known.host,

@@ -139,19 +139,27 @@ class EventBatch {
     constexpr std::ptrdiff_t kAhead = 12;
     constexpr std::ptrdiff_t kCacheLine = 64;
     auto derived = derived_.begin();
-    auto left = next_ - events_.get();
-    for (const Event* event = events_.get(); event != next_; ++event, --left) {
-      const auto* line = reinterpret_cast<const char*>(event + kAhead);
-      for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event)); at += kCacheLine)
-        __builtin_prefetch(line + at);
-      if (left > kPrefetched) prefetch(event[kPrefetched]);
-      if (left > kNext) prefetch_next(event[kNext]);
-      consume(*event);
-      for (; derived != derived_.end() && derived->cause == event; ++derived)
-        consume(derived->event);
+    const Event* next = events_.get();
+    const Event* cause = next_;  // none yet
+    for (;;) {
+      const bool is_derived =
+          derived != derived_.end() && (derived->cause == cause || next == next_);
+      if (!is_derived && next == next_) return;
+      const Event* event = nullptr;
+      if (is_derived) {
+        event = &derived++->event;
+      } else {
+        event = cause = next++;
+        const auto* line = reinterpret_cast<const char*>(event + kAhead);
+        for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event));
+             at += kCacheLine)
+          __builtin_prefetch(line + at);
+        const auto left = next_ - event;
+        if (left > kPrefetched) prefetch(event[kPrefetched]);
+        if (left > kNext) prefetch_next(event[kNext]);
+      }
+      consume(*event);  // in one place: it may be inlined
     }
-    for (; derived != derived_.end(); ++derived)
-      consume(derived->event);
   }
   // Without those that follow from them. Valid until the next clear().
   std::span<const Event> events() const noexcept { return {events_.get(), next_}; }

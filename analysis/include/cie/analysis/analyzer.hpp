@@ -20,6 +20,8 @@
 
 namespace cie::analysis {
 
+class EventBatch;
+
 struct AnalysisOptions {
   const SchedulingSpec* spec = nullptr;  // borrowed; null: nothing specified
   bool require_lossless = false;         // T2 fails on any loss
@@ -72,6 +74,8 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
+  // Each of its events, with these hints where they are worth it.
+  void consume(const EventBatch& batch);
   // Hints, not needed: the event will be consumed after some others, and in the second case after a
   // few. What it takes to do so is on its way into the processor's cache meanwhile. They cost more
   // than they gain unless so many callbacks run that what is known of them does not stay there.
