@@ -140,47 +140,6 @@ inline InstanceMeasurer::Measured InstanceMeasurer::measured(const PendingInstan
   return measured;
 }
 
-Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
-                                       const Measured& measured) const {
-  const auto& facts = *pending.callback_facts;
-  Instance instance;
-  if (has_logical_id(facts)) instance.logical_id = facts.logical_id;
-  instance.callback = pending.callback;
-  instance.process = facts.process;
-  instance.pid = pending.start.pid.value_or(-1);
-  instance.tid = pending.start.tid.value_or(-1);
-  instance.seq = pending.seq;
-  instance.state = measured.state;
-  instance.status = pending.status;
-  instance.release = measured.release;
-  instance.release_source = measured.release_source;
-  instance.wakeup = pending.wakeup;
-  instance.waking = measured.waking;
-  instance.start = pending.start.time;
-  if (pending.end) instance.end = pending.end->time;
-  instance.cpu_start = pending.start.cpu;
-  if (pending.end) instance.cpu_end = pending.end->cpu;
-  if (measured.parts) {
-    instance.execution = measured.parts->execution;
-    instance.preempted = measured.parts->preempted;
-    if (measured.has_wake_parts) {
-      instance.blocked = measured.parts->blocked;
-      instance.wake_delay = measured.parts->wake_delay;
-    }
-    instance.preempted_by = pending.preempted_by;
-  }
-  if (facts.kind == CallbackKind::timer) {
-    const bool is_told =
-        pending.is_missed_known && (facts.is_accounted || is_known(instance.release_source));
-    instance.missed = is_told ? std::optional(pending.missed) : std::nullopt;
-  }
-  instance.response_deadline = facts.response_deadline;
-  instance.source_timestamp_realtime_ns = pending.source_timestamp;
-  instance.writer_gid = pending.writer_gid;
-  instance.host = pending.host;
-  return instance;
-}
-
 bool InstanceMeasurer::is_left(const PendingInstance& pending) const {
   const auto& until = pending.left_before;
   return until && !recording_.loss_times().any_between(pending.host, pending.start.time, *until);
@@ -386,22 +345,6 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
       if (is_clock_set_meanwhile(pending)) ++facts.with_doubtful_bound;
     }
   }
-}
-
-void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measured& measured,
-                                    Timestamp written, Bounds& bounds) {
-  auto& facts = *pending.callback_facts;
-  if (pending.node) pending.node->earliest = written;
-  const auto upper = extreme_of(pending, measured, pending.end->time - written);
-  auto& bounded = bounded_[pending.host];
-  // Of ROS 2 the messages show it themselves.
-  if (!facts.is_accounted || clocks_.were_read_since(pending.host, pending.start.time) ||
-      bounded.size() >= kMostBounded) {
-    note_upper(facts, bounds, upper);
-    return;
-  }
-  bounded.push_back(
-      {.callback = pending.callback, .source_timestamp = pending.source_timestamp, .upper = upper});
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const PendingInstance& pending,

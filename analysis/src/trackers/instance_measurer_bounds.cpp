@@ -20,6 +20,22 @@ void InstanceMeasurer::note_upper(CallbackFacts& facts, Bounds& bounds,
   if (bounds.response_upper.rise(upper.value)) facts.max_response_upper = upper;
 }
 
+void InstanceMeasurer::note_bounded(const PendingInstance& pending, const Measured& measured,
+                                    Timestamp written, Bounds& bounds) {
+  auto& facts = *pending.callback_facts;
+  if (pending.node) pending.node->earliest = written;
+  const auto upper = extreme_of(pending, measured, pending.end->time - written);
+  auto& bounded = bounded_[pending.host];
+  // Of ROS 2 the messages show it themselves.
+  if (!facts.is_accounted || clocks_.were_read_since(pending.host, pending.start.time) ||
+      bounded.size() >= kMostBounded) {
+    note_upper(facts, bounds, upper);
+    return;
+  }
+  bounded.push_back(
+      {.callback = pending.callback, .source_timestamp = pending.source_timestamp, .upper = upper});
+}
+
 void InstanceMeasurer::clocks_were_read(HostIndex host) {
   std::erase_if(bounded_[host], [&](const Bounded& bounded) {
     const auto start = bounded.upper.start.time;

@@ -1,5 +1,4 @@
 #include "instance_measurer.hpp"
-#include "model/callback_questions.hpp"
 
 namespace cie::analysis {
 
@@ -63,38 +62,6 @@ void InstanceMeasurer::leave_bounds(CallbackIndex index) {
   has_left_bounds = has_left_bounds || !instances.empty();
   instances.clear();
   if (has_left_bounds) chains_.forget_releases(index);
-}
-
-void InstanceMeasurer::hold_back(const PendingInstance& pending, const Measured& measured) {
-  auto& unproven = unproven_[pending.callback];
-  if (unproven.rows.size() >= Unproven::kMost || held_back_ >= Unproven::kMostRows)
-    tell_bounds(pending.callback, unproven);
-  auto instance = instance_of(pending, measured);
-  instance.release = measured.unproven;
-  instance.release_source = ReleaseSource::timer_grid;
-  instance.missed = pending.is_missed_known ? std::optional(pending.missed) : std::nullopt;
-  unproven.rows.push_back({.instance = instance, .preempted_by = pending.preempted_by});
-  ++held_back_;
-}
-
-void InstanceMeasurer::tell_rows(CallbackIndex index, Unproven& unproven) {
-  const auto& facts = model_.callbacks[at(index)];
-  for (auto& [instance, preempted_by] : unproven.rows) {
-    if (has_logical_id(facts)) instance.logical_id = facts.logical_id;  // it may have moved
-    instance.preempted_by = preempted_by;
-    observer_->on_instance(instance);
-  }
-  held_back_ -= unproven.rows.size();
-  std::vector<Row>().swap(unproven.rows);
-}
-
-void InstanceMeasurer::tell_bounds(CallbackIndex index, Unproven& unproven) {
-  for (auto& [instance, preempted_by] : unproven.rows) {
-    instance.release = instance.start;
-    instance.release_source = ReleaseSource::start;
-    instance.missed.reset();
-  }
-  tell_rows(index, unproven);
 }
 
 }  // namespace cie::analysis

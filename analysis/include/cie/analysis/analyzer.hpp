@@ -74,7 +74,7 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
-  // Each of its events, with these hints where they are worth it.
+  // Each event of a reader of this library, with the hints below where they are worth it.
   void consume(const EventBatch& batch);
   // Hints, not needed: the event will be consumed after some others, and in the second case after a
   // few. What it takes to do so is on its way into the processor's cache meanwhile. They cost more
