@@ -42,6 +42,11 @@ std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {
   return std::nullopt;
 }
 
+// The kernel answers for whoever has the tid, which may be another process's thread by now.
+bool is_of_this_process(std::uint32_t tid) {
+  return tid == 0 || syscall(SYS_tgkill, ::getpid(), static_cast<pid_t>(tid), 0) == 0;
+}
+
 }  // namespace
 
 std::optional<SchedReadBack> read_back(std::uint32_t tid) {
@@ -50,7 +55,7 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
     return std::nullopt;
   }
   std::optional<std::vector<std::uint32_t>> cpus = read_affinity(static_cast<pid_t>(tid));
-  if (!cpus) {
+  if (!cpus || !is_of_this_process(tid)) {  // asked last: no other process gives a tid back
     return std::nullopt;
   }
   // For SCHED_OTHER the kernel reports the time slice there.

@@ -1,4 +1,5 @@
 // The facade without any session: what it counts and identifies is the same with LTTng and without.
+#include <cie/tracepoints/sched_attr.hpp>
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -167,6 +169,22 @@ TEST(ReadBack, IsEmptyForAThreadThatIsGone) {
   while (read_back(tid) && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
   EXPECT_FALSE(read_back(tid));
+}
+
+// As who gets the tid of a thread that is gone.
+TEST(ReadBack, IsEmptyForAThreadOfAnotherProcess) {
+  const pid_t other = ::fork();
+  if (other == 0) {
+    ::pause();
+    ::_exit(0);
+  }
+  ASSERT_GT(other, 0);
+  SchedAttr attributes;
+  EXPECT_EQ(get_sched_attr(static_cast<std::uint32_t>(other), attributes), 0)
+      << "the kernel knows it";
+  EXPECT_FALSE(read_back(static_cast<std::uint32_t>(other)));
+  ::kill(other, SIGKILL);
+  ::waitpid(other, nullptr, 0);
 }
 
 TEST(Facade, KnowsAThreadByItsOwnTid) {

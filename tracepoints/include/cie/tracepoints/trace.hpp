@@ -44,7 +44,8 @@ struct SchedReadBack {
 };
 
 // Reads the parameters of a thread of this process (0: the caller) with sched_getattr and
-// sched_getaffinity. Empty when the thread is gone. Allocates; any thread may call it.
+// sched_getaffinity. Empty when the thread is gone, also if another process has its tid now.
+// Allocates; any thread may call it.
 std::optional<SchedReadBack> read_back(std::uint32_t tid);
 
 // One run of an executor in this process. The first live Run emits `run_begin` and everything that
