@@ -7,6 +7,8 @@
 #include "spec_template.hpp"
 #include "words/text_layout.hpp"
 
+#include <cstdint>
+
 #include <fmt/format.h>
 
 namespace cie::cli {
@@ -26,6 +28,14 @@ constexpr const char* kSpecFooter =
     "Exit codes: 0 done, 2 the spec cannot be used or wrong usage, 4 trace unreadable or result\n"
     "not writable.\n";
 
+// Linux's defaults: a spec is also checked elsewhere than where it is applied.
+bool is_period_refused(const ThreadParameters& parameters) {
+  constexpr std::uint64_t kLeast = 100'000;
+  constexpr std::uint64_t kMost = 4'194'304'000;
+  return parameters.policy == Policy::deadline &&
+         (parameters.period_ns < kLeast || parameters.period_ns > kMost);
+}
+
 void check_spec(const std::string& file, const std::string& target) {
   const auto spec = SchedulingSpec::load(file);
   auto output = open_output(target);
@@ -40,6 +50,16 @@ void check_spec(const std::string& file, const std::string& target) {
   for (const auto& [section, line] : spec.not_applied()) {
     write(fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied",
                       printable(spec.name()), line, section));
+  }
+  for (const auto* entries : {&spec.callbacks(), &spec.threads()}) {
+    for (const auto& entry : *entries) {
+      if (!is_period_refused(entry.parameters)) continue;
+      write(
+          fmt::format("{}:{}: note: Linux refuses this SCHED_DEADLINE period unless "
+                      "kernel.sched_deadline_period_min_us and _max_us were changed: they are "
+                      "100 us and 4194304 us",
+                      printable(spec.name()), entry.line));
+    }
   }
   output.commit();
 }

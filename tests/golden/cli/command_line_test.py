@@ -4,6 +4,7 @@ import gzip
 import json
 import os
 import pathlib
+import re
 import shutil
 import sys
 import tempfile
@@ -323,6 +324,16 @@ class Spec(Folder):
         self.assertEqual(result.returncode, 0)
         self.assertIn(b'more.yaml:3: note: "irqs" is about the machine and is not applied',
                       result.stdout)
+
+    def test_periods_that_linux_refuses_are_said(self):
+        entry = b"  - {id: /a@Timer(%d), policy: SCHED_DEADLINE, runtime: 10us, deadline: 20us, period: %s}\n"
+        periods = (b"99us", b"100us", b"4194304us", b"4194305us")
+        spec = self.write("deadline.yaml", b"callback_groups:\n" + b"".join(
+            entry % (number, period) for number, period in enumerate(periods, 1)))
+        result = cie("spec", "check", spec)
+        self.assertEqual(result.returncode, 0)
+        notes = re.findall(r"deadline\.yaml:(\d+): note: Linux refuses", " ".join(result.stdout.decode().split()))
+        self.assertEqual(notes, ["2", "5"])
 
     def test_a_good_spec(self):
         result = cie("spec", "check", SPEC)
