@@ -320,6 +320,10 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   for (const auto* pair : thread.ran)
     read_back.starts_before += pair->starts;
   read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
+  // Its object outlived it: whoever has its tid now was read.
+  const bool is_of_other = event.moment == SchedMoment::audit && thread.kernel_exit &&
+                           thread.kernel_exit->time < head.time;
+  if (is_of_other) return std::nullopt;
   // What another spin on it begins with, the one before has left.
   if (event.moment == SchedMoment::initial && !thread.initial && !thread.announced_again &&
       (!thread.last_read_back || thread.last_read_back->at.time >= head.time)) {

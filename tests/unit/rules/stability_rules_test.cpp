@@ -91,6 +91,21 @@ TEST(ParametersUnchanged, ComparesClampsThatTheSpecAsksFor) {
       << "the kernel's own";
 }
 
+// Its object outlived the thread: whoever had the tid by then was read.
+TEST(ParametersUnchanged, TakesNoReadBackAfterTheKernelsExitForTheThreads) {
+  const auto verified = [](const std::string& exit) {
+    auto trace = trace_of(configured_run("24 audit fusion policy=fifo priority=80\n" + exit +
+                                         "\n30 audit fusion policy=fifo priority=33 cpus=1\n"
+                                         "31 finish fusion"));
+    for (auto& event : trace.events)
+      if (event.head.time.ns == 30 || event.head.time.ns == 31) event.head.tid = 100;
+    return Verified(trace);
+  };
+  EXPECT_EQ(verified("25 exit fusion")["S3"], Verdict::pass)
+      << verified("25 exit fusion").evidence("S3", "thread 101");
+  EXPECT_EQ(verified("")["S3"], Verdict::fail) << "it lived";
+}
+
 TEST(ParametersUnchanged, IsNotJudgedWhileParametersChange) {
   EXPECT_EQ(Verified(configured_run("14 audit fusion policy=fifo priority=80 change=1\n"
                                     "15 switch 0 idle fusion next_prio=29\n"
