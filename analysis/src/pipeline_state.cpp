@@ -81,10 +81,12 @@ bool Analyzer::Pipeline::is_left_out(const Event& event) {
 
 void Analyzer::Pipeline::detect_reused_pid(const Event& event) {
   if (const auto* begin = std::get_if<RunBegin>(&event.body)) {
-    registry.detect_reused_pid(event.head, *begin);
-  } else if (registry.has_any_ended()) {
-    registry.detect_reused_pid_after_end(event.head, event.body, recording.loss_times());
+    registry.detect_reused_pid(event.head, *begin, recording.loss_times());
+    return;
   }
+  registry.detect_another_program(event.head, event.body);
+  if (registry.has_any_ended())
+    registry.detect_reused_pid_after_end(event.head, event.body, recording.loss_times());
 }
 
 void Analyzer::Pipeline::pass_by_state(const Event& event) {

@@ -83,6 +83,7 @@ struct ProcessFacts {
   std::uint32_t online_cpus = 0;
   std::optional<RunTotals> run_end{};    // last one seen
   Timestamp last_begin{};                // last run_begin seen
+  std::int64_t last_begin_told = 0;      // its monotonic_ns
   std::optional<EventRef> first_seen{};  // any event of this pid
   std::optional<EventRef> last_seen{};
   std::uint64_t announcements = 0;               // run_begin of moment announce

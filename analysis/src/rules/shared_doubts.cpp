@@ -50,8 +50,8 @@ Evidence sharing(const ProcessFacts& process) {
   switch (process.pid_sharing) {
     case PidSharing::other_init:
       return since(
-          "another process of this pid has another callback of this id, and its "
-          "run_begin was not recorded");
+          "another process or program of this pid has another callback of this id, and its "
+          "first run_begin was not recorded");
     case PidSharing::perhaps:
       return since(
           "events were lost since the run_end of this pid: what follows may be of another "

@@ -6,6 +6,7 @@
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "begun_again.hpp"
 #include "flat_map.hpp"
 #include "known_emitters.hpp"
 #include "model/by_index.hpp"
@@ -15,6 +16,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -150,8 +152,12 @@ class Registry {
     return known->published.index;
   }
 
-  // Before its emitter is looked up: if whoever has the pid began at another time, it has it no more.
-  void detect_reused_pid(const EventHead& head, const RunBegin& event);
+  // Before its emitter is looked up: if whoever has the pid began at another time, or executes another
+  // program, it has it no more.
+  void detect_reused_pid(const EventHead& head, const RunBegin& event, const LossTimes& losses);
+  // Likewise of what is told of state: an id that was given before the last run_begin is of another
+  // program.
+  void detect_another_program(const EventHead& head, const EventBody& body);
   bool has_any_ended() const noexcept { return is_any_ended_; }
   // Likewise of any other event: if whoever has the pid has ended and used its number before, it is of
   // another process, whose run_begin was lost. Where it may be of either, that is noted.
@@ -263,8 +269,8 @@ class Registry {
   // No one process tells that twice, or in that order.
   void note_told_again(ProcessIndex process, const EventRef& where);
   // A callback of the same id in the same process would be told alike.
-  static bool is_of_another(const CallbackInit& event, const CallbackFacts& facts,
-                            bool is_announcement);
+  bool is_of_another(const CallbackInit& event, const CallbackFacts& facts,
+                     bool is_announcement) const;
   struct Key {
     std::uint64_t scope = 0;  // host or process
     std::int64_t id = 0;
@@ -286,6 +292,9 @@ class Registry {
     return static_cast<std::int64_t>(to_number(id));
   }
 
+  void note_begun_again(ProcessIndex index, const EventHead& head, const RunBegin& event);
+  bool is_given_before(ProcessIndex process, const BegunAgain& begun, const EventBody& body) const;
+  void begin_another_program(ProcessIndex former, const BegunAgain& begun);
   Emitter find_emitter(const EventHead& head);
   // Who had the event's pid last, if its run ended before.
   std::optional<ProcessIndex> ended_holder_of_pid(const EventHead& head) const;
@@ -318,6 +327,7 @@ class Registry {
   KeyMap<std::uint32_t> node_by_id_;
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
+  std::map<ProcessIndex, BegunAgain> begun_again_;
   std::uint32_t publishers_told_ = 0;
   Timestamp last_publisher_told_ = kEarliest;
   std::uint32_t awaited_publishers_ = 0;  // those with awaited_since

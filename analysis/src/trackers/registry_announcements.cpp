@@ -8,20 +8,6 @@
 #include <string_view>
 
 namespace cie::analysis {
-namespace {
-
-// Before the process began that tells of its run: that it did in a tick of the kernel's clock, and no
-// earlier than it says, for suspends move what it says back.
-bool was_seen_before(const ProcessFacts& process, const RunBegin& event) {
-  return process.first_seen &&
-         process.first_seen->time + kTickOfStart < Timestamp{event.process_start_ns};
-}
-
-bool is_of_one_tick(std::int64_t start, std::int64_t other) {
-  return Timestamp{std::max(start, other)} - Timestamp{std::min(start, other)} < kTickOfStart;
-}
-
-}  // namespace
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   ReadBack read{.at = ref(head),
@@ -45,47 +31,6 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   return read;
 }
 
-void Registry::detect_reused_pid(const EventHead& head, const RunBegin& event) {
-  const auto pid = head.pid.value_or(event.pid);
-  const auto* const found = process_by_pid_.find({scope(host_of(head)), pid});
-  if (found == nullptr) return;
-  const auto former = *found;
-  const bool is_pid_own = event.pid == pid;
-  const auto is_of = [&](const ProcessFacts& process) {
-    // Two that begin in one tick of the kernel's clock have the same start.
-    return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
-           process.is_pid_own == is_pid_own;
-  };
-  const auto& known = model_.processes[at(former)];
-  if (known.start_ns ? is_of(known) : !was_seen_before(known, event)) return;
-  const auto index = new_process(host_of(head), pid);
-  auto& before = model_.processes[at(former)];
-  auto& process = model_.processes[at(index)];
-  process.first_seen = process.last_seen = ref(head);
-  // Of one whose run_begin was not seen the namespace is unknown.
-  const bool is_of_one_namespace =
-      before.start_ns && before.is_pid_own && is_pid_own && before.pid_ns == event.pid_ns;
-  // exec() keeps the pid, and the start, which is read anew. Nothing of the program before follows.
-  const bool is_after_exec = is_of_one_namespace && event.moment == RunMoment::start &&
-                             is_of_one_tick(*before.start_ns, event.process_start_ns);
-  if (!before.run_end && !is_of_one_namespace) {
-    before.shares_pid_since = process.shares_pid_since = ref(head);
-  } else if (!before.run_end && !is_after_exec &&
-             has_run_since(former, Timestamp{event.process_start_ns})) {
-    before.shares_pid_since = process.shares_pid_since = ref(head);
-    before.pid_sharing = process.pid_sharing = PidSharing::announced_late;
-  }
-}
-
-// Starts of processes are told in ticks of the kernel's clock, and are those of a clock that is never
-// behind the trace's.
-bool Registry::has_run_since(ProcessIndex process, Timestamp start) const {
-  return std::ranges::any_of(model_.callbacks, [&](const CallbackFacts& callback) {
-    return callback.process == process && callback.is_accounted && callback.starts.last &&
-           callback.starts.last_at.time > start + kTickOfStart;
-  });
-}
-
 void Registry::apply(const EventHead& head, const RunBegin& event) {
   auto of_process = head;
   if (!of_process.pid) of_process.pid = event.pid;
@@ -100,6 +45,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   }
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   process.last_begin = head.time;
+  process.last_begin_told = event.monotonic_ns;
   // It has the pid as before: what came meanwhile was its own.
   if (process.start_ns == event.process_start_ns && process.pid_sharing == PidSharing::perhaps) {
     process.shares_pid_since.reset();
@@ -155,13 +101,17 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
 }
 
 bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts,
-                             bool is_announcement) {
+                             bool is_announcement) const {
   if (!facts.is_accounted || !event.inferred.is_identified) return false;
-  const auto started = facts.starts.last;  // which a repeated state counts
-  if (!is_announcement && started && event.next_seq <= *started) return true;
+  if (facts.fini) return true;
+  // One that starts while its state is repeated need not count there.
+  const auto& process = model_.processes[at(facts.process)];
+  const bool is_counted = !is_announcement || facts.starts.last_at.time < process.last_begin;
+  if (facts.starts.last && is_counted && event.next_seq <= *facts.starts.last) return true;
   const std::string_view told_id = has_logical_id(facts) ? facts.logical_id : std::string_view();
   return event.logical_id != told_id || event.kind != facts.kind || event.source != facts.source ||
-         event.period_ns != facts.period_ns;
+         event.period_ns != facts.period_ns || event.queue_depth != facts.queue_depth ||
+         event.deadline_ns != facts.deadline_ns;
 }
 
 void Registry::apply(const EventHead& head, const CallbackInit& event) {

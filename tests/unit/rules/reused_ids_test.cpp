@@ -227,6 +227,130 @@ TEST(ReusedPid, IsNoneOfAProcessThatExecutesAnotherProgram) {
   EXPECT_TRUE(is_any_pid_shared(recorded(RunMoment::announce)));
 }
 
+// A process whose program ends its run, and a later run of the same pid, which says that the process began
+// `later_start` after the first one said it did. Both have a timer of the same name.
+TextTrace of_two_runs(std::int64_t later_start, const std::string& first = "until=500",
+                      const std::string& more = "") {
+  auto trace = trace_of("process one pid=100 " + first + R"(
+    callback a id=/n@Timer timer period=1000 deadline=500
+    10 start a release=10
+    30 end a
+    process two pid=100 from=2000
+    callback b id=/n@Timer timer period=1000 deadline=10
+    3000 start b release=3000
+    3020 end b
+    4000 start b release=4000
+    4020 end b)" + more);
+  for (auto& event : trace.events) {
+    auto* begin = std::get_if<RunBegin>(&event.body);
+    if (begin != nullptr)
+      begin->process_start_ns = event.head.time.ns < 1'000 ? 1 : 1 + later_start;
+  }
+  return trace;
+}
+
+// A clock tells the start to tens of nanoseconds: by chance both programs read the same.
+TEST(ReusedPid, IsNoneOfAProgramThatExecutesAnotherOneWhateverStartsItTells) {
+  for (const auto* first : {"until=500", "until=500 crash"}) {
+    const Verified known(of_two_runs(40, first));
+    const Verified by_chance(of_two_runs(0, first));
+    EXPECT_EQ(by_chance["R3"], Verdict::fail) << first;
+    EXPECT_EQ(by_chance["M5"], Verdict::fail) << first;
+    EXPECT_FALSE(is_any_pid_shared(by_chance)) << first;
+    EXPECT_EQ(by_chance.result.report.processes.size(), 2U) << first;
+    for (const auto& rule : known.result.verdicts.rules)
+      EXPECT_EQ(by_chance[rule.id], rule.verdict) << first << ' ' << rule.id;
+  }
+}
+
+TEST(ReusedPid, IsNoneOfAProgramThatExecutesAnotherOneWhereItsEndIsLost) {
+  const Verified lossy(of_two_runs(0, "until=500 crash", "\n510 discard user until=520 count=1"));
+  EXPECT_EQ(lossy["R3"], Verdict::fail);
+  EXPECT_FALSE(is_any_pid_shared(lossy));
+}
+
+// What the kernel saw of the main thread since then is the other program's.
+TEST(ReusedPid, IsOfTheOtherProgramFromItsRunBeginOn) {
+  auto trace = of_two_runs(0, "until=500", R"(
+    2001 switch 0 idle b prio=120 next_prio=120
+    2002 switch 0 b idle state=1)");
+  constexpr std::int64_t kMain = 100;
+  for (auto& event : trace.events) {
+    auto* run = std::get_if<SchedSwitch>(&event.body);
+    if (run != nullptr && run->next_tid != 0) run->next_tid = kMain;
+    if (run != nullptr && run->prev_tid != 0) run->prev_tid = kMain;
+  }
+  EXPECT_EQ(Verified(trace)["M5"], Verdict::fail);
+}
+
+// Numbers what a second run of the process has after what the first one had.
+void go_on_with_ids(TextTrace& trace) {
+  const auto later = [](auto id) { return decltype(id){to_number(id) + 1}; };
+  for (auto& event : trace.events) {
+    if (event.head.time.ns < 1'000) continue;
+    std::visit(Overloaded{[&](NodeInit& e) { e.node = later(e.node); },
+                          [&](GroupInit& e) {
+                            e.node = later(e.node);
+                            e.group = later(e.group);
+                          },
+                          [&](CallbackInit& e) {
+                            e.callback = later(e.callback);
+                            e.node = later(e.node);
+                            e.group = later(e.group);
+                          },
+                          [&](ThreadInit& e) {
+                            e.callback = later(e.callback);
+                            e.group = later(e.group);
+                          },
+                          [&](CallbackStart& e) { e.callback = later(e.callback); },
+                          [&](CallbackEnd& e) { e.callback = later(e.callback); },
+                          [&](CallbackFini& e) { e.callback = later(e.callback); },
+                          [&](RunEnd& e) { e = {.callbacks = 2, .threads = 2, .groups = 2}; },
+                          [](const auto&) {}},
+               event.body);
+  }
+}
+
+TEST(ReusedPid, IsThatOfOneProcessWhichRunsAgain) {
+  auto trace = of_two_runs(0);
+  go_on_with_ids(trace);
+  const Verified verified(trace);
+  EXPECT_EQ(verified.result.report.processes.size(), 1U);
+  EXPECT_EQ(verified["T4"], Verdict::pass) << verified.evidence("T4", "process 100");
+  EXPECT_EQ(verified["M5"], Verdict::fail) << "its deadline";
+  EXPECT_FALSE(is_any_pid_shared(verified));
+}
+
+TEST(ReusedPid, IsThatOfOneProcessOfWhichTwoSessionsTell) {
+  auto trace = of_two_runs(0);
+  const auto begin = std::ranges::find_if(trace.events, [](const Event& event) {
+    return event.head.time.ns == 2'000 && std::holds_alternative<RunBegin>(event.body);
+  });
+  ASSERT_NE(begin, trace.events.end());
+  trace.events.insert(begin, Event(*begin));
+  EXPECT_EQ(Verified(trace).result.report.processes.size(), 2U);
+}
+
+// Whoever attaches is told what runs. No process tells of one callback in two ways.
+TEST(ReusedPid, IsInDoubtWhereACallbackIsAnnouncedWithAnotherDeadline) {
+  const auto announced = [](std::uint64_t deadline) {
+    auto trace = of_two_runs(0, "until=500 crash");
+    for (auto& event : trace.events) {
+      if (event.head.time.ns < 1'000) continue;
+      if (auto* begin = std::get_if<RunBegin>(&event.body)) begin->moment = RunMoment::announce;
+      if (auto* init = std::get_if<CallbackInit>(&event.body)) {
+        init->deadline_ns = deadline;
+        init->next_seq = 1;
+      }
+      if (auto* start = std::get_if<CallbackStart>(&event.body)) ++start->seq;
+      if (auto* end = std::get_if<CallbackEnd>(&event.body)) ++end->seq;
+    }
+    return Verified(trace);
+  };
+  EXPECT_TRUE(is_any_pid_shared(announced(10)));
+  EXPECT_FALSE(is_any_pid_shared(announced(500)));
+}
+
 TEST(ReusedPid, IsNoneOfAProcessWhoseCallbacksRunWhenItEnds) {
   const std::string ends_first = R"(
     process one until=500
