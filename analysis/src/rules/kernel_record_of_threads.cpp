@@ -16,7 +16,7 @@ std::optional<Evidence> KernelRecordOfThreads::loss(ThreadIndex thread) const {
 
 std::optional<Evidence> KernelRecordOfThreads::outside(ThreadIndex thread, Timestamp begin) const {
   return holes_.outside(host_of(thread), std::max(begin, judged_.from),
-                        std::min(lives_.of(thread).end, judged_.to));
+                        std::min(lives_.of(thread).latest_end(), judged_.to));
 }
 
 std::optional<Evidence> KernelRecordOfThreads::untold_inheritance(ThreadIndex thread,

@@ -121,14 +121,16 @@ class ThreadsOfCallback {
     return context_.lives.of(pairs_[place]->thread);
   }
 
-  // By begin, each with those before it that lasted longest: of all, and of those whose exit was not
-  // seen. If any of them lived together with it, one of these did.
+  // By begin, each with those before it that lasted longest: of all, of those whose exit was not seen,
+  // and of those that are told to have ended. If any of them lived together with it, or may have done,
+  // one of these did.
   void judge_with_longest() {
     std::vector<std::size_t> places(pairs_.size());
     std::iota(places.begin(), places.end(), std::size_t{0});
     std::ranges::stable_sort(places, {}, [this](std::size_t place) { return life(place).begin; });
     std::optional<std::size_t> longest;
     std::optional<std::size_t> unended;
+    std::optional<std::size_t> told_last;
     const auto lasts_longer = [this](std::size_t place, std::optional<std::size_t> than) {
       return !than || life(place).end > life(*than).end;
     };
@@ -136,8 +138,13 @@ class ThreadsOfCallback {
       if (judgement_.is_full()) return;
       if (longest) judge(*longest, place);
       if (unended && unended != longest) judge(*unended, place);
+      if (told_last && told_last != longest) judge(*told_last, place);
       if (lasts_longer(place, longest)) longest = place;
-      if (!life(place).has_ended && lasts_longer(place, unended)) unended = place;
+      if (!life(place).has_ended()) {
+        if (lasts_longer(place, unended)) unended = place;
+      } else if (!told_last || life(place).ended_by > life(*told_last).ended_by) {
+        told_last = place;
+      }
     }
   }
 

@@ -85,7 +85,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const auto& model = context.model;
   const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
-  const EventRef end = moment(context.lives.of(index).end, thread.tid);
+  const EventRef end = moment(context.lives.of(index).latest_end(), thread.tid);
   const auto& lost = proof.loss(index) ? proof.loss(index) : context.losses.on(index);
   if (lost) {  // what lost instances did would count as foreign work; or its time is another one
     judgement.doubt(lost);

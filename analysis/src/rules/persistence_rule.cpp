@@ -100,7 +100,7 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
       }
       judgement.fail(evidence("callback_start", move.last_on_from,
                               "ran on " + thread_name(from) + ", which has ended since"));
-      if (from.fini) {
+      if (from.fini && (is_fini_own(from) || !from.kernel_exit)) {
         judgement.fail(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
       } else if (from.kernel_exit) {
         judgement.fail(evidence(std::string(from.kernel_exit_event), *from.kernel_exit,

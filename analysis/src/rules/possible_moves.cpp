@@ -21,7 +21,7 @@ PossibleMoves::PossibleMoves(const RuleContext& context) : context_(context) {
     if (thread.fini) threads.ended.push_back(index);
   }
   const auto begin = [&context](ThreadIndex index) { return context.lives.of(index).begin; };
-  const auto end = [&context](ThreadIndex index) { return context.lives.of(index).end; };
+  const auto end = [&context](ThreadIndex index) { return context.lives.of(index).latest_end(); };
   for (auto& [process, threads] : shared_) {
     std::ranges::sort(threads.all, std::ranges::greater{}, begin);
     std::ranges::sort(threads.unannounced, std::ranges::greater{}, begin);
@@ -38,7 +38,7 @@ bool PossibleMoves::exist_of(const CallbackFacts& callback) const {
     own.push_back(pair->thread);
     last_activity = std::max(last_activity, pair->last_activity.time);
     if (!context_.model.threads[at(pair->thread)].fini) continue;
-    const auto exit = lives.of(pair->thread).end;
+    const auto exit = lives.of(pair->thread).latest_end();
     first_exit = first_exit ? std::min(*first_exit, exit) : exit;
   }
   std::ranges::sort(own);
@@ -61,7 +61,8 @@ bool PossibleMoves::exist_of(const CallbackFacts& callback) const {
                   [&](const ThreadLife& life) { return first_exit && life.begin > *first_exit; }) ||
          is_other(shared.unannounced,
                   [&](const ThreadLife& life) { return life.begin > last_activity; }) ||
-         is_other(shared.ended, [&](const ThreadLife& life) { return life.end < last_activity; });
+         is_other(shared.ended,
+                  [&](const ThreadLife& life) { return life.latest_end() < last_activity; });
 }
 
 }  // namespace cie::analysis

@@ -54,7 +54,7 @@ bool RuleContext::is_before_window(ThreadIndex index) const {
   const auto& fini = model.threads[at(index)].fini;
   const auto& life = lives.of(index);
   return fini ? fini->time < options.window->from
-              : life.has_ended && life.end < options.window->from;
+              : life.has_ended() && life.end < options.window->from;
 }
 
 }  // namespace cie::analysis

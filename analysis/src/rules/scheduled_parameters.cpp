@@ -178,7 +178,7 @@ std::string cpus_text(Stretches::const_iterator from, Stretches::const_iterator 
 void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp since,
                      Judgement& judgement) {
   const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
-  const auto end = context.lives.of(index).end;
+  const auto end = context.lives.of(index).latest_end();
   if (end <= since) return;
   constexpr std::string_view kSince = "the thread may have been given other parameters since";
   judgement.overrule(hiding(context.holes.between(host, since, end), kSince));

@@ -46,8 +46,8 @@ std::optional<Evidence> SignsOfLife::since(ThreadIndex index, Timestamp time) {
     if (at.time >= time && (!first || at.time < first->time))
       first = evidence(std::string(event), at, std::move(note));
   };
-  if (thread.fini) consider("thread_fini", *thread.fini, name + " ends only here");
-  if (thread.kernel_exit && context_.lives.of(index).has_ended)
+  if (is_fini_own(thread)) consider("thread_fini", *thread.fini, name + " ends only here");
+  if (thread.kernel_exit && context_.lives.of(index).has_exited)
     consider(thread.kernel_exit_event, *thread.kernel_exit, name + " exits only here");
   if (const auto* run = lived_on(context_, index, time))
     consider("sched_switch", *run, name + " still runs");

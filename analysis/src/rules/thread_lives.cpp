@@ -1,16 +1,23 @@
 #include "thread_lives.hpp"
 
+#include "thread_questions.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis {
 namespace {
 
+// Another thread tells of one's end when that may be long gone. Null: none, or another's.
+const std::optional<EventRef>* own_fini(const ThreadFacts& thread) {
+  return is_fini_own(thread) ? &thread.fini : nullptr;
+}
+
 // What the kernel tells of a tid behind a hole of its record may be of another thread.
 bool is_exit_its_own(const ThreadFacts& thread, HostIndex host, const KernelHoles& holes) {
   if (!thread.kernel_exit) return false;
   auto last = thread.announced ? thread.announced->time : Timestamp{thread.start_ns.value_or(0)};
-  for (const auto* sign : {&thread.first_seen, &thread.last_seen, &thread.fini})
-    if (*sign) last = std::max(last, (*sign)->time);
+  for (const auto* sign : {&thread.first_seen, &thread.last_seen, own_fini(thread)})
+    if (sign != nullptr && *sign) last = std::max(last, (*sign)->time);
   for (const auto* pair : thread.ran)
     last = std::max(last, pair->last_activity.time);
   return !holes.since(host, last, thread.kernel_exit->time);
@@ -25,8 +32,8 @@ ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles&
   };
   if (thread.start_ns) extend({*thread.start_ns});
   for (const auto* sign :
-       {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini}) {
-    if (*sign) extend((*sign)->time);
+       {&thread.announced, &thread.first_seen, &thread.last_seen, own_fini(thread)}) {
+    if (sign != nullptr && *sign) extend((*sign)->time);
   }
   const bool has_exited = is_exit_its_own(thread, host, holes);
   if (has_exited) extend(thread.kernel_exit->time);
@@ -37,10 +44,15 @@ ThreadLife life_of(const ThreadFacts& thread, HostIndex host, const KernelHoles&
     extend(last);
     last_activity = last_activity ? std::max(*last_activity, last) : last;
   }
+  const auto last = end.value_or(Timestamp{});
+  std::optional<Timestamp> ended_by;
+  if (thread.fini) ended_by = std::max(last, thread.fini->time);
+  if (has_exited || own_fini(thread) != nullptr) ended_by = last;
   return {.begin = begin.value_or(Timestamp{}),
-          .end = end.value_or(Timestamp{}),
+          .end = last,
           .last_activity = last_activity,
-          .has_ended = thread.fini || has_exited};
+          .ended_by = ended_by,
+          .has_exited = has_exited};
 }
 
 }  // namespace

@@ -16,7 +16,15 @@ struct ThreadLife {
   Timestamp begin;  // first sign of life, or its creation
   Timestamp end;    // last sign of life; that of its announcement alone is a point
   std::optional<Timestamp> last_activity;  // of callbacks on it
-  bool has_ended = false;  // told by itself or by the kernel: it began nothing later
+  // It had ended by then, as itself, the kernel or another thread tells: after `end` where that tells it
+  // alone. Empty: nobody does.
+  std::optional<Timestamp> ended_by;
+  bool has_exited = false;  // as the kernel tells
+
+  // Somebody tells: it began nothing later.
+  bool has_ended() const noexcept { return ended_by.has_value(); }
+  // It may have lived, unseen, until then.
+  Timestamp latest_end() const noexcept { return ended_by.value_or(end); }
 };
 
 // The life of every thread, gathered once: a thread may have run thousands of callbacks.

@@ -12,6 +12,10 @@ std::string thread_name(const ThreadFacts& thread) {
          (thread.name.empty() ? std::string() : " \"" + thread.name + "\"");
 }
 
+bool is_fini_own(const ThreadFacts& thread) noexcept {
+  return thread.fini && thread.fini->tid.value_or(thread.tid) == thread.tid;
+}
+
 std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair) {
   if (!thread.fini || pair.last_activity.time <= thread.fini->time) return std::nullopt;
   return evidence("callback_end", pair.last_activity,

@@ -18,6 +18,8 @@ inline const ThreadFacts& thread_of(const Model& model, ThreadIndex index) {
 // thread 4008 "lidar"
 std::string thread_name(const ThreadFacts& thread);
 
+// It told of its end itself. Another thread may do so when it is long gone.
+bool is_fini_own(const ThreadFacts& thread) noexcept;
 // An instance that ended after its thread's `thread_fini`: where its start was not seen, that may have
 // been later, too.
 std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair);

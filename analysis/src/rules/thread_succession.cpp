@@ -9,11 +9,11 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
   const auto next_begin = context.lives.of(later).begin;
   const auto& thread = thread_of(context.model, earlier);
   const bool is_same_tid = thread.tid == thread_of(context.model, later).tid;
+  const auto& ended_by = context.lives.of(earlier).ended_by;
   // One that begins in the very nanosecond that the other ended in follows it.
-  const bool has_ended = context.lives.of(earlier).has_ended;
-  const bool is_alive = has_ended ? next_begin < last_sign : next_begin <= last_sign;
+  const bool is_alive = ended_by ? next_begin < last_sign : next_begin <= last_sign;
   if (is_alive) return is_same_tid ? Succession::successive : Succession::together;
-  if (has_ended || is_same_tid) return Succession::successive;
+  if ((ended_by && *ended_by <= next_begin) || is_same_tid) return Succession::successive;
   if (lived_on(context, earlier, next_begin) != nullptr) return Succession::together;
   // A tid is given anew only after its thread's exit.
   return context.lives.is_tid_given_anew(earlier, last_sign, next_begin) ? Succession::successive

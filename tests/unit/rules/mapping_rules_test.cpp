@@ -217,6 +217,83 @@ TEST(OneThreadPerCallback, ThreadsThatTouchDoNotLiveTogether) {
             Verdict::pass);
 }
 
+// The callback is moved to another thread, and the object of its first one is destroyed only after that,
+// by whoever owns it.
+TextTrace told_late(const std::string& more = "") {
+  auto trace = trace_of(R"(
+    process app executor=multi_threaded
+    callback fusion pooled
+    thread t1 pool tid=101
+    thread t2 pool tid=102
+    -500 begin t1
+    10 start fusion on=t1
+    12 end fusion on=t1
+    18 init fusion
+    20 begin t2
+    30 start fusion on=t2
+    32 end fusion on=t2
+    40 finish t1)" + more);
+  for (auto& event : trace.events)
+    if (event.head.time.ns == 40 && std::holds_alternative<ThreadFini>(event.body))
+      event.head.tid = 100;
+  return trace;
+}
+
+TEST(OneThreadPerCallback, TakesNoLifeFromAnEndThatAnotherThreadTells) {
+  const Verified verified(told_late());
+  EXPECT_EQ(verified["M3"], Verdict::inconclusive) << verified.evidence("M3", "callback fusion");
+  EXPECT_THAT(verified.evidence("M3", "callback fusion"), HasSubstr("nor that it lived on"));
+  EXPECT_NE(verified["M4"], Verdict::fail);
+  EXPECT_EQ(Verified(told_late("\n34 start fusion on=t1\n36 end fusion on=t1"))["M3"],
+            Verdict::fail)
+      << "it runs it later";
+}
+
+TEST(OneThreadPerCallback, TakesItsExitForTheEndOfAThreadThatAnotherOneTellsOfLater) {
+  const std::string ran = "\n9 switch 0 idle t1\n13 switch 0 t1 idle state=1";
+  const Verified exited(told_late(ran + "\n14 exit t1"));
+  EXPECT_EQ(exited["M3"], Verdict::pass) << exited.evidence("M3", "callback fusion");
+  EXPECT_EQ(exited["M4"], Verdict::pass);
+  const Verified alive(
+      told_late(ran + "\n25 switch 0 idle t1\n26 switch 0 t1 idle state=1\n35 exit t1"));
+  EXPECT_EQ(alive["M3"], Verdict::fail);
+  EXPECT_THAT(alive.evidence("M3", "callback fusion"), HasSubstr("35 sched_process_exit"));
+}
+
+TEST(OneThreadPerCallback, TakesItsOwnThreadFiniForASignOfLife) {
+  auto trace = told_late();
+  for (auto& event : trace.events)
+    if (event.head.time.ns == 40 && std::holds_alternative<ThreadFini>(event.body))
+      event.head.tid = 101;
+  const Verified verified(trace);
+  EXPECT_EQ(verified["M3"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("M3", "callback fusion"), HasSubstr("40 thread_fini"));
+}
+
+// The same where there are too many threads to hold each against each.
+TEST(OneThreadPerCallback, TakesNoLifeFromAnEndThatIsToldLateAmongManyThreads) {
+  std::string many = "\n33 finish t2";
+  for (int i = 0; i < 70; ++i) {
+    const auto name = "m" + std::to_string(i);
+    const auto at = [i](int offset) { return '\n' + std::to_string(100 + 10 * i + offset); };
+    many += "\nthread " + name + " pool tid=" + std::to_string(200 + i) + at(0) + " init fusion" +
+            at(1) + " begin " + name + at(2) + " start fusion on=" + name + at(3) +
+            " end fusion on=" + name + at(4) + " finish " + name;
+  }
+  EXPECT_EQ(Verified(told_late(many))["M3"], Verdict::inconclusive);
+}
+
+// A move without a new registration: M4 shows the exit, not what was told of it later.
+TEST(MappingPersistent, ShowsTheExitOfAThreadWhoseEndIsToldLater) {
+  auto trace = told_late("\n9 switch 0 idle t1\n13 switch 0 t1 idle state=1\n14 exit t1");
+  trace.erase<CallbackInit>(
+      [](const CallbackInit&, const EventHead& head) { return head.time.ns == 18; });
+  const Verified verified(trace);
+  EXPECT_EQ(verified["M4"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("14 sched_process_exit"), Not(HasSubstr("thread_fini"))));
+}
+
 // The process was killed: no event of its own tells when t1 ended.
 constexpr const char* kKilled = R"(
   process app executor=multi_threaded crash
