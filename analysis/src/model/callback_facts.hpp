@@ -233,6 +233,8 @@ struct alignas(64) CallbackFacts {
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
   std::map<std::int64_t, Preemptor> preempted_by{};  // by tid
+  // The longest that threads outside callbacks preempted an instance. Empty: not measured.
+  std::optional<Duration> max_preempted_outside{};
   std::uint64_t identity_failures = 0;
 
   // Witnesses of the extremes, over complete instances in the window.

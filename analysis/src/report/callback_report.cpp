@@ -238,6 +238,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
   report.execution_time = facts.execution_time.summary(keep_buckets);
   report.preempted = facts.preempted.summary(keep_buckets);
+  report.longest_preempted_outside = facts.max_preempted_outside;
   for (const auto& [tid, preemptor] : facts.preempted_by)
     report.preempted_by.push_back(preemptor);
   std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);

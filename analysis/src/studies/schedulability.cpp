@@ -1,11 +1,11 @@
 #include <cie/analysis/schedulability.hpp>
 
 #include "deadline_groups.hpp"
+#include "excess.hpp"
 #include "task_model.hpp"
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -13,8 +13,6 @@
 
 namespace cie::analysis {
 namespace {
-
-std::int64_t max_of(const std::optional<Summary>& summary) { return summary ? summary->max : 0; }
 
 class Analysis {
  public:
@@ -31,7 +29,7 @@ class Analysis {
     result.outside = outside();
     for (auto& task : model_.tasks()) {
       bound(task);
-      compare(task);
+      explain_excess(model_, task);
       result.callbacks.push_back(task.result);
     }
     result.cpus = demands();
@@ -153,7 +151,14 @@ class Analysis {
       return;
     }
     result.bound_ns = server_response_time(server, result.execution->ns, result.period->ns);
-    if (result.bound_ns) return;
+    if (result.bound_ns) {
+      const auto seen =
+          as_seen(task, {.execution = result.execution->ns, .period = result.period->ns});
+      note_breaches(task, {});
+      if (*seen.period > 0)
+        task.bound_as_seen_ns = server_response_time(server, seen.execution, *seen.period);
+      return;
+    }
     const bool is_overloaded = static_cast<Int128>(result.execution->ns) * server.period >
                                static_cast<Int128>(server.runtime) * result.period->ns;
     if (is_overloaded) {
@@ -170,13 +175,18 @@ class Analysis {
     auto& result = task.result;
     const auto processor = task.processor();
     const auto priority = static_cast<std::int32_t>(task.sched()->priority);
-    auto [rivals, unknown, broken] = model_.interference(processor, priority, task.lived(), &task);
-    result.reason = unknown.empty() ? unknown_parameters(*task.thread()) : std::move(unknown);
+    auto found = model_.interference(processor, priority, task.lived(), &task);
+    result.reason =
+        found.unknown.empty() ? unknown_parameters(*task.thread()) : std::move(found.unknown);
     if (!result.reason.empty()) return;
-    result.broken_declaration = std::move(broken);
+    result.broken_declaration = std::move(found.broken_declaration);
+    auto& rivals = found.rivals;
     rivals.push_back(
         {.execution = result.execution->ns, .period = result.period->ns, .priority = priority});
     result.bound_ns = worst_response_time(rivals, rivals.size() - 1);
+    found.as_seen.push_back(as_seen(task, rivals.back()));
+    note_breaches(task, std::move(found.breaches));
+    task.bound_as_seen_ns = bound_of_last(found.as_seen);
     const auto cpu = "CPU " + std::to_string(processor.cpu);
     if (result.bound_ns || is_overloaded(task, processor)) {
       result.method = BoundMethod::fixed_priority;
@@ -194,6 +204,19 @@ class Analysis {
     }
   }
 
+  static void note_breaches(Task& task, std::vector<Explanation> of_rivals) {
+    for (const auto& own : breaches(task))
+      task.breaches.push_back({.kind = own.kind, .text = own.subject + ' ' + own.what});
+    std::ranges::move(of_rivals, std::back_inserter(task.breaches));
+  }
+
+  // Releases that coincide leave none.
+  static std::optional<std::int64_t> bound_of_last(const std::vector<FixedPriorityTask>& tasks) {
+    const bool coincide = std::ranges::any_of(
+        tasks, [](const FixedPriorityTask& task) { return task.period && *task.period <= 0; });
+    return coincide ? std::nullopt : worst_response_time(tasks, tasks.size() - 1);
+  }
+
   // At some moment those at least as urgent demanded more than the CPU.
   bool is_overloaded(const Task& task, const Processor& processor) const {
     const auto own = FixedPriorityTask{.execution = task.result.execution->ns,
@@ -204,166 +227,6 @@ class Analysis {
       moment.rivals.push_back(own);
       return demand_exceeds_processor(moment.rivals);
     });
-  }
-
-  void compare(Task& task) const {
-    auto& result = task.result;
-    if (!result.is_above_bound()) return;
-    const auto& callback = *task.callback;
-    if (const auto what = overrun(task); !what.empty()) {
-      const auto wcet = result.execution->ns - result.waiting_ns.value_or(0);
-      explain(task, "overrun", callback.execution_time->max - wcet, "an instance " + what);
-    }
-    if (const auto what = burst(task); !what.empty())
-      explain(task, "burst", result.longest_ns(), "releases " + what);
-    explain_by_threads(task);
-    explain_by_waiting(task);
-    const auto excess = result.longest_ns() - *result.bound_ns;
-    std::int64_t explained = 0;
-    for (const auto& explanation : result.explanations)
-      explained += std::min(explanation.ns, excess);
-    result.is_flagged = explained < excess;
-    if (result.deadline && !result.meets_deadline()) result.reason = why_undecided(result);
-  }
-
-  // Requires a bound that an instance was above.
-  static std::string why_undecided(const CallbackSchedulability& callback) {
-    if (callback.is_flagged)
-      return "an instance took longer than its bound, and nothing known explains all of that";
-    if (!callback.broken_declaration.empty())
-      return "an instance took longer than its bound, which rests on a declaration that was not kept";
-    return "an instance took longer than its bound, and with what explains that the bound is beyond "
-           "the deadline";
-  }
-
-  bool is_modelled(const Task& task, const Preemptor& preemptor) const {
-    return !modelled(task, preemptor).empty();
-  }
-
-  // The threads of callbacks in bounds on the task's host that have the preemptor's tid.
-  std::vector<const ThreadReport*> modelled(const Task& task, const Preemptor& preemptor) const {
-    std::vector<const ThreadReport*> found;
-    for (const auto& other : model_.tasks()) {
-      if (other.process->host_index != task.process->host_index) continue;
-      std::ranges::copy_if(
-          other.threads, std::back_inserter(found), [&](const ThreadReport* thread) {
-            return thread != nullptr && thread->tid == preemptor.tid && thread->sched &&
-                   (is_fixed_priority(*thread->sched) || is_deadline(*thread->sched)) &&
-                   std::ranges::find(found, thread) == found.end();
-          });
-    }
-    return found;
-  }
-
-  // Threads that preempted it and are in no bound.
-  void explain_by_threads(Task& task) const {
-    const auto longest =
-        known_or_longest(parts_of_longest(task).preempted, task.callback->preempted);
-    Int128 told = 0;
-    for (const auto& preemptor : task.callback->preempted_by) {
-      told += preemptor.time.ns;
-      if (is_modelled(task, preemptor) || preemptor.time.ns <= 0) continue;
-      const auto name = preemptor.tid == 0 ? std::string("the idle thread")
-                                           : "thread " + std::to_string(preemptor.tid) + " (" +
-                                                 preemptor.name + ')';
-      explain(task, "outside-thread", std::min(preemptor.time.ns, longest),
-              name + ", which runs no callback of the model, ran in its place for " +
-                  in_us(preemptor.time.ns) + " in all its instances");
-    }
-    explain_by_unlisted(task, told, longest);
-  }
-
-  // Of threads that are too many to be listed nobody knows whether a bound counts them.
-  static void explain_by_unlisted(Task& task, Int128 told, std::int64_t longest) {
-    const auto& preempted = task.callback->preempted;
-    const auto listed = task.callback->preempted_by.size();
-    if (!preempted || listed == 0 || preempted->sum <= told) return;
-    const auto rest = static_cast<std::int64_t>(preempted->sum - told);
-    explain(task, "outside-thread", std::min(rest, longest),
-            "threads beside the " + std::to_string(listed) +
-                " that are listed ran in its place for " + in_us(rest) + " in all its instances");
-  }
-
-  // The bound less C is what other callbacks may demand from release to end; of the rest of the
-  // waiting, threads that ran outside their callbacks, and the kernel, took each a part.
-  void explain_by_waiting(Task& task) const {
-    const auto& callback = *task.callback;
-    const auto& parts = parts_of_longest(task);
-    const auto modelled = *task.result.bound_ns - task.result.execution->ns;
-    std::int64_t outside = 0;
-    for (const auto& explanation : task.result.explanations) {
-      if (explanation.kind == "outside-thread") outside += explanation.ns;
-    }
-    const auto preempted = known_or_longest(parts.preempted, callback.preempted);
-    const auto by_model = std::max<std::int64_t>(preempted - outside, 0);
-    explain(task, "thread", std::min(by_model - modelled, outside_callbacks(task)),
-            "threads of the model preempted it for " + in_us(by_model) + ", their callbacks for " +
-                in_us(modelled) + " of that at most: the rest they ran outside their callbacks");
-    explain_start(task, std::max<std::int64_t>(modelled - by_model, 0));
-    const auto wake_delay = known_or_longest(parts.wake_delay, callback.wake_delay);
-    explain(task, "kernel", wake_delay,
-            "when it had waited within the instance, it took " + in_us(wake_delay) +
-                " from wake-up to running");
-  }
-
-  // `modelled`: what other callbacks may account for.
-  static void explain_start(Task& task, std::int64_t modelled) {
-    const auto& callback = *task.callback;
-    const auto& parts = parts_of_longest(task);
-    const auto& known = parts.start_latency;
-    const auto start = known_or_longest(known, callback.start_latency);
-    const auto late = start - modelled;
-    const auto wakeup = max_of(callback.wakeup_latency);
-    if (late > 0 && (known || late > wakeup)) {
-      explain(task, "kernel", late,
-              "an instance started " + in_us(start) + " after its release, " + in_us(late) +
-                  " more than the threads of the model account for: a timer, an interrupt, a "
-                  "wake-up or a thread in no bound took that long");
-    } else if (!parts.preempted) {
-      explain(task, "kernel", wakeup,
-              "from wake-up to running took the kernel, or a thread in no bound, up to " +
-                  in_us(wakeup));
-    }
-  }
-
-  // How long those that preempted it ran without running a callback, as far as is known.
-  std::int64_t outside_callbacks(const Task& task) const {
-    constexpr auto kAny = std::numeric_limits<std::int64_t>::max();
-    std::int64_t sum = 0;
-    for (const auto& preemptor : task.callback->preempted_by) {
-      for (const auto* thread : modelled(task, preemptor)) {
-        if (!thread->busy_ns) return kAny;
-        sum += std::max<std::int64_t>(*thread->busy_ns - executed_on(*thread), 0);
-      }
-    }
-    return sum;
-  }
-
-  // As far as measured, of callbacks that ran nowhere else.
-  std::int64_t executed_on(const ThreadReport& thread) const {
-    Int128 sum = 0;
-    for (const auto& task : model_.tasks()) {
-      if (task.thread() == &thread && task.callback->execution_time)
-        sum += task.callback->execution_time->sum;
-    }
-    return static_cast<std::int64_t>(std::min<Int128>(sum, thread.busy_ns.value_or(0)));
-  }
-
-  // Of an instance whose release is not known, which may be the longest one, they are not known.
-  static const ResponseParts& parts_of_longest(const Task& task) {
-    static const ResponseParts none;
-    const bool is_exact = task.result.observed_ns == task.result.longest_ns();
-    return is_exact ? task.callback->longest_response : none;
-  }
-
-  // Of the longest response; else of any instance.
-  static std::int64_t known_or_longest(const std::optional<Duration>& known,
-                                       const std::optional<Summary>& of_any) {
-    return known ? known->ns : max_of(of_any);
-  }
-
-  static void explain(Task& task, std::string kind, std::int64_t ns, std::string text) {
-    if (ns > 0) task.result.explanations.push_back({std::move(kind), std::move(text), ns});
   }
 
   std::vector<std::string> outside() const {

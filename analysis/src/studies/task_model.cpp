@@ -17,21 +17,23 @@ std::optional<TaskParameter> declared(const std::optional<std::int64_t>& value) 
   return TaskParameter{.ns = *value, .source = ParameterSource::declared};
 }
 
+std::int64_t with_waiting(const CallbackReport& callback, std::int64_t execution) {
+  const auto waiting = callback.blocked ? callback.blocked->max : 0;
+  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+  return execution > kMost - waiting ? kMost : execution + waiting;
+}
+
 // Execution and waiting within the callback together ("suspension-oblivious": time in which it
 // waits counts as execution, which is safe for it and for those below it; Chen et al., "Many
 // Suspensions, Many Problems", Real-Time Systems 55, 2019).
 // What is declared is execution time alone, as rule R4 judges it.
 std::optional<TaskParameter> execution_of(const CallbackReport& callback, const SpecEntry* entry) {
-  const auto with_waiting = [&callback](std::int64_t execution) {
-    const auto waiting = callback.blocked ? callback.blocked->max : 0;
-    constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
-    return execution > kMost - waiting ? kMost : execution + waiting;
-  };
   if (entry != nullptr && entry->wcet_ns) {
-    return TaskParameter{.ns = with_waiting(*entry->wcet_ns), .source = ParameterSource::declared};
+    return TaskParameter{.ns = with_waiting(callback, *entry->wcet_ns),
+                         .source = ParameterSource::declared};
   }
   if (!callback.execution_time) return std::nullopt;
-  return TaskParameter{.ns = with_waiting(callback.execution_time->max)};
+  return TaskParameter{.ns = with_waiting(callback, callback.execution_time->max)};
 }
 
 // With that of a run in progress.
@@ -112,6 +114,12 @@ FixedPriorityTask demand_of(const DeadlineServer& server) {
           .jitter = server.deadline - server.runtime};
 }
 
+// The kernel enforces it.
+void add_server_demand(const FixedPriorityTask& demand, Interference& found) {
+  found.rivals.push_back(demand);
+  found.as_seen.push_back(demand);
+}
+
 // A SCHED_DEADLINE callback that never ran, and that the spec describes.
 std::optional<FixedPriorityTask> declared_server_on(const SpecEntry* entry, std::uint32_t cpu) {
   if (entry == nullptr || entry->parameters.policy != Policy::deadline) return std::nullopt;
@@ -182,26 +190,42 @@ std::string unmeasured_waiting(const Task& task) {
   return "an instance that took longer than its wcet was not measured; record with --kernel";
 }
 
-std::string overrun(const Task& task) {
+std::vector<Breach> breaches(const Task& task) {
+  std::vector<Breach> found;
   const auto& measured = task.callback->execution_time;
-  if (!is_declared(task.result.execution) || !measured) return {};
-  const auto wcet = task.result.execution->ns - task.result.waiting_ns.value_or(0);
-  if (measured->max <= wcet) return {};
-  return "executed " + in_us(measured->max) + ", declared are " + in_us(wcet);
-}
-
-std::string burst(const Task& task) {
+  const auto& execution = task.result.execution;
+  const auto wcet = execution ? execution->ns - task.result.waiting_ns.value_or(0) : 0;
+  if (is_declared(execution) && measured && measured->max > wcet) {
+    found.push_back({.kind = "overrun",
+                     .subject = "an instance",
+                     .what = "executed " + in_us(measured->max) + ", declared are " + in_us(wcet)});
+  }
   const auto shortest = shortest_arrival(*task.callback);
   const auto& period = task.result.period;
-  if (!is_declared(period) || !shortest || shortest->ns >= period->ns) return {};
-  return "came " + in_us(shortest->ns) + " apart, declared are " + in_us(period->ns);
+  if (is_declared(period) && shortest && shortest->ns < period->ns) {
+    found.push_back(
+        {.kind = "burst",
+         .subject = "releases",
+         .what = "came " + in_us(shortest->ns) + " apart, declared are " + in_us(period->ns)});
+  }
+  return found;
 }
 
 std::string broken_declaration(const Task& task) {
-  const auto& id = task.callback->logical_id;
-  if (const auto what = overrun(task); !what.empty()) return "an instance of " + id + ' ' + what;
-  if (const auto what = burst(task); !what.empty()) return "releases of " + id + ' ' + what;
-  return {};
+  const auto found = breaches(task);
+  if (found.empty()) return {};
+  return found.front().subject + " of " + task.callback->logical_id + ' ' + found.front().what;
+}
+
+FixedPriorityTask as_seen(const Task& task, FixedPriorityTask counted) {
+  const auto& callback = *task.callback;
+  if (callback.execution_time) {
+    counted.execution =
+        std::max(counted.execution, with_waiting(callback, callback.execution_time->max));
+  }
+  if (const auto shortest = shortest_arrival(callback); shortest && counted.period)
+    counted.period = std::min(*counted.period, shortest->ns);
+  return counted;
 }
 
 std::string nearer_releases(const Task& task) {
@@ -368,7 +392,7 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
   }
   if (callback.never_ran()) {
     if (const auto server = declared_server_on(task.entry, processor.cpu))
-      found.rivals.push_back(*server);
+      add_server_demand(*server, found);
   }
   // An instance runs once, on whichever of its threads.
   auto priority = callback.never_ran() ? declared_priority_on(task.entry, processor.cpu) : 0;
@@ -414,10 +438,22 @@ void TaskModel::add_callback(const Task& task, const Processor& processor,
                     ", which may preempt it, coincide: it may do so "
                     "any number of times; declare min_inter_arrival in the spec";
   } else {
-    found.rivals.push_back({.execution = execution->ns,
-                            .period = period ? std::optional(period->ns) : std::nullopt,
-                            .priority = priority});
-    if (found.broken_declaration.empty()) found.broken_declaration = broken_declaration(task);
+    add_rival(task, priority, found);
+  }
+}
+
+// Requires an execution time.
+void TaskModel::add_rival(const Task& task, std::int32_t priority, Interference& found) {
+  const auto& period = task.result.period;
+  found.rivals.push_back({.execution = task.result.execution->ns,
+                          .period = period ? std::optional(period->ns) : std::nullopt,
+                          .priority = priority});
+  found.as_seen.push_back(as_seen(task, found.rivals.back()));
+  if (found.broken_declaration.empty()) found.broken_declaration = broken_declaration(task);
+  for (const auto& breach : breaches(task)) {
+    found.breaches.push_back({.kind = breach.kind,
+                              .text = breach.subject + " of " + task.callback->logical_id +
+                                      ", which its bound counts, " + breach.what});
   }
 }
 
@@ -440,7 +476,7 @@ void TaskModel::add_server(const ThreadReport& thread, const Processor& processo
       demand = demand_of(server);
     }
   });
-  if (demand && found.unknown.empty()) found.rivals.push_back(*demand);
+  if (demand && found.unknown.empty()) add_server_demand(*demand, found);
 }
 
 }  // namespace cie::analysis

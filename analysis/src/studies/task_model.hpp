@@ -19,6 +19,13 @@ DeadlineServer server_of(const ThreadSchedReport& sched) noexcept;
 // Both lived for a moment, as far as is known.
 bool overlap(const TimeWindow& a, const TimeWindow& b) noexcept;
 
+// A declaration that runs did not keep.
+struct Breach {
+  std::string kind;     // as of Explanation
+  std::string subject;  // "an instance"
+  std::string what;     // "executed 3.0 us, declared are 1.0 us"
+};
+
 // A CPU; those of several hosts share only their numbers.
 struct Processor {
   HostIndex host{};
@@ -34,6 +41,10 @@ struct Task {
   const SpecEntry* entry = nullptr;            // of the spec; null: it has none
   std::vector<const ThreadReport*> threads{};  // null: of one the report has no row
   CallbackSchedulability result{};
+  // Where there is a bound: what runs did beyond C and T, its own and others' that the bound counts,
+  std::vector<Explanation> breaches{};
+  // and the bound that holds for these, too. Empty: there is none.
+  std::optional<std::int64_t> bound_as_seen_ns{};
 
   TimeWindow lived() const noexcept { return life_of(*callback, *process); }
   // Null: it ran on none or on several.
@@ -48,8 +59,10 @@ struct Task {
 // What may run in place of a task.
 struct Interference {
   std::vector<FixedPriorityTask> rivals{};
-  std::string unknown{};             // why that is not all; empty: it is
-  std::string broken_declaration{};  // of one of them; empty: they kept theirs
+  std::vector<FixedPriorityTask> as_seen{};  // the same, with C and T that no run was seen beyond
+  std::string unknown{};                     // why that is not all; empty: it is
+  std::string broken_declaration{};          // of one of them; empty: they kept theirs
+  std::vector<Explanation> breaches{};       // of all of them; `ns` is not set
 };
 
 // "12.5 us".
@@ -62,10 +75,9 @@ std::string longer_execution(const Task& task);
 // Why what a run waits may be in no C: a measured one may have waited for longer than is known, and what
 // is declared is execution time alone. Empty: all that ended is known to have taken no longer than C.
 std::string unmeasured_waiting(const Task& task);
-// "executed 3.0 us, declared are 1.0 us", of an instance; empty: none is known to be beyond a declared C.
-std::string overrun(const Task& task);
-// "came 1.0 us apart, declared are 3.0 us", of releases; empty: as above, of T.
-std::string burst(const Task& task);
+std::vector<Breach> breaches(const Task& task);
+// C and T that no run is known to have been beyond. Requires both of `counted`.
+FixedPriorityTask as_seen(const Task& task, FixedPriorityTask counted);
 // What was declared of it and not kept, with the numbers; empty: it kept all, as far as is known.
 std::string broken_declaration(const Task& task);
 // Why releases may have come nearer to each other than is known; empty: none did, or it is declared.
@@ -93,6 +105,7 @@ class TaskModel {
                                        const TimeWindow& during, const Task* except) const;
 
  private:
+  static void add_rival(const Task& task, std::int32_t priority, Interference& found);
   void add_callback(const Task& task, const Processor& processor, std::int32_t least_priority,
                     Interference& found) const;
   static void add_server(const ThreadReport& thread, const Processor& processor,

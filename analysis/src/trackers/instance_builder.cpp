@@ -124,7 +124,7 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
     if (has_kernel(*pending)) {
       pending->wake = timeline_.last_wake(who.host, *head.tid);
       pending->mark = timeline_.mark(who.host, *head.tid, head.time);
-      timeline_.begin_watch(who.host, *head.tid);
+      timeline_.begin_watch(who.host, *head.tid, head.time);
       pending->is_confined = is_confined(*pending);
     }
     // Of whatever thread: its role may be announced later.
@@ -333,7 +333,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     const auto mark = timeline_.mark(pending->host, *head.tid, head.time);
     left_[*thread] = mark;
     pending->parts = ThreadTimeline::between(pending->mark, mark);
-    pending->preempted_by = timeline_.end_watch(pending->host, *head.tid);
+    pending->preempted_by = timeline_.end_watch(pending->host, *head.tid, head.time);
     pending->is_confined = pending->is_confined && is_confined(*pending);
     if (pending->is_nested) pending->preempted_by.clear();  // the list is the outer one's
     if (!pending->is_nested) {

@@ -86,7 +86,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
 
 void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
   if (pending->thread && has_kernel(*pending))
-    timeline_.end_watch(pending->host, *pending->start.tid);
+    timeline_.end_watch(pending->host, *pending->start.tid, pending->start.time);  // or later
   auto& callback = callbacks_[pending->callback];
   std::erase(callback.open, pending.get());
   auto& facts = *pending->callback_facts;

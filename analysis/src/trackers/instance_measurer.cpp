@@ -26,10 +26,19 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
     const auto found = facts.preempted_by.find(preemptor.tid);
     if (found != facts.preempted_by.end()) {
       found->second.time += preemptor.time;
+      found->second.in_callbacks += preemptor.in_callbacks;
     } else if (facts.preempted_by.size() < kMaxPreemptors) {
       facts.preempted_by.emplace(preemptor.tid, preemptor);
     }
   }
+}
+
+// For how long those ran that did not run a callback then.
+Duration outside_callbacks(std::span<const Preemptor> preemptors) {
+  Duration sum{};
+  for (const auto& preemptor : preemptors)
+    sum += preemptor.time - preemptor.in_callbacks;
+  return sum;
 }
 
 }  // namespace
@@ -131,6 +140,7 @@ inline InstanceMeasurer::Measured InstanceMeasurer::measured(const PendingInstan
   if (is_measured) {
     const auto& parts = *pending.parts;
     measured.parts = &parts;
+    measured.preempted_by = pending.preempted_by;
     const auto waiting = pending.end->time - pending.start.time - parts.execution - parts.preempted;
     // Who woke it may have done so on a CPU without a record.
     measured.has_wake_parts =
@@ -282,7 +292,10 @@ void InstanceMeasurer::note_own(const PendingInstance& pending, const Measured& 
   if (bounds.response.rise(response)) {
     facts.max_response = extreme_of(instance, instance.release, response);
     facts.max_response_parts = {.start_latency = start_latency};
-    if (measured.parts != nullptr) facts.max_response_parts.preempted = measured.parts->preempted;
+    if (measured.parts != nullptr) {
+      facts.max_response_parts.preempted = measured.parts->preempted;
+      facts.max_response_parts.preempted_outside = outside_callbacks(measured.preempted_by);
+    }
     if (measured.has_wake_parts) facts.max_response_parts.wake_delay = measured.parts->wake_delay;
   }
   if (bounds.response_upper.rise(response)) {
@@ -360,6 +373,8 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
     facts.execution_time.add(parts->execution);
     facts.preempted.add(parts->preempted);
     note_preemptors(facts, pending.preempted_by);
+    facts.max_preempted_outside = std::max(facts.max_preempted_outside.value_or(Duration{}),
+                                           outside_callbacks(pending.preempted_by));
     if (bounds.execution.rise(parts->execution)) {
       facts.max_execution = extreme_of(pending, measured, parts->execution);
     }

@@ -22,6 +22,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace cie::analysis {
@@ -178,6 +179,7 @@ class InstanceMeasurer {
     OptionalTime waking;
     const ThreadTimeline::Parts* parts = nullptr;  // of the instance; null: unknown
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
+    std::span<const Preemptor> preempted_by{};     // of these, who ran meanwhile
   };
 
   static Extreme<Duration> extreme_of(const PendingInstance& pending, const Measured& measured,

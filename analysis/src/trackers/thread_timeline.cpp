@@ -83,24 +83,27 @@ void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
   if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
 }
 
-void ThreadTimeline::charge(Thread& waiting, std::int64_t tid, std::string_view name,
-                            Timestamp time) {
+void ThreadTimeline::charge(const Host& host, Thread& waiting, std::int64_t tid,
+                            std::string_view name, Timestamp time) {
   if (time <= waiting.charged) return;
+  const auto* runs = host.threads.find(tid);
   auto& preemptors = waiting.preemptors;
   auto found = std::ranges::find(preemptors, tid, &Preemptor::tid);
   if (found == preemptors.end()) {
-    preemptors.push_back(Preemptor{.tid = tid, .name = std::string(name), .time = Duration{0}});
+    preemptors.push_back(Preemptor{
+        .tid = tid, .name = std::string(name), .time = Duration{0}, .in_callbacks = Duration{0}});
     found = std::prev(preemptors.end());
   }
   if (found->name.empty()) found->name = name;
   found->time += time - waiting.charged;
+  if (runs != nullptr && runs->watches > 0) found->in_callbacks += time - waiting.charged;
   waiting.charged = time;
 }
 
 void ThreadTimeline::stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time) {
   if (waiting.waits_on < 0) return;
   auto& cpu = cpu_of(host, waiting.waits_on);
-  charge(waiting, cpu.tid, cpu.name, time);
+  charge(host, waiting, cpu.tid, cpu.name, time);
   std::erase(cpu.waiting, tid);
   waiting.waits_on = -1;
 }
@@ -201,7 +204,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
     lose_running(of_host, cpu, on_cpu.tid);
   }
   for (const auto waiting : on_cpu.waiting) {
-    charge(of_host.threads[waiting], event.prev_tid, event.prev_comm, time);
+    charge(of_host, of_host.threads[waiting], event.prev_tid, event.prev_comm, time);
   }
   if (event.prev_tid != 0) {
     auto& prev = of_host.threads[event.prev_tid];
@@ -318,15 +321,29 @@ void ThreadTimeline::on_migrate(HostIndex host, std::int64_t tid, std::int32_t c
 
 void ThreadTimeline::on_exit(HostIndex host, std::int64_t tid) { forget_wake(host, tid); }
 
-void ThreadTimeline::begin_watch(HostIndex host, std::int64_t tid) {
-  auto& watched = thread(host, tid);
+void ThreadTimeline::begin_watch(HostIndex host, std::int64_t tid, Timestamp time) {
+  auto& of_host = hosts_[host];
+  auto& watched = of_host.threads[tid];
+  charge_waiting(of_host, tid, watched, time);
   if (watched.watches++ == 0) watched.preemptors.clear();
 }
 
-std::vector<Preemptor> ThreadTimeline::end_watch(HostIndex host, std::int64_t tid) {
-  auto& watched = thread(host, tid);
+std::vector<Preemptor> ThreadTimeline::end_watch(HostIndex host, std::int64_t tid, Timestamp time) {
+  auto& of_host = hosts_[host];
+  auto& watched = of_host.threads[tid];
+  charge_waiting(of_host, tid, watched, time);
   if (watched.watches > 0) --watched.watches;
   return watched.preemptors;
+}
+
+void ThreadTimeline::charge_waiting(Host& host, std::int64_t tid, const Thread& running,
+                                    Timestamp time) {
+  const auto* place = host.cpu_places.find(running.cpu);
+  if (place == nullptr) return;
+  const auto& on_cpu = host.cpus[*place];
+  if (on_cpu.tid != tid) return;
+  for (const auto waiting : on_cpu.waiting)
+    charge(host, host.threads[waiting], tid, on_cpu.name, time);
 }
 
 void ThreadTimeline::add_hole(HostIndex host, Hole hole) {

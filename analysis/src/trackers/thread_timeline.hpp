@@ -118,10 +118,11 @@ class ThreadTimeline {
   // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
   bool is_confirmed(HostIndex host, Timestamp time);
 
-  // From here to the matching end_watch() it is noted who runs while the thread is preempted.
-  void begin_watch(HostIndex host, std::int64_t tid);
+  // The thread runs a callback from here to the matching end_watch(): it is noted who runs while it is
+  // preempted.
+  void begin_watch(HostIndex host, std::int64_t tid, Timestamp time);
   // Who did, since the first watch that has not ended; the times add up to the preempted part.
-  std::vector<Preemptor> end_watch(HostIndex host, std::int64_t tid);
+  std::vector<Preemptor> end_watch(HostIndex host, std::int64_t tid, Timestamp time);
 
   Wake last_wake(HostIndex host, std::int64_t tid) const;
   // Forgets wake-ups: a later instance or incarnation must not see them.
@@ -195,7 +196,10 @@ class ThreadTimeline {
   static void drop_presumption(Thread& thread);
   static void wake(Thread& thread, Timestamp time);
   // Notes that `tid` ran on the CPU where `waiting` waits, up to `time`.
-  static void charge(Thread& waiting, std::int64_t tid, std::string_view name, Timestamp time);
+  static void charge(const Host& host, Thread& waiting, std::int64_t tid, std::string_view name,
+                     Timestamp time);
+  // The same of all that wait while `tid` runs.
+  static void charge_waiting(Host& host, std::int64_t tid, const Thread& running, Timestamp time);
   // Ends the waiting of a thread that was preempted.
   static void stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time);
 

@@ -423,8 +423,46 @@ TEST(SchedulabilityEvidence, ExplainsByWhatThreadsOfTheModelRunBesideTheirCallba
   EXPECT_FALSE(lo.is_flagged);
 }
 
-// hi runs a second time, before its period has elapsed: its thread was not that long outside of it.
-TEST(SchedulabilityEvidence, DoesNotExplainByRunsOfTheModelThatItDoesNotHave) {
+// The release of its second run is not known, and so nobody knows that it came too soon. Of what its
+// thread ran outside callbacks all but 20 was after lo had ended.
+TEST(SchedulabilityEvidence, DoesNotExplainByWorkThatPreemptedIt) {
+  const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
+    1700 preempt lo by=hi
+    1705 start hi release=none
+    2195 end hi
+    2200 switch 0 hi lo
+    3600 end lo
+    3605 switch 0 lo idle
+    4000 switch 0 idle hi
+    9000 switch 0 hi idle)"),
+                     "lo", "{id: hi, wcet: 490, min_inter_arrival: 10000}");
+  EXPECT_EQ(lo.bound_ns, 2480 + 490);
+  EXPECT_EQ(lo.observed_ns, 3500);
+  EXPECT_THAT(lo.explanations,
+              ElementsAre(Field(&Explanation::ns, 20), Field(&Explanation::ns, 20)));
+  EXPECT_TRUE(lo.is_flagged);
+}
+
+// hi executes for 490.
+TEST(SchedulabilityEvidence, ExplainsByTheDeclarationOfAnotherThatWasNotKept) {
+  const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
+    3100 end lo
+    3105 switch 0 lo idle)"),
+                     "lo", "{id: hi, wcet: 100}, {id: lo, response_deadline: 5000}");
+  EXPECT_EQ(lo.bound_ns, 2480 + 100);
+  EXPECT_EQ(lo.observed_ns, 3000);
+  const auto text =
+      "an instance of hi, which its bound counts, executed 0.4 us, declared are 0.1 us";
+  EXPECT_THAT(lo.explanations.at(0), Field(&Explanation::text, text));
+  EXPECT_EQ(lo.explanations[0].ns, 490 - 100);
+  EXPECT_EQ(lo.explanations.at(1).ns, 500 - 490) << "outside its callback";
+  EXPECT_FALSE(lo.is_flagged);
+  EXPECT_EQ(lo.meets_deadline(), std::nullopt);
+  EXPECT_THAT(lo.reason, HasSubstr("was not kept: an instance of hi executed 0.4 us"));
+}
+
+// There is no spec, and hi runs a second time 600 after its first one.
+TEST(SchedulabilityEvidence, ExplainsByATimerWhosePeriodWasNotKept) {
   const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
     1700 preempt lo by=hi
     1705 start hi release=1695
@@ -435,7 +473,24 @@ TEST(SchedulabilityEvidence, DoesNotExplainByRunsOfTheModelThatItDoesNotHave) {
                      "lo");
   EXPECT_EQ(lo.bound_ns, 2480 + 490);
   EXPECT_EQ(lo.observed_ns, 3500);
-  EXPECT_LT(lo.explanations.at(0).ns, 490) << "its thread was on a CPU for little longer";
+  EXPECT_THAT(lo.explanations.at(0).text,
+              "releases of hi, which its bound counts, came 0.6 us apart, declared are 10.0 us");
+  EXPECT_FALSE(lo.is_flagged);
+}
+
+// Its execution of 490 adds 390 to the bound, twice 390 were more.
+TEST(SchedulabilityEvidence, ExplainsNoMoreByADeclarationThanItsBreachMayTake) {
+  const auto lo = of(test::trace_of(std::string(kOverhead) + R"(
+    1700 preempt lo by=hi
+    1705 start hi release=none
+    2195 end hi
+    2200 switch 0 hi lo
+    3600 end lo
+    3605 switch 0 lo idle)"),
+                     "lo", "{id: hi, wcet: 100, min_inter_arrival: 10000}");
+  EXPECT_EQ(lo.bound_ns, 2480 + 100);
+  EXPECT_EQ(lo.observed_ns, 3500);
+  EXPECT_EQ(lo.explanations.at(0).ns, 490 - 100);
   EXPECT_TRUE(lo.is_flagged);
 }
 

@@ -209,7 +209,7 @@ using Texts = std::vector<std::string>;
 
 TEST_F(OneCpu, NotesWhoRanInstead) {
   switch_to(10, kThread, kRunnable);
-  timeline_.begin_watch(kHost, kThread);
+  timeline_.begin_watch(kHost, kThread, Timestamp{12});
   const auto start = mark(12);
   switch_to(20, kOther, kRunnable);
   switch_to(23, 300, kSleeping);      // 3 by the other one
@@ -217,31 +217,46 @@ TEST_F(OneCpu, NotesWhoRanInstead) {
   switch_to(40, 300, kRunnable);
   switch_to(45, kThread, kSleeping);  // 5 more by the third
   const auto parts = ThreadTimeline::between(start, mark(50));
-  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), (Texts{"200:3", "300:12"}));
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread, Timestamp{50})), (Texts{"200:3", "300:12"}));
   EXPECT_EQ(parts->preempted.ns, 3 + 12);
+}
+
+TEST_F(OneCpu, NotesWhatRanInCallbacksInstead) {
+  switch_to(10, kThread, kRunnable);
+  timeline_.begin_watch(kHost, kThread, Timestamp{12});
+  switch_to(20, kOther, kRunnable);
+  timeline_.begin_watch(kHost, kOther, Timestamp{23});
+  switch_to(25, 300, kRunnable);
+  switch_to(26, kOther, kSleeping);
+  timeline_.end_watch(kHost, kOther, Timestamp{29});
+  switch_to(33, kThread, kSleeping);
+  const auto preemptors = timeline_.end_watch(kHost, kThread, Timestamp{50});
+  EXPECT_EQ(texts(preemptors), (Texts{"200:12", "300:1"}));
+  EXPECT_EQ(preemptors[0].in_callbacks.ns, 2 + 3);
+  EXPECT_EQ(preemptors[1].in_callbacks.ns, 0);
 }
 
 TEST_F(OneCpu, AnotherWatchBeginsAnew) {
   switch_to(10, kThread, kRunnable);
-  timeline_.begin_watch(kHost, kThread);
+  timeline_.begin_watch(kHost, kThread, Timestamp{12});
   switch_to(20, kOther, kRunnable);
   switch_to(23, kThread, kSleeping);
-  timeline_.end_watch(kHost, kThread);
+  timeline_.end_watch(kHost, kThread, Timestamp{50});
   switch_to(30, kOther, kRunnable);  // nobody watches
   switch_to(35, kThread, kSleeping);
-  timeline_.begin_watch(kHost, kThread);
+  timeline_.begin_watch(kHost, kThread, Timestamp{12});
   switch_to(40, kOther, kRunnable);
   switch_to(44, kThread, kSleeping);
-  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), Texts{"200:4"});
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread, Timestamp{50})), Texts{"200:4"});
 }
 
 TEST_F(OneCpu, WhoRunsWhileItIsBlockedDoesNotPreemptIt) {
   switch_to(10, kThread, kRunnable);
-  timeline_.begin_watch(kHost, kThread);
+  timeline_.begin_watch(kHost, kThread, Timestamp{12});
   switch_to(20, kOther, kSleeping);
   timeline_.on_waking(kHost, kThread, Timestamp{22});
   switch_to(25, kThread, kRunnable);
-  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), Texts{});
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread, Timestamp{50})), Texts{});
 }
 
 TEST(TwoCpus, APreemptedThreadThatMigratesWaitsForWhoRunsThere) {
@@ -256,7 +271,7 @@ TEST(TwoCpus, APreemptedThreadThatMigratesWaitsForWhoRunsThere) {
   };
   switched(0, 10, kIdle, kThread);
   switched(1, 10, kIdle, 300);
-  timeline.begin_watch(kHost, kThread);
+  timeline.begin_watch(kHost, kThread, Timestamp{12});
   const auto start = timeline.mark(kHost, kThread, Timestamp{12});
   switched(0, 20, kThread, kOther);
   timeline.on_migrate(kHost, kThread, 1, Timestamp{24});  // 4 by the one on CPU 0
@@ -264,7 +279,8 @@ TEST(TwoCpus, APreemptedThreadThatMigratesWaitsForWhoRunsThere) {
   switched(1, 29, 300, 400);                              // 5 by the one on CPU 1
   switched(1, 30, 400, kThread);                          // 1
   const auto parts = ThreadTimeline::between(start, timeline.mark(kHost, kThread, Timestamp{40}));
-  EXPECT_EQ(texts(timeline.end_watch(kHost, kThread)), (Texts{"200:4", "300:5", "400:1"}));
+  EXPECT_EQ(texts(timeline.end_watch(kHost, kThread, Timestamp{50})),
+            (Texts{"200:4", "300:5", "400:1"}));
   ASSERT_TRUE(parts.has_value());
   EXPECT_EQ(parts->preempted.ns, 4 + 5 + 1);
   EXPECT_EQ(parts->execution.ns, 8 + 10);
@@ -277,7 +293,7 @@ TEST(TwoCpus, AThreadThatGoesOnElsewhereWaitedWhereItWasPreempted) {
   event.prev_state = kRunnable;
   event.next_tid = kThread;
   timeline.on_switch(kHost, 0, Timestamp{10}, event, nullptr);
-  timeline.begin_watch(kHost, kThread);
+  timeline.begin_watch(kHost, kThread, Timestamp{12});
   event.prev_tid = kThread;
   event.next_tid = kOther;
   event.next_comm = "other";
@@ -285,7 +301,7 @@ TEST(TwoCpus, AThreadThatGoesOnElsewhereWaitedWhereItWasPreempted) {
   event.prev_tid = kIdle;
   event.next_tid = kThread;
   timeline.on_switch(kHost, 1, Timestamp{27}, event, nullptr);
-  const auto preemptors = timeline.end_watch(kHost, kThread);
+  const auto preemptors = timeline.end_watch(kHost, kThread, Timestamp{50});
   EXPECT_EQ(texts(preemptors), Texts{"200:7"});
   EXPECT_EQ(preemptors.front().name, "other");
 }

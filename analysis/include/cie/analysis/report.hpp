@@ -174,12 +174,14 @@ struct Preemptor {
   std::int64_t tid = 0;  // 0: the idle thread
   std::string name;      // the kernel's, when it ran first; may be empty
   Duration time;
+  Duration in_callbacks{};  // of that, while it ran one; not part of the JSON
 };
 
 // What of a response time was not execution. Empty: not measured.
 struct ResponseParts {
   std::optional<Duration> start_latency{};
   std::optional<Duration> preempted{};
+  std::optional<Duration> preempted_outside{};  // of that, by threads that ran no callback then
   std::optional<Duration> wake_delay{};
 };
 
@@ -257,6 +259,8 @@ struct CallbackReport {
   std::optional<Summary> inter_arrival;
   std::optional<Summary> execution_time;
   std::optional<Summary> preempted;
+  // Of an instance, by threads that ran no callback then; not part of the JSON. Empty: not measured.
+  std::optional<Duration> longest_preempted_outside{};
   // Longest first, times of all instances. What these lack of `preempted` others took.
   std::vector<Preemptor> preempted_by;
   std::optional<Summary> blocked;
