@@ -55,13 +55,20 @@ const ReadBack& first_reference(const ThreadFacts& thread) {
   return thread.applied.empty() ? *thread.first_audit : thread.applied.front();
 }
 
+// A raised priority that is no witness, because it may be inherited.
+Evidence by_read_back(const EventRef& at, const std::string& note) {
+  auto remark = evidence("by read-back", at, note);
+  remark.is_perhaps_inherited = true;
+  return remark;
+}
+
 // What the thread ran with last shows nothing of what was applied.
 void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   if (!thread.perhaps_inherited) return;
   const auto& [at, prio] = *thread.perhaps_inherited;
   const auto note = priority_text(prio) + " from here on, which may be inherited";
   if (thread.audits_checked == 0) judgement.doubt(evidence("sched_switch", at, note));
-  judgement.remark(evidence("by read-back", at, note));
+  judgement.remark(by_read_back(at, note));
 }
 
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
@@ -84,11 +91,16 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;
     auto gap = context.lives.may_be_another(index, priority.at.time);
-    if (mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
-      if (!gap) gap = context.holes.since(host, applied.at.time, priority.at.time);
+    if (!gap && mismatch == &thread.raised_priority) {  // perhaps inherited, and that was lost
+      gap = context.holes.since(host, applied.at.time, priority.at.time);
       if (!gap) {
         gap = context.kernel_record.untold_inheritance(index, context.lives.of(index).begin,
                                                        priority.at.time);
+      }
+      if (gap) {
+        judgement.remark(by_read_back(priority.at, "the kernel schedules it with " +
+                                                       priority_text(priority.prio) +
+                                                       ", which may be inherited: " + gap->note));
       }
     }
     if (gap) {

@@ -211,6 +211,14 @@ TEST(ParametersUnchanged, DoesNotTakeAnInheritedPriorityForAChangeWhereItsBoostM
   };
   constexpr auto kBefore = "2 discard kernel until=5 count=3\n";
   constexpr auto kAfter = "7 discard kernel until=9 count=3\n";
+  const Verified audited(
+      configured_run("6 switch 0 idle fusion next_prio=9\n"
+                     "30 audit fusion policy=fifo priority=80\n" +
+                     std::string(kBefore)));
+  EXPECT_EQ(audited["S3"], Verdict::pass);
+  EXPECT_THAT(
+      audited.evidence("S3", "thread 101"),
+      HasSubstr("6 by read-back the kernel schedules it with real-time priority 90, which may be"));
   EXPECT_EQ(judged(kBefore, 9), Verdict::inconclusive) << "more urgent than 19: perhaps inherited";
   EXPECT_EQ(judged(kBefore, 25), Verdict::fail) << "nobody inherits a lower priority";
   EXPECT_EQ(judged(kAfter, 9), Verdict::fail);

@@ -48,6 +48,30 @@ analysis::Report report_of_shared_threads() {
 const std::string kRow =
     "     4008  2 callbacks: lidar ← /sensing/lidar/top/points_raw, plan timer 20 ms\n";
 
+TEST(VerifyScreen, SaysThatRaisedPrioritiesWerePerhapsInherited) {
+  analysis::VerdictReport verdicts;
+  verdicts.verdict = Verdict::pass;
+  analysis::SubjectVerdict subject{
+      .subject = "thread 4008", .verdict = Verdict::pass, .checked = 3, .evidence = {}};
+  verdicts.rules = {{.id = "S3",
+                     .name = "parameters-unchanged",
+                     .verdict = Verdict::pass,
+                     .subjects = {subject}}};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()), Not(HasSubstr("by read-back")));
+  analysis::Evidence seen{.event = "by read-back",
+                          .time = std::nullopt,
+                          .cpu = std::nullopt,
+                          .pid = 4001,
+                          .tid = 4008,
+                          .note = "FIFO 60"};
+  seen.is_perhaps_inherited = true;
+  subject.evidence = {seen};
+  verdicts.rules[0].subjects = {subject, subject};
+  EXPECT_THAT(
+      screen_of(verdicts, test::sample_report()),
+      HasSubstr("\n  S3 by read-back: 2 threads had raised priorities, perhaps inherited\n"));
+}
+
 TEST(VerifyScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(test::sample_verdicts(), report_of_shared_threads(),
                       {.columns = 80, .unicode = true}),

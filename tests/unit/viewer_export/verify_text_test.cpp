@@ -67,6 +67,37 @@ cie )" + std::string{tool_version()} +
                 "; cie verify --explain ID tells what a rule means\n");
 }
 
+// A rule that passes because what was seen may be excused says so.
+analysis::VerdictReport verdicts_by_read_back(bool is_raised) {
+  analysis::VerdictReport verdicts;
+  verdicts.verdict = analysis::Verdict::pass;
+  analysis::Evidence seen{.event = "by read-back",
+                          .time = analysis::Timestamp{983'005'016'596},
+                          .cpu = std::nullopt,
+                          .pid = 4001,
+                          .tid = 4008,
+                          .note = "FIFO 60, which may be inherited"};
+  seen.is_perhaps_inherited = is_raised;
+  verdicts.rules = {{.id = "S3",
+                     .name = "parameters-unchanged",
+                     .verdict = analysis::Verdict::pass,
+                     .subjects = {{.subject = "thread 4008",
+                                   .verdict = analysis::Verdict::pass,
+                                   .checked = 3,
+                                   .evidence = {seen}}}}};
+  return verdicts;
+}
+
+TEST(VerifyText, SaysOnWhatAPassRests) {
+  const auto report = test::sample_report();
+  const auto plain = verify_text_of(verdicts_by_read_back(false), report);
+  EXPECT_THAT(plain, AllOf(HasSubstr("  passed          S3\n  of these        S3 by read-back\n"),
+                           Not(HasSubstr("thread 4008"))));
+  EXPECT_THAT(verify_text_of(verdicts_by_read_back(true), report),
+              AllOf(HasSubstr("PASS  S3 parameters-unchanged: thread 4008 (3 checked)\n"),
+                    HasSubstr("by read-back  pid 4001  tid 4008  FIFO 60, which")));
+}
+
 TEST(VerifyText, SaysThatThereWasNoSpec) {
   EXPECT_THAT(verify_text_of(test::sample_verdicts(), test::sample_report()),
               HasSubstr("no --spec was given"));

@@ -9,10 +9,12 @@
 #include "worst_run_words.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -419,6 +421,42 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
   }
   return late == 0 ? text
                    : fmt::format("{}: late {} of {}", text, late, counted(instances, "instance"));
+}
+
+std::string grounds_of_passes(const analysis::VerdictReport& verdicts) {
+  // What PASS says, as the rules' pages have it.
+  constexpr std::array<std::string_view, 3> kGrounds{"by read-back", "sampled", "announced only"};
+  std::string text;
+  for (const auto& rule : verdicts.rules) {
+    if (analysis::counted_verdict(rule) != Verdict::pass) continue;
+    for (const auto ground : kGrounds) {
+      const auto rests_on_it = [ground](const analysis::SubjectVerdict& subject) {
+        return subject.verdict == Verdict::pass &&
+               std::ranges::find(subject.evidence, ground, &analysis::Evidence::event) !=
+                   subject.evidence.end();
+      };
+      if (std::ranges::any_of(rule.subjects, rests_on_it))
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", rule.id, ground);
+    }
+  }
+  return text;
+}
+
+bool is_perhaps_inherited(const analysis::SubjectVerdict& subject) {
+  return subject.verdict == Verdict::pass &&
+         std::ranges::any_of(subject.evidence, &analysis::Evidence::is_perhaps_inherited);
+}
+
+std::string raised_priorities(const analysis::VerdictReport& verdicts) {
+  for (const auto& rule : verdicts.rules) {
+    const auto threads =
+        static_cast<std::uint64_t>(std::ranges::count_if(rule.subjects, is_perhaps_inherited));
+    if (threads == 0) continue;
+    return fmt::format("{} by read-back: {} had {}, perhaps inherited", rule.id,
+                       counted(threads, "thread"),
+                       threads == 1 ? "a raised priority" : "raised priorities");
+  }
+  return {};
 }
 
 std::string remedy_of(const Judged& judged, const Finding& finding) {

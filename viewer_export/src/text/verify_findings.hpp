@@ -75,6 +75,13 @@ std::vector<Finding> findings_of(const Judged& judged);
 // The most frequent first.
 std::vector<Doubt> doubts_of(const Judged& judged);
 
+// "S3 by read-back, S5 announced only": rules that pass, and on what. Empty: all rest on all that they ask for.
+std::string grounds_of_passes(const analysis::VerdictReport& verdicts);
+// It passes although it ran with a raised priority, which may be inherited.
+bool is_perhaps_inherited(const analysis::SubjectVerdict& subject);
+// "S3 by read-back: 2 threads had raised priorities, perhaps inherited"; empty: none had.
+std::string raised_priorities(const analysis::VerdictReport& verdicts);
+
 // "26 of 26 callbacks share threads": the gravest fact, without the verdict's word.
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings);
 // "8 of 8 callbacks that ran had a thread of their own", or what was seen instead.

@@ -369,7 +369,10 @@ class VerifyScreen {
       text += (text.empty() ? "" : ", ") + part;
     text += (text.empty() ? "" : "; ") + counts_of_runs(judged_.report);
     auto lines = paragraph("  ", text, 3, style_);
-    append(lines, remarks(judged_, defects(), style_));
+    auto before = defects();
+    if (auto raised = raised_priorities(judged_.verdicts); !raised.empty())
+      before.insert(before.begin(), std::move(raised));
+    append(lines, remarks(judged_, std::move(before), style_));
     return lines;
   }
 

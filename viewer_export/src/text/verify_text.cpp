@@ -3,6 +3,7 @@
 #include <cie/viewer_export/version.hpp>
 
 #include "tables/report_tables.hpp"
+#include "verify_findings.hpp"
 #include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
@@ -159,6 +160,7 @@ std::string headline(const analysis::VerdictReport& verdicts, const TextStyle& s
   add("undecided", with(Verdict::inconclusive));
   add("suppressed", suppressed);
   add("passed", with(Verdict::pass));
+  add("of these", grounds_of_passes(verdicts));
   add("not applicable", with(Verdict::not_applicable));
   return text;
 }
@@ -253,10 +255,20 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
       }
     }
   };
+  // Who doubts that these were inherited finds when they were.
+  const auto write_raised = [&] {
+    for (const auto& rule : verdicts.rules) {
+      for (const auto& subject : rule.subjects) {
+        if (is_perhaps_inherited(subject))
+          out << finding(rule, subject, report, context.reader_arguments, style) << '\n';
+      }
+    }
+  };
   for (const bool is_suppressed : {false, true}) {
     write(Verdict::fail, is_suppressed);
     write(Verdict::inconclusive, is_suppressed);
   }
+  write_raised();
   out << summary(verdicts, report, context, style);
 }
 

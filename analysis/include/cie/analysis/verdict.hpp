@@ -32,6 +32,8 @@ struct Evidence {
   std::optional<std::uint64_t> packet{};
   // That the process did not end in the recording, for all that its events tell; not part of the JSON.
   bool is_without_run_end = false;
+  // Of a PASS: a raised priority that was seen, and that may be an inherited one; not part of the JSON.
+  bool is_perhaps_inherited = false;
 };
 
 // What a verdict is about, as the report's rows are known.
