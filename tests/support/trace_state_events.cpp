@@ -53,6 +53,7 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
     } else {
       thread.start = time;
     }
+    if (line.gives("for")) thread.callback = named(callbacks_, line, line.value("for", "")).id;
     thread_init(time, thread);
   } else if (verb == "finish") {
     auto& thread = named(threads_, line, line.word(2));

@@ -29,8 +29,8 @@
 //   initial|applied|audit T [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
 //       deadline= period= cpus=0,1 error= n= slice= util_min= util_max= change=]
 //       [old]                          as recordings had it before slice and clamps
-//   begin T [again] · finish T         thread_init, thread_fini, instead of those that are added;
-//                                      again: another spin on the thread that T was
+//   begin T [again] [for=C] · finish T thread_init, thread_fini, instead of those that are added;
+//                                      again: another spin on the thread that T was, for C
 //   init C · fini C                    callback_init (again), callback_fini, likewise
 //   reload [spec=SHA256]               run_begin again, for another spec
 //   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T

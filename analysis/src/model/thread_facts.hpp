@@ -209,6 +209,8 @@ struct alignas(64) CallbackOnThread {
   // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
   // `last_activity`.
   std::vector<UsedCpu> cpus{};
+  // The first start there (seq before it) that the thread was announced anew before, for another callback.
+  Rare<std::pair<std::uint64_t, EventRef>> first_beside_other{};
 };
 
 struct SwitchPriority {
@@ -246,6 +248,18 @@ inline bool is_pid_ns_known(const ProcessFacts& process) noexcept {
   return process.pid_ns != 0 || process.speaks_where_switched == true;
 }
 
+inline constexpr std::size_t kMostFormer = 64;
+
+// For whom a thread was announced before it was announced for another callback or group.
+struct FormerAnnouncement {
+  EventRef at{};    // its first thread_init
+  EventRef next{};  // that of the other one
+  std::optional<EventRef> fini{};
+  std::optional<CallbackId> callback{};
+  std::optional<GroupId> group{};
+  std::uint32_t last_change = 0;  // as of ThreadFacts
+};
+
 // One thread incarnation: (process, tid, creation). What every instance looks at comes first.
 struct ThreadFacts {
   ProcessIndex process{};
@@ -256,8 +270,9 @@ struct ThreadFacts {
   std::uint64_t announcements_at_init = 0;  // of its process, at that one
   std::optional<EventRef> fini{};
   std::vector<CallbackOnThread*> ran{};  // of the model's pairs, by first start
-  std::optional<CallbackId> callback{};  // as announced; empty: none
+  std::optional<CallbackId> callback{};  // as announced last; empty: none
   std::optional<GroupId> group{};
+  std::vector<FormerAnnouncement> former{};  // capped at kMostFormer, keeping the first
   std::string name{};
   std::optional<std::int64_t> start_ns{};
   std::uint32_t fini_read_backs = 0;

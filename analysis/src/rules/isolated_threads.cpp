@@ -19,8 +19,9 @@ std::vector<ThreadIndex> IsolatedThreads::Lists::of(Key key) const {
   // Not equal_range: what it returns is more than clang 14 knows of libstdc++'s concepts.
   for (auto entry =
            std::ranges::lower_bound(entries_, key, {}, &decltype(entries_)::value_type::first);
-       entry != entries_.end() && entry->first == key; ++entry)
-    threads.push_back(entry->second);
+       entry != entries_.end() && entry->first == key; ++entry) {
+    if (threads.empty() || threads.back() != entry->second) threads.push_back(entry->second);
+  }
   return threads;
 }
 
@@ -34,15 +35,23 @@ IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
   sort_rows(isolated, {}, by_order);
   for (const auto index : isolated) {
     const auto& thread = model.threads[at(index)];
-    if (thread.callback) by_callback_.add({thread.process, to_number(*thread.callback)}, index);
-    if (!thread.group) continue;
-    const Lists::Key group(thread.process, to_number(*thread.group));
-    by_group_.add(group, index);
-    if (!thread.callback) without_callback_.add(group, index);
+    add(index, thread.callback, thread.group);
+    for (const auto& former : thread.former)
+      add(index, former.callback, former.group);
   }
   for (auto* lists : {&by_callback_, &by_group_, &without_callback_})
     lists->sort();
   find_idle_owners(isolated);
+}
+
+void IsolatedThreads::add(ThreadIndex index, const std::optional<CallbackId>& callback,
+                          const std::optional<GroupId>& of_group) {
+  const auto process = model_.threads[at(index)].process;
+  if (callback) by_callback_.add({process, to_number(*callback)}, index);
+  if (!of_group) return;
+  const Lists::Key group(process, to_number(*of_group));
+  by_group_.add(group, index);
+  if (!callback) without_callback_.add(group, index);
 }
 
 void IsolatedThreads::find_idle_owners(const std::vector<ThreadIndex>& isolated) {
@@ -80,6 +89,7 @@ std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) cons
   std::vector<ThreadIndex> threads;
   const auto by_order = [this](ThreadIndex index) { return order(index); };
   std::ranges::merge(own, group, std::back_inserter(threads), {}, by_order, by_order);
+  threads.erase(std::unique(threads.begin(), threads.end()), threads.end());
   return threads;
 }
 

@@ -36,6 +36,8 @@ class IsolatedThreads {
   };
 
   std::tuple<Timestamp, std::int64_t, ThreadIndex> order(ThreadIndex index) const;
+  void add(ThreadIndex index, const std::optional<CallbackId>& callback,
+           const std::optional<GroupId>& of_group);
   void find_idle_owners(const std::vector<ThreadIndex>& isolated);
 
   const Model& model_;

@@ -9,34 +9,80 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace cie::analysis {
 namespace {
 
+// The last one that came before, or else the first one.
+const Announcement& in_force(const std::vector<Announcement>& all, Timestamp time) {
+  const auto later =
+      std::ranges::find_if(all, [time](const Announcement& one) { return one.at.time > time; });
+  return later == all.begin() ? all.front() : *std::prev(later);
+}
+
+enum class Ownership : std::uint8_t { own, foreign, unknown };
+
+// Whether the thread was announced for the callback whenever it ran it.
+Ownership ownership_of(const std::vector<Announcement>& all, const ThreadFacts& thread,
+                       const CallbackFacts& callback, const CallbackOnThread& pair) {
+  const bool is_of_process = thread.process == callback.process;
+  const auto is_own_at = [&](Timestamp time) {
+    return is_of_process && std::ranges::any_of(all, [&](const Announcement& one) {
+             return is_for(one, callback) && one.may_hold(time);
+           });
+  };
+  if (!is_own_at(pair.first_start.time)) return Ownership::foreign;
+  return is_own_at(pair.last_activity.time) ? Ownership::own : Ownership::unknown;
+}
+
 void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judgement& judgement) {
+  const auto announcements = announcements_of(thread);
+  if (thread.former.size() == kMostFormer) {
+    judgement.doubt(
+        evidence("thread_init", announcements.back().at,
+                 "it was announced for too many callbacks to tell whose starts are its own"));
+    return;
+  }
   for (const auto* pair : thread.ran) {
     const auto& callback = model.callbacks[at(pair->callback)];
     judgement.check(pair->starts);
-    if (is_registered_to(thread, callback)) continue;
-    if (!callback.registered && !thread.callback) continue;  // perhaps of its group
+    auto ownership = ownership_of(announcements, thread, callback, *pair);
+    if (ownership == Ownership::own && !pair->first_beside_other) continue;
+    auto seq = pair->first_seq;
+    auto start = pair->first_start;
+    if (ownership != Ownership::foreign && pair->first_beside_other) {
+      ownership = Ownership::foreign;
+      std::tie(seq, start) = *pair->first_beside_other;
+    }
+    const auto& announced = in_force(announcements, start.time);
+    if (ownership == Ownership::unknown) {
+      judgement.doubt(without_event(pair->last_activity,
+                                    "whether " + callback.logical_id +
+                                        " started on it when it was announced for another callback "
+                                        "is unknown"));
+      continue;
+    }
+    if (!callback.registered && !announced.callback) continue;  // perhaps of its group
     judgement.fail([&] {
-      return evidence(
-          "thread_init", *thread.announced,
-          "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))
-                                                       : std::string("of its group")));
+      return evidence("thread_init", announced.at,
+                      "announced for callback " +
+                          (announced.callback ? std::to_string(to_number(*announced.callback))
+                                              : std::string("of its group")));
     });
     judgement.fail([&] {
       const bool is_start_seen = pair->starts != 0;
-      return evidence(is_start_seen ? "callback_start" : "callback_end", pair->first_start,
+      return evidence(is_start_seen ? "callback_start" : "callback_end", start,
                       (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
-                          std::to_string(pair->first_seq) + "), which is not its own");
+                          std::to_string(seq) + "), which is not its own");
     });
   }
 }
@@ -144,35 +190,40 @@ bool asks_for_budgets(const SchedulingSpec* spec) {
 std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const auto& unknown = context.unknown_threads;
   const bool has_budgets = asks_for_budgets(context.options.spec);
-  auto verdicts = judge_threads(
-      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
-        judgement.doubt(context.hidden.on(index));
-        // It may be one that has a budget.
-        if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
-        if (is_never_read_back(context.model, thread)) {
-          const auto* entry = sole_entry(context, thread);
-          if (entry != nullptr && entry->foreign_work_budget_ns) {
-            judge_foreign_time(context, index, *entry, judgement);
-            return;
-          }
-        }
-        if (const auto found = unknown.find(index); found != unknown.end()) {
-          judgement.doubt(found->second);
-        }
-        const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
-        if (is_isolated(thread)) {
-          judge_foreign_callbacks(context.model, thread, judgement);
-          if (judgement.has_witness()) judgement.overrule(perhaps_another(context, index));
-          judgement.doubt(context.losses.on(index));
-          if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
-        }
-        if (is_isolated(thread) || is_worker) {
-          const auto* entry = spec_entry_of(context, index);
-          if (entry != nullptr && entry->foreign_work_budget_ns) {
-            judge_foreign_time(context, index, *entry, judgement);
-          }
-        }
-      });
+  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
+                                             Judgement& judgement) {
+    judgement.doubt(context.hidden.on(index));
+    // It may be one that has a budget.
+    if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
+    if (is_never_read_back(context.model, thread)) {
+      const auto* entry = sole_entry(context, thread);
+      if (entry != nullptr && entry->foreign_work_budget_ns) {
+        judge_foreign_time(context, index, *entry, judgement);
+        return;
+      }
+    }
+    if (const auto found = unknown.find(index); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+    if (is_isolated(thread)) {
+      judge_foreign_callbacks(context.model, thread, judgement);
+      if (judgement.has_witness()) judgement.overrule(perhaps_another(context, index));
+      judgement.doubt(context.losses.on(index));
+      if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
+    }
+    if (is_isolated(thread) || is_worker) {
+      const auto* entry = spec_entry_of(context, index);
+      if (entry == nullptr || !entry->foreign_work_budget_ns) return;
+      if (thread.former.empty()) {
+        judge_foreign_time(context, index, *entry, judgement);
+      } else {
+        judgement.doubt(evidence("thread_init", thread.former.back().next,
+                                 "announced anew for another callback: in whose time it did the "
+                                 "foreign work is unknown"));
+      }
+    }
+  });
   note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
@@ -386,7 +437,8 @@ const Rule kNoForeignWork{
     .meaning =
         "An isolated thread works for its own callback alone: it starts no other, and its work "
         "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one "
-        "it is not judged).",
+        "it is not judged). Of a thread that is announced anew for another callback each start is "
+        "judged by the announcement before it.",
     .why_it_matters =
         "Work that no callback accounts for delays the callback at its own priority, and no "
         "analysis of callbacks sees it.",

@@ -77,13 +77,14 @@ const LoadedSpec* last_named_spec(const ProcessFacts& process) {
 
 // The thread ended before its process was given the spec that is judged by, and that was not the
 // one that the process had until then.
-bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& thread) {
+bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& thread,
+                            const std::optional<EventRef>& fini) {
   const auto& process = context.model.processes[at(thread.process)];
-  if (!thread.fini) return false;
+  if (!fini) return false;
   const auto* last_named = last_named_spec(process);
   if (last_named == nullptr || !is_judged_by(context, *last_named)) return false;
-  if (thread.fini->time >= last_named->since) return false;
-  return !is_judged_by_spec_at(context, process, thread.fini->time);
+  if (fini->time >= last_named->since) return false;
+  return !is_judged_by_spec_at(context, process, fini->time);
 }
 
 // What was applied is what another spec than the one that is judged by asked for. A request that
@@ -114,13 +115,12 @@ std::string failure_of(const ReadBack& applied) {
 
 // Of a thread that ended with a former spec, which owes the later one nothing.
 void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
-                  const SpecEntry& entry, Judgement& judgement) {
+                  Timestamp end, const SpecEntry& entry, Judgement& judgement) {
   if (context.proof.may_hide_read_back(index, &applied, nullptr)) {
     judgement.doubt(context.proof.loss(index));
   }
   const auto& thread = context.model.threads[at(index)];
   if (is_as_specified(applied, entry.parameters) == true) return;
-  const auto end = thread.fini->time;
   const bool is_spec_told =
       spec_then(context.model.processes[at(thread.process)], end) != nullptr &&
       !context.user_losses.between(thread.process, Timestamp{}, end);
@@ -132,35 +132,41 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
 
 // Its process was told of a spec behind the end of the thread, and what told of another one before
 // may be lost; or what told of the one that is judged by, for no event names that.
-std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread) {
+std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFacts& thread,
+                                      const std::optional<EventRef>& fini) {
   const auto& process = context.model.processes[at(thread.process)];
-  if (!thread.fini) {  // or unseen
+  if (!fini) {  // or unseen
     return process.specs.empty() ? context.proof.unseen_announcement(thread.process) : std::nullopt;
   }
-  if (!is_judged_by_spec_at(context, process, thread.fini->time)) {
+  if (!is_judged_by_spec_at(context, process, fini->time)) {
     if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
   }
-  if (process.last_begin > thread.fini->time) {
+  if (process.last_begin > fini->time) {
     return context.user_losses.between(thread.process, Timestamp{}, process.last_begin);
   }
   const auto* last = last_named_spec(process);
   if (last != nullptr && is_judged_by(context, *last)) return std::nullopt;
-  return context.user_losses.since(thread.process, thread.fini->time);
+  return context.user_losses.since(thread.process, fini->time);
 }
 
-void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+// By what was applied while the thread was announced for the callback; null: at any time.
+void judge_as_specified(const RuleContext& context, ThreadIndex index,
+                        const CallbackFacts* callback, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
-  const auto* applied = last_applied(context.model, thread);
+  const auto own = announcement_of(thread, callback);
+  const auto* applied = callback != nullptr ? last_applied(context.model, thread, *callback)
+                                            : last_applied(context.model, thread);
   if (applied == nullptr) {
-    judgement.doubt(evidence(
-        "thread_init", *thread.announced,
-        "thread " + std::to_string(thread.tid) + " has no read-back of applied parameters"));
+    judgement.doubt(evidence("thread_init", thread.former.empty() ? *thread.announced : own.at,
+                             "thread " + std::to_string(thread.tid) +
+                                 " has no read-back of applied parameters" +
+                                 (thread.former.empty() ? "" : " of this announcement")));
     return;
   }
-  if (ended_with_former_spec(context, thread)) {
-    judge_former(context, index, *applied, entry, judgement);
+  if (ended_with_former_spec(context, thread, own.fini)) {
+    judge_former(context, index, *applied, own.fini->time, entry, judgement);
     return;
   }
   judgement.check();
@@ -168,9 +174,9 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
     judgement.overrule(proof.loss(index));
   }
   judgement.overrule(doubt_of_first_audit(context, index));
-  if (thread.last_change > applied->change) {
+  if (own.last_change > applied->change) {
     judgement.overrule(evidence("thread_sched", applied->at,
-                                "change " + std::to_string(thread.last_change) +
+                                "change " + std::to_string(own.last_change) +
                                     " of its parameters began later, and its end was not seen"));
   }
   const auto is_right = is_as_specified(*applied, entry.parameters);
@@ -181,11 +187,11 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   if (*is_right) return;
-  judgement.overrule(doubt_of_spec(context, thread));
+  judgement.overrule(doubt_of_spec(context, thread, own.fini));
   const auto runs = describe(*applied);
   const auto is_unlike = [&runs](const ReadBack& later) { return describe(later) != runs; };
   const auto& last = thread.last_read_back;
-  const bool differs_later = last && last->n > applied->n && is_unlike(*last);
+  const bool differs_later = last && own.holds(*last) && last->n > applied->n && is_unlike(*last);
   std::string note = asks(context, entry) + (differs_later ? "; applied to the thread was " + runs
                                                            : "; the thread runs " + runs);
   if (applied->change != 0) {
@@ -216,7 +222,7 @@ std::vector<SubjectVerdict> judge_named_threads(const RuleContext& context) {
                          } else {
                            const auto* entry = entry_of_name(context, thread);
                            if (entry != nullptr && judges_parameters(entry->parameters)) {
-                             judge_as_specified(context, index, *entry, judgement);
+                             judge_as_specified(context, index, nullptr, *entry, judgement);
                            }
                          }
                        });
@@ -268,7 +274,7 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
           const auto lost = unannounced.find(callback.process);
           if (threads.empty() && lost != unannounced.end()) judgement.doubt(*lost->second);
           for (const auto thread : threads) {
-            judge_as_specified(context, thread, *entry, judgement);
+            judge_as_specified(context, thread, &callback, *entry, judgement);
           }
           if (!threads.empty()) judge_ran_elsewhere(context, callback, *entry, judgement);
         }
@@ -287,15 +293,17 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
 
 // The parameters came with a change, as of a reload, after the callback's first start: did that run
 // as another spec said?
-void judge_changed(const RuleContext& context, ThreadIndex index, const EventRef& first_start,
-                   const ReadBack& match, const SpecEntry& entry, Judgement& judgement) {
+void judge_changed(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
+                   const EventRef& first_start, const ReadBack& match, const SpecEntry& entry,
+                   Judgement& judgement) {
   if (context.proof.may_hide_read_back(index, nullptr, &match)) {
     judgement.doubt(context.proof.loss(index));
   }
   const auto& thread = context.model.threads[at(index)];
+  const auto own = announcement_of(thread, &callback);
   const ReadBack* former = nullptr;
   for (const auto& applied : thread.applied) {
-    if (applied.at.time <= first_start.time) former = &applied;
+    if (own.holds(applied) && applied.at.time <= first_start.time) former = &applied;
   }
   if (former != nullptr && is_by_another_spec(context, thread, *former, entry.parameters)) return;
   judgement.doubt(evidence("thread_sched", match.at,
@@ -313,18 +321,26 @@ void fail_unconfigured(const RuleContext& context, ThreadIndex index, const Call
   const auto& proof = context.proof;
   judgement.check();
   if (proof.may_hide_read_back(index, nullptr, &match)) judgement.overrule(proof.loss(index));
-  judgement.fail(
-      evidence("callback_start", first_start,
-               callback.logical_id + " started (seq " + std::to_string(seq) + ") unconfigured; " +
-                   counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") + " did"));
+  // What ran under another announcement counts there, too.
+  const bool is_counted = context.model.threads[at(index)].former.empty();
+  judgement.fail(evidence(
+      "callback_start", first_start,
+      callback.logical_id + " started (seq " + std::to_string(seq) + ") unconfigured" +
+          (is_counted
+               ? "; " + counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") +
+                     " did"
+               : "")));
   judgement.fail(evidence("thread_sched", match.at,
                           "only now the thread runs as specified: " + describe(match)));
 }
 
+// While the thread was announced for the callback.
 std::vector<ReadBack>::const_iterator first_match(const ThreadFacts& thread,
+                                                  const CallbackFacts& callback,
                                                   const SpecEntry& entry) {
-  return std::ranges::find_if(thread.applied, [&entry](const ReadBack& read_back) {
-    return is_as_specified(read_back, entry.parameters) == true;
+  const auto own = announcement_of(thread, &callback);
+  return std::ranges::find_if(thread.applied, [&](const ReadBack& read_back) {
+    return own.holds(read_back) && is_as_specified(read_back, entry.parameters) == true;
   });
 }
 
@@ -334,7 +350,7 @@ void judge_before_next(const RuleContext& context, ThreadIndex index, const Call
                        const SpecEntry& entry, Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const auto ran = std::ranges::find(callback.ran_on, index, &CallbackOnThread::thread);
-  const auto match = first_match(thread, entry);
+  const auto match = first_match(thread, callback, entry);
   const bool is_judged = ran != callback.ran_on.end() && (*ran)->starts > 0 &&
                          match != thread.applied.end() && match->change == 0;
   if (!is_judged || (*ran)->first_start.time >= match->at.time) return;
@@ -361,7 +377,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     if (!is_attached || is_promised) judgement.doubt(proof.loss(callback_index));
     return;
   }
-  const auto match = first_match(thread, entry);
+  const auto match = first_match(thread, callback, entry);
   if (match == thread.applied.end()) {
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
                             is_as_specified(*thread.first_audit, entry.parameters) == true;
@@ -372,7 +388,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
   if (starts.first_at.time >= match->at.time) {
     judgement.check();
   } else if (match->change != 0) {
-    judge_changed(context, index, starts.first_at, *match, entry, judgement);
+    judge_changed(context, index, callback, starts.first_at, *match, entry, judgement);
   } else {
     fail_unconfigured(context, index, callback, starts.first_at, 0, *match, judgement);
   }
@@ -415,7 +431,8 @@ const Rule kParametersAsSpecified{
         "CPUs. After a reload the spec to judge by is the new one; threads that ended before, "
         "under another one, owe it nothing. On a process that was attached to, the first audit "
         "stands for it. Where a callback ran on another thread than its own, what that was read "
-        "back to run as is judged, too.",
+        "back to run as is judged, too. Of a thread that is announced anew for another callback "
+        "what was applied under the callback's own announcement counts.",
     .why_it_matters =
         "A refused or forgotten request leaves the thread with other parameters than planned, and "
         "every analysis of the plan is void.",

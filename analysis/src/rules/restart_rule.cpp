@@ -45,11 +45,11 @@ Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
 }
 
 // The last of a callback's threads that has a read-back of what was applied.
-std::optional<ThreadIndex> configured_thread(const Model& model,
+std::optional<ThreadIndex> configured_thread(const Model& model, const CallbackFacts& callback,
                                              const std::vector<ThreadIndex>& threads) {
   std::optional<ThreadIndex> found;
   for (const auto index : threads) {
-    if (last_applied(model, model.threads[at(index)]) != nullptr) found = index;
+    if (last_applied(model, model.threads[at(index)], callback) != nullptr) found = index;
   }
   return found;
 }
@@ -89,7 +89,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
   const auto& proof = context.proof;
   const auto read_back = [&](const CallbackFacts& callback) -> const ReadBack* {
     const auto threads = context.isolated.of(callback);
-    const auto index = configured_thread(model, threads);
+    const auto index = configured_thread(model, callback, threads);
     if (!index) {
       for (const auto other : threads)
         judgement.overrule(proof.loss(other));
@@ -102,7 +102,7 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
       if (!is_thread_known) judgement.doubt(proof.unseen_threads(callback.process));
       return nullptr;
     }
-    const auto* applied = last_applied(model, model.threads[at(*index)]);
+    const auto* applied = last_applied(model, model.threads[at(*index)], callback);
     if (proof.may_hide_read_back(*index, applied, nullptr)) {
       judgement.overrule(proof.loss(*index));
     }

@@ -130,7 +130,8 @@ const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {
   if (const auto* named = entry_of_name(context, thread)) return named;
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
-    if (is_registered_to(thread, callback)) return spec_entry(context, callback);
+    if (thread.announced && is_for(announcement_of(thread, nullptr), callback))
+      return spec_entry(context, callback);
   }
   const auto owner = context.isolated.idle_owner(index);
   return owner ? spec_entry(context, context.model.callbacks[at(*owner)]) : nullptr;

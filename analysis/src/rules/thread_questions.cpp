@@ -4,6 +4,7 @@
 #include "rule_context.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cie::analysis {
 
@@ -34,10 +35,57 @@ bool is_of_other_role(const ThreadFacts& thread) noexcept {
   return thread.announced && thread.role && thread.role != ThreadRole::callback;
 }
 
+namespace {
+
+bool is_owner(const std::optional<CallbackId>& named, const std::optional<GroupId>& group,
+              const CallbackFacts& callback) noexcept {
+  if (named) return *named == callback.id;
+  return group && callback.group && *group == *callback.group;
+}
+
+}  // namespace
+
+std::vector<Announcement> announcements_of(const ThreadFacts& thread) {
+  std::vector<Announcement> all;
+  Announcement last{.at = *thread.announced,
+                    .callback = thread.callback,
+                    .group = thread.group,
+                    .after = Timestamp{std::numeric_limits<std::int64_t>::min()},
+                    .fini = thread.fini,
+                    .last_change = thread.last_change};
+  for (const auto& former : thread.former) {
+    all.push_back({.at = former.at,
+                   .callback = former.callback,
+                   .group = former.group,
+                   .after = last.after,
+                   .fini = former.fini,
+                   .next = former.next.time,
+                   .last_change = former.last_change});
+    last.at = former.next;
+    last.after = former.fini ? former.fini->time : former.next.time;
+  }
+  all.push_back(last);
+  return all;
+}
+
+bool is_for(const Announcement& announcement, const CallbackFacts& callback) noexcept {
+  return is_owner(announcement.callback, announcement.group, callback);
+}
+
+Announcement announcement_of(const ThreadFacts& thread, const CallbackFacts* callback) {
+  const auto all = announcements_of(thread);
+  const auto found = std::ranges::find_if(all.rbegin(), all.rend(), [&](const auto& one) {
+    return callback == nullptr || is_for(one, *callback);
+  });
+  return found != all.rend() ? *found : all.back();
+}
+
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
   if (thread.process != callback.process) return false;
-  if (thread.callback) return *thread.callback == callback.id;
-  return thread.group && callback.group && *thread.group == *callback.group;
+  return is_owner(thread.callback, thread.group, callback) ||
+         std::ranges::any_of(thread.former, [&callback](const FormerAnnouncement& former) {
+           return is_owner(former.callback, former.group, callback);
+         });
 }
 
 const EventRef& first_start_on(const ThreadFacts& thread) {
@@ -50,6 +98,15 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
   if (!thread.applied.empty()) return &thread.applied.back();
   const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+const ReadBack* last_applied(const Model& model, const ThreadFacts& thread,
+                             const CallbackFacts& callback) {
+  if (thread.former.empty()) return last_applied(model, thread);
+  const auto own = announcement_of(thread, &callback);
+  const auto found = std::ranges::find_if(thread.applied.rbegin(), thread.applied.rend(),
+                                          [&own](const auto& read) { return own.holds(read); });
+  return found != thread.applied.rend() ? &*found : nullptr;
 }
 
 std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex index) {

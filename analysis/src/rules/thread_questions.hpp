@@ -5,8 +5,10 @@
 
 #include "model/facts.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -30,13 +32,39 @@ bool may_be_former(const RuleContext& context, const ThreadFacts& thread);
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // Announced with another one: a worker, a dispatcher, one of a pool.
 bool is_of_other_role(const ThreadFacts& thread) noexcept;
-// The thread was announced for the callback, or for its group without naming a callback.
+// From one announcement of a thread to the next one for another callback or group. Of a thread without
+// such it is all its time.
+struct Announcement {
+  EventRef at{};  // thread_init
+  std::optional<CallbackId> callback{};
+  std::optional<GroupId> group{};
+  Timestamp after{};  // the end of the one before
+  std::optional<EventRef> fini{};
+  Timestamp next = kLatest;       // thread_init of the next one
+  std::uint32_t last_change = 0;  // as of ThreadFacts
+
+  bool holds(const ReadBack& read_back) const noexcept {
+    const auto end = fini && next != kLatest ? fini->time : next;
+    return read_back.at.time >= after && read_back.at.time <= end;
+  }
+  // Of whatever happens on the thread, as far as it can tell.
+  bool may_hold(Timestamp time) const noexcept { return time >= after && time <= next; }
+};
+// In their order. Requires that it was announced.
+std::vector<Announcement> announcements_of(const ThreadFacts& thread);
+bool is_for(const Announcement& announcement, const CallbackFacts& callback) noexcept;
+// The last one for the callback; null: for whatever callback. Requires that there is one.
+Announcement announcement_of(const ThreadFacts& thread, const CallbackFacts* callback);
+// The thread was announced for the callback, or for its group without naming a callback, at any time.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
 // Of a thread that ran callbacks.
 const EventRef& first_start_on(const ThreadFacts& thread);
 // The read-back that stands for what was applied last: `applied`, or the first audit of a process
 // that was attached to. Null if there is none.
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept;
+// The same of the time when it was announced for the callback.
+const ReadBack* last_applied(const Model& model, const ThreadFacts& thread,
+                             const CallbackFacts& callback);
 // Such an audit may not be the first one of the attached process: why not.
 std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex thread);
 

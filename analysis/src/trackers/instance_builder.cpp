@@ -293,6 +293,10 @@ inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback
   }
   pending.pair = last;
   ++last->starts;
+  const auto& on = *pending.thread_facts;
+  if (!on.former.empty() && on.callback && *on.callback != pending.callback_facts->id && !on.fini &&
+      !last->first_beside_other) [[unlikely]]
+    last->first_beside_other = {pending.seq, pending.start};
   last->is_certain = last->is_certain || !pending.may_be_another;
   note_activity(*last, pending.start);
 }

@@ -213,6 +213,32 @@ void Registry::apply(const EventHead& head, const PublisherFini& event) {
   model_.publishers[publisher(*process, event.publisher)].fini = {ref(head), event.published};
 }
 
+namespace {
+
+// It was announced for another callback, or for another group without a callback.
+bool is_of_another_owner(const ThreadFacts& thread, const ThreadInit& event) {
+  const bool has_callback = event.callback != kNoCallback;
+  if (thread.callback) return has_callback && event.callback != *thread.callback;
+  return thread.group && event.group != kNoGroup && event.group != *thread.group;
+}
+
+// Requires that it was announced.
+void keep_former(ThreadFacts& thread, const EventRef& next) {
+  if (thread.former.size() < kMostFormer) {
+    const auto since = thread.former.empty() ? *thread.announced : thread.former.back().next;
+    thread.former.push_back({.at = since,
+                             .next = next,
+                             .fini = thread.fini,
+                             .callback = thread.callback,
+                             .group = thread.group,
+                             .last_change = thread.last_change});
+  }
+  thread.callback.reset();
+  thread.group.reset();
+}
+
+}  // namespace
+
 std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
   const auto process = reported_process_of(head);
   if (!process) return std::nullopt;
@@ -227,6 +253,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   if (!index) index = new_thread(*process, event.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.announced || thread.fini) ++thread.spins;
+  if (thread.announced && is_of_another_owner(thread, event)) keep_former(thread, ref(head));
   if (thread.fini) {  // announced anew after its end: another spin on the same thread
     thread.fini.reset();
     thread.announced_again = head.time;

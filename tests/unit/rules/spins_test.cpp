@@ -7,12 +7,15 @@
 #include <string>
 #include <variant>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
 
 using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 // Everything that applications told of threads from `from` to `to`.
 TextTrace without_state(TextTrace trace, std::int64_t from, std::int64_t to) {
@@ -65,6 +68,60 @@ TEST(Spins, ThatReadAsOnePassNothing) {
     const Verified lossy(without_state(trace_of(text + kLostState), 30, 42));
     EXPECT_EQ(lossy["S3"], Verdict::inconclusive) << process;
   }
+}
+
+// The thread of fusion is announced anew for plan, which it runs then.
+std::string handed_over(const std::string& first, const std::string& second,
+                        const std::string& more = {}) {
+  return R"(
+    callback fusion
+    callback plan
+    -100 begin fusion
+    -90 initial fusion n=0 cpus=0
+    -80 applied fusion n=1 cpus=0 )" +
+         first + R"(
+    10 start fusion
+    12 end fusion
+    30 finish fusion
+    40 begin fusion again for=plan
+    41 initial fusion n=0 cpus=0
+    42 applied fusion n=1 cpus=0 )" +
+         second + R"(
+    50 start plan on=fusion
+    52 end plan on=fusion
+    )" + more +
+         "\n    70 finish fusion\n";
+}
+
+constexpr const char* kFifo = "policy=fifo priority=50";
+constexpr const char* kOther = "policy=other";
+constexpr const char* kFusionIsFifo =
+    "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 50}\n";
+
+TEST(Spins, OfAnotherCallbackDoNotMakeTheFormersStartsForeign) {
+  EXPECT_EQ(Verified(handed_over(kFifo, kOther)).of("M6", "thread 101"), Verdict::pass);
+  const Verified early(
+      handed_over(kFifo, kOther, "20 start plan on=fusion\n22 end plan on=fusion"));
+  EXPECT_EQ(early.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_THAT(early.evidence("M6", "thread 101"),
+              AllOf(HasSubstr("-100 thread_init announced for callback 0"),
+                    HasSubstr("20 callback_start started plan (seq 0), which is not its own")));
+  const Verified late(
+      handed_over(kFifo, kOther, "60 start fusion on=fusion\n62 end fusion on=fusion"));
+  EXPECT_EQ(late.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_THAT(late.evidence("M6", "thread 101"),
+              AllOf(HasSubstr("40 thread_init announced for callback 1"),
+                    HasSubstr("60 callback_start started fusion (seq 1), which is not its own")));
+}
+
+TEST(Spins, OfAnotherCallbackAreNotTheFormersParameters) {
+  const auto judged = [](const char* first, const char* second, const char* rule) {
+    return Verified(handed_over(first, second), kFusionIsFifo).of(rule, "callback fusion");
+  };
+  EXPECT_EQ(judged(kFifo, kOther, "S1"), Verdict::pass);
+  EXPECT_EQ(judged(kFifo, kOther, "S2"), Verdict::pass);
+  EXPECT_EQ(judged(kOther, kFifo, "S1"), Verdict::fail);
+  EXPECT_EQ(judged(kOther, kFifo, "S2"), Verdict::not_applicable) << "none that match were applied";
 }
 
 // run_end counts announcements, of which a thread that spins twice has two.
