@@ -125,11 +125,11 @@ inline bool Analyzer::Pipeline::consume_at_once(const EventHead& head, const Cal
       consume_system(event);
       return;
     case EventCategory::clock:
-      consume_clock(event);
+      consume_user_apart(event);
       return;
     case EventCategory::callback:
       if (cut) [[unlikely]] {
-        consume_in_window(event);
+        consume_user_apart(event);
       } else {
         consume_user<false>(event);
       }
@@ -140,9 +140,7 @@ inline bool Analyzer::Pipeline::consume_at_once(const EventHead& head, const Cal
 
 void Analyzer::Pipeline::consume_apart(const Event& event) { consume(event); }
 
-void Analyzer::Pipeline::consume_in_window(const Event& event) { consume_user<true>(event); }
-
-void Analyzer::Pipeline::consume_clock(const Event& event) { consume_user<true>(event); }
+void Analyzer::Pipeline::consume_user_apart(const Event& event) { consume_user<true>(event); }
 
 void Analyzer::consume(const Event& event) { pipeline_->consume_apart(event); }
 

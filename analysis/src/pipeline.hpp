@@ -49,8 +49,8 @@ struct Analyzer::Pipeline {
   // `kMayBeCut`: there may be a window, or it is an event of clocks.
   template <bool kMayBeCut>
   inline void consume_user(const Event& event);
-  void consume_in_window(const Event& event);
-  void consume_clock(const Event& event);
+  // Such events, by a call.
+  void consume_user_apart(const Event& event);
   inline void consume_system(const Event& event);
   void consume_state(const Event& event);
   void consume_structure(const Event& event);

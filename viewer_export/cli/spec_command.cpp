@@ -28,12 +28,12 @@ constexpr const char* kSpecFooter =
     "Exit codes: 0 done, 2 the spec cannot be used or wrong usage, 4 trace unreadable or result\n"
     "not writable.\n";
 
-// Linux's defaults: a spec is also checked elsewhere than where it is applied.
+// By the defaults: a spec is also checked elsewhere than where it is applied.
 bool is_period_refused(const ThreadParameters& parameters) {
-  constexpr std::uint64_t kLeast = 100'000;
-  constexpr std::uint64_t kMost = 4'194'304'000;
+  constexpr std::uint64_t kMicrosecond = 1000;
   return parameters.policy == Policy::deadline &&
-         (parameters.period_ns < kLeast || parameters.period_ns > kMost);
+         (parameters.period_ns < kLeastPeriodUs * kMicrosecond ||
+          parameters.period_ns > kMostPeriodUs * kMicrosecond);
 }
 
 void check_spec(const std::string& file, const std::string& target) {
@@ -54,11 +54,10 @@ void check_spec(const std::string& file, const std::string& target) {
   for (const auto* entries : {&spec.callbacks(), &spec.threads()}) {
     for (const auto& entry : *entries) {
       if (!is_period_refused(entry.parameters)) continue;
-      write(
-          fmt::format("{}:{}: note: Linux refuses this SCHED_DEADLINE period unless "
-                      "kernel.sched_deadline_period_min_us and _max_us were changed: they are "
-                      "100 us and 4194304 us",
-                      printable(spec.name()), entry.line));
+      write(fmt::format(
+          "{}:{}: note: Linux refuses this SCHED_DEADLINE period unless "
+          "kernel.sched_deadline_period_min_us and _max_us were changed: they are {} us and {} us",
+          printable(spec.name()), entry.line, kLeastPeriodUs, kMostPeriodUs));
     }
   }
   output.commit();

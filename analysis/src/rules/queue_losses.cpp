@@ -17,14 +17,6 @@ bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
   return !context.user_losses.between(callback.process, start, callback.registered->time);
 }
 
-// It announces the worker that serves what rclcpp serves for itself.
-bool is_of_cie_rclcpp(const Model& model, ProcessIndex process) {
-  return std::ranges::any_of(model.threads, [process](const ThreadFacts& thread) {
-    return thread.process == process && thread.role == ThreadRole::worker &&
-           thread.name == "cie-rclcpp";
-  });
-}
-
 }  // namespace
 
 QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callback) {
@@ -38,7 +30,7 @@ QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callba
           .overwritten = overwritten,
           .are_totals_seen = callback.are_totals_told && has_totals,
           .is_overwritten_at_least =
-              overwritten > 0 && is_of_cie_rclcpp(context.model, callback.process)};
+              overwritten > 0 && context.of_cie_rclcpp.contains(callback.process)};
 }
 
 }  // namespace cie::analysis

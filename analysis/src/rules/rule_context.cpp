@@ -26,6 +26,16 @@ std::map<ThreadIndex, Evidence> find_unknown(const Model& model, const Proof& pr
   return unknown;
 }
 
+// It announces the worker that serves what rclcpp serves for itself.
+std::set<ProcessIndex> find_cie_rclcpp(const Model& model) {
+  std::set<ProcessIndex> processes;
+  for (const auto& thread : model.threads) {
+    if (thread.role == ThreadRole::worker && thread.name == "cie-rclcpp")
+      processes.insert(thread.process);
+  }
+  return processes;
+}
+
 }  // namespace
 
 RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
@@ -43,6 +53,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated, user_losses.of_hosts()),
       hidden(facts),
       lost_ends(facts, lives, holes, user_losses),
+      of_cie_rclcpp(find_cie_rclcpp(facts)),
       unknown_threads(find_unknown(facts, proof)) {}
 
 bool RuleContext::is_after_window(const CallbackFacts& callback) const noexcept {

@@ -17,6 +17,7 @@
 #include "user_losses_of_processes.hpp"
 
 #include <map>
+#include <set>
 #include <vector>
 
 namespace cie::analysis {
@@ -44,6 +45,7 @@ struct RuleContext {
   const ThreadLosses run_losses;  // of whole instances: see Proof::lost_runs()
   const HiddenCallbacks hidden;
   const LostEnds lost_ends;
+  const std::set<ProcessIndex> of_cie_rclcpp;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never
   // were (M9 is INCONCLUSIVE): rules about isolated threads are INCONCLUSIVE there as well.
   const std::map<ThreadIndex, Evidence> unknown_threads;

@@ -130,7 +130,7 @@ const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {
   if (const auto* named = entry_of_name(context, thread)) return named;
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
-    if (thread.announced && is_for(announcement_of(thread, nullptr), callback))
+    if (thread.announced && is_announced_for(thread, callback))
       return spec_entry(context, callback);
   }
   const auto owner = context.isolated.idle_owner(index);

@@ -80,9 +80,13 @@ Announcement announcement_of(const ThreadFacts& thread, const CallbackFacts* cal
   return found != all.rend() ? *found : all.back();
 }
 
+bool is_announced_for(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
+  return is_owner(thread.callback, thread.group, callback);
+}
+
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
   if (thread.process != callback.process) return false;
-  return is_owner(thread.callback, thread.group, callback) ||
+  return is_announced_for(thread, callback) ||
          std::ranges::any_of(thread.former, [&callback](const FormerAnnouncement& former) {
            return is_owner(former.callback, former.group, callback);
          });

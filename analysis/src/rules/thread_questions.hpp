@@ -55,7 +55,9 @@ std::vector<Announcement> announcements_of(const ThreadFacts& thread);
 bool is_for(const Announcement& announcement, const CallbackFacts& callback) noexcept;
 // The last one for the callback; null: for whatever callback. Requires that there is one.
 Announcement announcement_of(const ThreadFacts& thread, const CallbackFacts* callback);
-// The thread was announced for the callback, or for its group without naming a callback, at any time.
+// The thread was announced last for that callback of its process, or for its group without naming one.
+bool is_announced_for(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
+// The same of any of its announcements, and of any callback.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
 // Of a thread that ran callbacks.
 const EventRef& first_start_on(const ThreadFacts& thread);

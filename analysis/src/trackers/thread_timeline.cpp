@@ -83,27 +83,33 @@ void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
   if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
 }
 
-void ThreadTimeline::charge(const Host& host, Thread& waiting, std::int64_t tid,
-                            std::string_view name, Timestamp time) {
+ThreadTimeline::Runner ThreadTimeline::runner(const Host& host, std::int64_t tid,
+                                              std::string_view name) {
+  const auto* thread = host.threads.find(tid);
+  return {.tid = tid, .name = name, .is_in_callback = thread != nullptr && thread->watches > 0};
+}
+
+void ThreadTimeline::charge(Thread& waiting, const Runner& by, Timestamp time) {
   if (time <= waiting.charged) return;
-  const auto* runs = host.threads.find(tid);
   auto& preemptors = waiting.preemptors;
-  auto found = std::ranges::find(preemptors, tid, &Preemptor::tid);
+  auto found = std::ranges::find(preemptors, by.tid, &Preemptor::tid);
   if (found == preemptors.end()) {
-    preemptors.push_back(Preemptor{
-        .tid = tid, .name = std::string(name), .time = Duration{0}, .in_callbacks = Duration{0}});
+    preemptors.push_back(Preemptor{.tid = by.tid,
+                                   .name = std::string(by.name),
+                                   .time = Duration{0},
+                                   .in_callbacks = Duration{0}});
     found = std::prev(preemptors.end());
   }
-  if (found->name.empty()) found->name = name;
+  if (found->name.empty()) found->name = by.name;
   found->time += time - waiting.charged;
-  if (runs != nullptr && runs->watches > 0) found->in_callbacks += time - waiting.charged;
+  if (by.is_in_callback) found->in_callbacks += time - waiting.charged;
   waiting.charged = time;
 }
 
 void ThreadTimeline::stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time) {
   if (waiting.waits_on < 0) return;
   auto& cpu = cpu_of(host, waiting.waits_on);
-  charge(host, waiting, cpu.tid, cpu.name, time);
+  charge(waiting, runner(host, cpu.tid, cpu.name), time);
   std::erase(cpu.waiting, tid);
   waiting.waits_on = -1;
 }
@@ -203,8 +209,10 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
     add_hole(host, *hole);
     lose_running(of_host, cpu, on_cpu.tid);
   }
-  for (const auto waiting : on_cpu.waiting) {
-    charge(of_host, of_host.threads[waiting], event.prev_tid, event.prev_comm, time);
+  if (!on_cpu.waiting.empty()) {
+    const auto by = runner(of_host, event.prev_tid, event.prev_comm);
+    for (const auto waiting : on_cpu.waiting)
+      charge(of_host.threads[waiting], by, time);
   }
   if (event.prev_tid != 0) {
     auto& prev = of_host.threads[event.prev_tid];
@@ -342,8 +350,9 @@ void ThreadTimeline::charge_waiting(Host& host, std::int64_t tid, const Thread& 
   if (place == nullptr) return;
   const auto& on_cpu = host.cpus[*place];
   if (on_cpu.tid != tid) return;
+  const Runner by{.tid = tid, .name = on_cpu.name, .is_in_callback = running.watches > 0};
   for (const auto waiting : on_cpu.waiting)
-    charge(host, host.threads[waiting], tid, on_cpu.name, time);
+    charge(host.threads[waiting], by, time);
 }
 
 void ThreadTimeline::add_hole(HostIndex host, Hole hole) {

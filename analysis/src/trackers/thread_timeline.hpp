@@ -195,9 +195,15 @@ class ThreadTimeline {
   // Something happens to the thread: no switch-in of the presumed time follows any more.
   static void drop_presumption(Thread& thread);
   static void wake(Thread& thread, Timestamp time);
-  // Notes that `tid` ran on the CPU where `waiting` waits, up to `time`.
-  static void charge(const Host& host, Thread& waiting, std::int64_t tid, std::string_view name,
-                     Timestamp time);
+  // Who runs on a CPU.
+  struct Runner {
+    std::int64_t tid = 0;
+    std::string_view name{};
+    bool is_in_callback = false;
+  };
+  static Runner runner(const Host& host, std::int64_t tid, std::string_view name);
+  // Notes that it ran on the CPU where `waiting` waits, up to `time`.
+  static void charge(Thread& waiting, const Runner& by, Timestamp time);
   // The same of all that wait while `tid` runs.
   static void charge_waiting(Host& host, std::int64_t tid, const Thread& running, Timestamp time);
   // Ends the waiting of a thread that was preempted.

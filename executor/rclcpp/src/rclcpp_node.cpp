@@ -332,9 +332,7 @@ bool RclcppNode::is_leaving(const Group& group, const std::string& logical_id) c
   constexpr long kOurs = 2;  // what a run holds, and this look
   if (!group.state || group.state->type() == GroupType::reentrant) return false;
   const auto has_id = [&logical_id](const cie::scheduling::Callback& callback) {
-    const std::string_view id = callback.logical_id();
-    return id.starts_with(logical_id) &&
-           (id.size() == logical_id.size() || id[logical_id.size()] == '#');
+    return cie::LogicalId::without_number(callback.logical_id()) == logical_id;
   };
   const bool is_held_by_run = std::ranges::any_of(group.served, [&](const Served& served) {
     return served.callback && has_id(*served.callback) && served.callback->is_running() &&

@@ -120,8 +120,8 @@ std::string why_invalid(const ThreadParameters& asked, const KernelView& kernel)
   if (asked.policy != Policy::deadline) {
     return "the kernel does not take these values for this policy";
   }
-  const auto least = kernel.kernel_setting("sched_deadline_period_min_us").value_or(100);
-  const auto most = kernel.kernel_setting("sched_deadline_period_max_us").value_or(4'194'304);
+  const auto least = kernel.kernel_setting("sched_deadline_period_min_us").value_or(kLeastPeriodUs);
+  const auto most = kernel.kernel_setting("sched_deadline_period_max_us").value_or(kMostPeriodUs);
   return fmt::format(
       "the kernel wants 1024 ns <= runtime <= deadline <= period, and a period of {} us to {} us",
       least, most);

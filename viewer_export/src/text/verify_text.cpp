@@ -255,20 +255,17 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
       }
     }
   };
-  // Who doubts that these were inherited finds when they were.
-  const auto write_raised = [&] {
-    for (const auto& rule : verdicts.rules) {
-      for (const auto& subject : rule.subjects) {
-        if (is_perhaps_inherited(subject))
-          out << finding(rule, subject, report, context.reader_arguments, style) << '\n';
-      }
-    }
-  };
   for (const bool is_suppressed : {false, true}) {
     write(Verdict::fail, is_suppressed);
     write(Verdict::inconclusive, is_suppressed);
   }
-  write_raised();
+  // Who doubts that these were inherited finds when they were.
+  for (const auto& rule : verdicts.rules) {
+    for (const auto& subject : rule.subjects) {
+      if (is_perhaps_inherited(subject))
+        out << finding(rule, subject, report, context.reader_arguments, style) << '\n';
+    }
+  }
   out << summary(verdicts, report, context, style);
 }
 

@@ -37,6 +37,10 @@ constexpr bool is_real_time(Policy policy) noexcept {
   return has_priority(policy) || policy == Policy::deadline;
 }
 
+// SCHED_DEADLINE: Linux's defaults of kernel.sched_deadline_period_min_us and _max_us.
+inline constexpr std::int64_t kLeastPeriodUs = 100;
+inline constexpr std::int64_t kMostPeriodUs = 4'194'304;
+
 // The priority that the kernel's events tell (sched_switch): 99 - priority, 120 + nice, and -1 of
 // SCHED_DEADLINE.
 std::int32_t kernel_priority(Policy policy, std::int32_t nice, std::uint32_t priority) noexcept;
