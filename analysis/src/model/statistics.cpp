@@ -28,6 +28,18 @@ std::size_t bucket_of(std::uint64_t value) noexcept {
   return (std::size_t{shift} << kSubBucketBits) + (value >> shift);
 }
 
+// The same for values below 2^31 by what a vector can do: a number's exponent and the six bits
+// behind its leading one are those of a float. Of the bits that a float cannot hold, the first is
+// cleared, so that none is rounded up.
+std::uint32_t bucket_of_small(std::uint32_t value) noexcept {
+  constexpr std::int32_t kBias = (127 << kSubBucketBits) + 5 * 64;
+  const auto kept = static_cast<std::int32_t>(value & ~(value >> 8U));
+  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(kept));
+  const auto bucket = static_cast<std::int32_t>(bits >> (23 - kSubBucketBits)) - kBias;
+  const auto exact = std::min(static_cast<std::int32_t>(value), 63);
+  return static_cast<std::uint32_t>(std::max(bucket, exact));
+}
+
 // Midpoint of a bucket; the bucket's own value where it holds one.
 std::uint64_t value_of(std::size_t bucket) noexcept {
   if (bucket < kExact) return bucket;
@@ -104,24 +116,23 @@ ValueRange values_like(std::int64_t value) noexcept {
 }
 
 // Apart from what it grows, so that counting needs no register saved.
-[[gnu::noinline]] std::size_t LogLinearHistogram::Counters::add_block(std::size_t block) {
-  if (places_.empty()) first_block_ = block;
+[[gnu::noinline]] void LogLinearHistogram::Counters::add_block(std::size_t block) {
+  if (has_block(block)) return;
+  if (offsets_.empty()) first_block_ = block;
   if (block < first_block_) {
-    places_.insert(places_.begin(), first_block_ - block, 0);
+    offsets_.insert(offsets_.begin(), first_block_ - block, kNowhere);
     first_block_ = block;
   }
   const auto near = block - first_block_;
-  if (near < places_.size() && places_[near] != 0) return near;
-  if (near >= places_.size()) {
-    places_.reserve(near + 1);  // no more: there are many histograms
-    places_.resize(near + 1);
+  if (near >= offsets_.size()) {
+    offsets_.reserve(near + 1);  // no more: there are many histograms
+    offsets_.resize(near + 1, kNowhere);
   }
+  offsets_[near] = static_cast<std::int16_t>(counts_.size() - block * kBlock);
   // By a quarter: most have few.
   const auto size = counts_.size() + kBlock;
   if (size > counts_.capacity()) counts_.reserve(size + counts_.size() / 4);
   counts_.resize(size);
-  places_[near] = static_cast<std::uint8_t>(counts_.size() / kBlock);
-  return near;
 }
 
 void LogLinearHistogram::Counters::count_few() {
@@ -139,19 +150,17 @@ void LogLinearHistogram::Counters::carry(std::size_t bucket) {
 void LogLinearHistogram::Counters::merge(const Counters& other) {
   for (const auto bucket : std::span(other.few_.data(), other.few_count_))
     add(bucket);
-  if (other.places_.empty()) return;
+  if (other.offsets_.empty()) return;
   if (few_count_ > 0) count_few();
-  for (std::size_t theirs = 0; theirs < other.places_.size(); ++theirs) {
-    if (other.places_[theirs] == 0) continue;
-    const auto block = other.first_block_ + theirs;
-    auto near = block - first_block_;
-    if (near >= places_.size() || places_[near] == 0) near = add_block(block);
-    auto* to = &counts_[(places_[near] - std::size_t{1}) * kBlock];
-    const auto* from = &other.counts_[(other.places_[theirs] - std::size_t{1}) * kBlock];
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      const auto sum = to[i] + from[i];
-      if (sum < from[i]) carry(block * kBlock + i);
-      to[i] = sum;
+  for (std::size_t near = 0; near < other.offsets_.size(); ++near) {
+    if (other.offsets_[near] == kNowhere) continue;
+    const auto first = (other.first_block_ + near) * kBlock;
+    add_block(first / kBlock);
+    for (auto bucket = first; bucket < first + kBlock; ++bucket) {
+      const auto theirs = other.counts_[bucket + other.offset_of(bucket)];
+      auto& ours = counts_[bucket + offset_of(bucket)];
+      ours += theirs;
+      if (ours < theirs) carry(bucket);
     }
   }
   if (!other.carries_) return;
@@ -164,36 +173,45 @@ std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const no
   return static_cast<std::uint64_t>(std::ranges::count(*carries_, bucket)) << 32U;
 }
 
-// Where counters are stays in registers as long as there are no new ones.
-void LogLinearHistogram::Counters::add(std::span<const std::uint32_t> values) {
-  if (has_room_for(values.size())) {
-    for (const auto value : values)
-      keep(bucket_of(value));
+bool LogLinearHistogram::Counters::has_blocks(std::size_t first, std::size_t last) const noexcept {
+  const auto begin = first - first_block_;  // very large if it lies before
+  const auto end = last - first_block_ + 1;
+  if (begin >= end || end > offsets_.size()) return false;
+  const std::span blocks(offsets_);
+  return std::ranges::count(blocks.subspan(begin, end - begin), kNowhere) == 0;
+}
+
+void LogLinearHistogram::Counters::add(std::span<const std::uint32_t> buckets, std::size_t least,
+                                       std::size_t greatest) {
+  if (!has_blocks(least / kBlock, greatest / kBlock)) {
+    for (const auto bucket : buckets)
+      add(bucket);
     return;
   }
-  const auto* places = places_.data();
-  auto size = places_.size();
-  auto first = first_block_;
-  auto* counts = counts_.data();
-  for (const auto value : values) {
-    const auto bucket = bucket_of(value);
-    const auto near = bucket / kBlock - first;
-    if (near >= size || places[near] == 0) [[unlikely]] {
-      add(bucket);
-      places = places_.data();
-      size = places_.size();
-      first = first_block_;
-      counts = counts_.data();
-      continue;
-    }
-    if (++counts[(places[near] - std::size_t{1}) * kBlock + bucket % kBlock] == 0) [[unlikely]]
+  // Where counters are stays in registers.
+  const auto* const offsets = offsets_.data();
+  const auto first = first_block_;
+  auto* const counts = counts_.data();
+  for (const std::size_t bucket : buckets) {
+    const auto offset = std::ptrdiff_t{offsets[bucket / kBlock - first]};
+    if (++counts[bucket + static_cast<std::size_t>(offset)] == 0) [[unlikely]]
       carry(bucket);
   }
 }
 
-void LogLinearHistogram::add(std::span<const std::uint32_t> values) {
-  positive_.add(values);
+template <std::size_t kExtent>
+void LogLinearHistogram::add(std::span<const std::uint32_t, kExtent> values, std::uint32_t least,
+                             std::uint32_t greatest) {
   count_ += values.size();
+  if constexpr (kExtent == std::dynamic_extent) {
+    for (const auto value : values)
+      positive_.add(bucket_of(value));
+  } else {
+    std::array<std::uint32_t, kExtent> buckets;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+    for (std::size_t i = 0; i < kExtent; ++i)
+      buckets[i] = bucket_of_small(values[i]);
+    positive_.add(buckets, bucket_of(least), bucket_of(greatest));
+  }
 }
 
 void LogLinearHistogram::add(std::span<const std::int64_t> values) {
@@ -267,21 +285,27 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   return all;
 }
 
-template <typename Integer>
-void Statistics::Settled::take(std::span<const Integer> values) {
+template <typename Integer, std::size_t kExtent>
+void Statistics::Settled::take(std::span<const Integer, kExtent> values) {
   if (values.empty()) return;
   const bool is_first = histogram.count() == 0;
-  // Of numbers of 32 bits there are few enough for one of 64.
-  using Total = std::conditional_t<std::is_same_v<Integer, std::uint32_t>, std::uint64_t, Int128>;
-  auto least = values.front();
-  auto most = values.front();
-  Total total = 0;
-  for (const auto value : values) {
-    least = std::min(least, value);
-    most = std::max(most, value);
-    total += value;
+  // Those of 32 bits are below 2^31, and few enough for a sum of 64.
+  constexpr bool kSmall = std::is_same_v<Integer, std::uint32_t>;
+  using Signed = std::make_signed_t<Integer>;
+  auto least = static_cast<Signed>(values[0]);
+  auto most = least;
+  std::conditional_t<kSmall, std::uint64_t, Int128> total = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    least = std::min(least, static_cast<Signed>(values[i]));
+    most = std::max(most, static_cast<Signed>(values[i]));
   }
-  histogram.add(values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    total += values[i];
+  if constexpr (kSmall) {
+    histogram.add(values, static_cast<Integer>(least), static_cast<Integer>(most));
+  } else {
+    histogram.add(values);
+  }
   min = is_first ? least : std::min<std::int64_t>(min, least);
   max = is_first ? most : std::max<std::int64_t>(max, most);
   sum += total;
@@ -313,7 +337,11 @@ void Statistics::make_room() {
 Statistics::Settled& Statistics::settle() const {
   auto& settled = values_->settled;
   if (!settled) settled.emplace();
-  settled->take(waiting_values());
+  if (room_ == 0) {
+    settled->take(std::span(std::as_const(values_->waiting)));
+  } else {
+    settled->take(waiting_values());
+  }
   room_ = kWaiting;
   return *settled;
 }

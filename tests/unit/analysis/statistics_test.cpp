@@ -155,6 +155,26 @@ TEST(Statistics, HowManyValuesThereAreDecidesNothing) {
   }
 }
 
+// Many values are counted several at a time, few one by one: both find the same buckets, at the edges
+// of each and wherever a float would round up.
+TEST(Statistics, OfManyValuesHaveTheBucketsOfEach) {
+  std::vector<std::int64_t> edges;
+  for (std::int64_t value = 0; value < std::int64_t{1} << 32U;) {
+    const auto [least, greatest] = values_like(value);
+    edges.insert(edges.end(), {least, (least + greatest) / 2, greatest});
+    value = greatest + 1;
+  }
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 10'000; ++i)
+    edges.push_back(static_cast<std::int64_t>(random() >> (random() % 32 + 32)));
+  LogLinearHistogram each;
+  for (const auto value : edges)
+    each.add(value);
+  EXPECT_EQ(of(edges).summary(true)->buckets, each.buckets());
+  std::ranges::shuffle(edges, random);
+  EXPECT_EQ(of(edges).summary(true)->buckets, each.buckets());
+}
+
 TEST(Histogram, PartsOfAnySizeAddUp) {
   std::mt19937_64 random(6);
   for (const std::size_t ours : {0U, 1U, 20U, 32U, 33U, 100U}) {

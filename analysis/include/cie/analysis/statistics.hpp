@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -77,38 +78,30 @@ class LogLinearHistogram {
   class Counters {
    public:
     void add(std::size_t bucket) {
-      auto near = bucket / kBlock - first_block_;  // very large if it lies before
-      if (near >= places_.size() || places_[near] == 0) [[unlikely]] {
-        if (has_room_for(1)) return keep(bucket);
+      if (!has_block(bucket / kBlock)) [[unlikely]] {
+        if (offsets_.empty() && few_count_ < kFew) {
+          few_[few_count_++] = static_cast<std::uint16_t>(bucket);
+          return;
+        }
         if (few_count_ > 0) count_few();
-        near = add_block(bucket / kBlock);
+        add_block(bucket / kBlock);
       }
-      auto& count = counts_[(places_[near] - std::size_t{1}) * kBlock + bucket % kBlock];
-      if (++count == 0) [[unlikely]]
+      if (++counts_[bucket + offset_of(bucket)] == 0) [[unlikely]]
         carry(bucket);
     }
-    // Of several values the same.
-    void add(std::span<const std::uint32_t> values);
-    // Whether that many need no counters.
-    bool has_room_for(std::size_t values) const noexcept {
-      return places_.empty() && few_count_ + values <= kFew;
-    }
-    // After has_room_for().
-    void keep(std::size_t bucket) noexcept {
-      few_[few_count_++] = static_cast<std::uint16_t>(bucket);
-    }
+    // Of several buckets, from the least to the greatest one, the same.
+    void add(std::span<const std::uint32_t> buckets, std::size_t least, std::size_t greatest);
     void merge(const Counters& other);
     // `visit` takes a bucket that holds something and how much, ascending, and says whether it wants
     // more.
     template <typename Visit>
     void each(const Visit& visit) const {
       each_few(visit);
-      for (std::size_t near = 0; near < places_.size(); ++near) {
-        if (places_[near] == 0) continue;
-        const auto* counts = &counts_[(places_[near] - std::size_t{1}) * kBlock];
-        for (std::size_t i = 0; i < kBlock; ++i) {
-          const auto bucket = (first_block_ + near) * kBlock + i;
-          const auto count = counts[i] + (carries_ ? carried(bucket) : 0);
+      for (std::size_t near = 0; near < offsets_.size(); ++near) {
+        if (offsets_[near] == kNowhere) continue;
+        const auto first = (first_block_ + near) * kBlock;
+        for (auto bucket = first; bucket < first + kBlock; ++bucket) {
+          const auto count = counts_[bucket + offset_of(bucket)] + (carries_ ? carried(bucket) : 0);
           if (count > 0 && !visit(bucket, count)) return;
         }
       }
@@ -117,6 +110,7 @@ class LogLinearHistogram {
    private:
     static constexpr std::size_t kBlock = 16;
     static constexpr std::size_t kFew = 32;
+    static constexpr auto kNowhere = std::numeric_limits<std::int16_t>::max();
     template <typename Visit>
     void each_few(const Visit& visit) const {
       auto sorted = few_;
@@ -130,17 +124,27 @@ class LogLinearHistogram {
       }
     }
     void count_few();  // from now on by counters
-    // Returns where in `places_` it is; it may be there already.
-    std::size_t add_block(std::size_t block);
+    bool has_block(std::size_t block) const noexcept {
+      const auto near = block - first_block_;  // very large if it lies before
+      return near < offsets_.size() && offsets_[near] != kNowhere;
+    }
+    // Each from the first to the last.
+    bool has_blocks(std::size_t first, std::size_t last) const noexcept;
+    // It may be there already.
+    void add_block(std::size_t block);
+    // Where its counter is, from the bucket; only where there is one.
+    std::size_t offset_of(std::size_t bucket) const noexcept {
+      return static_cast<std::size_t>(std::ptrdiff_t{offsets_[bucket / kBlock - first_block_]});
+    }
     void carry(std::size_t bucket);
     std::uint64_t carried(std::size_t bucket) const noexcept;
 
     // The bucket of each value, as long as there are no counters.
     std::array<std::uint16_t, kFew> few_{};
     std::uint32_t few_count_ = 0;
-    // From the first block that holds something to the last, where its counters are, from 1; 0:
-    // nowhere yet. Of 64 bits there are 236 blocks.
-    std::vector<std::uint8_t> places_;
+    // From the first block that holds something to the last, how far its counters are from where
+    // they were if each block had some. Of 64 bits there are 236 blocks.
+    std::vector<std::int16_t> offsets_;
     std::size_t first_block_ = 0;
     std::vector<std::uint32_t> counts_;  // there are many, and most stay small
     // Buckets, once for each time that their count ran over.
@@ -148,7 +152,10 @@ class LogLinearHistogram {
   };
 
   friend class Statistics;
-  void add(std::span<const std::uint32_t> values);
+  // Of values below 2^31, of which two are the least and the greatest one.
+  template <std::size_t kExtent>
+  void add(std::span<const std::uint32_t, kExtent> values, std::uint32_t least,
+           std::uint32_t greatest);
   template <typename Visit>
   void each(const Visit& visit) const;
 
@@ -177,14 +184,13 @@ class Statistics {
   ~Statistics() = default;
 
   [[gnu::always_inline]] void add(Duration value) {
-    const auto small = static_cast<std::uint32_t>(value.ns);
-    if (small != value.ns) [[unlikely]] {
+    if (static_cast<std::uint64_t>(value.ns) > kMostWaiting) [[unlikely]] {
       take(value.ns);
       return;
     }
     if (room_ == 0) [[unlikely]]
       make_room();
-    values_->waiting[kWaiting - room_--] = small;
+    values_->waiting[kWaiting - room_--] = static_cast<std::uint32_t>(value.ns);
   }
   // A value will be added soon: brings what add() writes into the cache.
   void prefetch() const noexcept {
@@ -204,8 +210,8 @@ class Statistics {
 
  private:
   struct Settled {
-    template <typename Integer>
-    void take(std::span<const Integer> values);
+    template <typename Integer, std::size_t kExtent>
+    void take(std::span<const Integer, kExtent> values);
 
     LogLinearHistogram histogram;
     std::int64_t min = 0;
@@ -213,9 +219,11 @@ class Statistics {
     Int128 sum = 0;
   };
   // Values wait for some more: consecutive ones are of different quantities, and to reach the
-  // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are. A
-  // quantity of a large system often has no more of them than fit into two cache lines.
-  static constexpr std::size_t kWaiting = 30;
+  // histogram of each is to wait for memory. Those of up to 2 s do, which nearly all are. A
+  // quantity of a large system often has no more of them than fit into two cache lines. As many as
+  // a few vectors of a processor hold, so that they are taken by vectors.
+  static constexpr std::size_t kWaiting = 28;
+  static constexpr std::uint64_t kMostWaiting = std::numeric_limits<std::int32_t>::max();
   struct alignas(64) Values {
     static void* operator new(std::size_t size);
     static void operator delete(void* values) noexcept;
