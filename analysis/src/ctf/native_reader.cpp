@@ -109,6 +109,15 @@ class TraceReader::Streams {
 
   std::uint64_t bytes() const noexcept { return bytes_; }
 
+  // One packet of a stream whose turn it is.
+  bool scan_ahead() {
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      next_scanned_ = next_scanned_ + 1 < streams_.size() ? next_scanned_ + 1 : 0;
+      if (streams_[next_scanned_]->scan_ahead()) return true;
+    }
+    return false;
+  }
+
   void read(EventBatch& first, const EventWriter::Exchange& exchange) {
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
       late_.complete(filled);
@@ -427,11 +436,14 @@ class TraceReader::Streams {
   LateFields late_{translator_};
   std::map<StreamKey, std::vector<StreamFile>> files_;
   std::vector<std::unique_ptr<StreamReader>> streams_;
+  std::size_t next_scanned_ = 0;
 };
 
 TraceReader::TraceReader(std::span<const fs::path> traces, const ReadOptions& options)
     : streams_(std::make_unique<Streams>(traces, options)) {}
 TraceReader::~TraceReader() = default;
+
+bool TraceReader::scan_ahead() { return streams_->scan_ahead(); }
 
 std::uint64_t TraceReader::bytes() const noexcept { return streams_->bytes(); }
 

@@ -56,6 +56,9 @@ class TraceReader {
   void read(const BatchSink& sink);
   // The same into batches, which begin empty. The last one is passed on as well.
   void read(EventBatch& first, const EventWriter::Exchange& exchange);
+  // Does a part of what read() will have to do, which `exchange` may ask for while it cannot give a batch.
+  // False: there is no such part now.
+  bool scan_ahead();
 
  private:
   class Streams;

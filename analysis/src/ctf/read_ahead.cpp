@@ -30,9 +30,13 @@ struct Abandoned {};
 class Ring {
  public:
   // --- the reader's side: throws Abandoned.
-  // Passes on the batch given last, and gives an empty one.
-  EventBatch& exchange() {
+  // Passes on the batch given last, and gives an empty one. `work` does a part of what there is to do
+  // while all batches wait for the consumer; false: there is nothing.
+  template <typename Work>
+  EventBatch& exchange(const Work& work) {
     if (filling_ != nullptr) pass_on();
+    while (is_full() && work()) {
+    }
     begin_batch();
     return filling_->events;
   }
@@ -72,6 +76,10 @@ class Ring {
   }
 
  private:
+  bool is_full() {
+    const std::scoped_lock lock(mutex_);
+    return filled_ == kBatches;
+  }
   void begin_batch() {
     std::unique_lock lock(mutex_);
     if (filled_ == kBatches) {
@@ -112,8 +120,9 @@ void read_ahead(TraceReader& traces, const BatchSink& sink) {
   std::jthread reader([&] {
     try {
       try {
-        traces.read(ring.exchange(),
-                    [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); });
+        const auto scan = [&traces] { return traces.scan_ahead(); };
+        traces.read(ring.exchange(scan),
+                    [&](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(scan); });
       } catch (const Abandoned&) {
         throw;
       } catch (...) {

@@ -57,6 +57,79 @@ TEST(ReadAhead, GivesTheSameEvents) {
   EXPECT_EQ(read_all_ahead(folder), expected);
 }
 
+// Between any two events it looks for all packets that it can look for.
+template <typename Consume>
+void read_while_scanning(const TraceFolder& folder, const Consume& consume) {
+  const std::vector<std::filesystem::path> paths{folder.path()};
+  analysis::ctf::TraceReader reader(paths);
+  analysis::EventBatch batch(1);
+  reader.read(batch, [&](analysis::EventBatch& filled) -> analysis::EventBatch& {
+    while (reader.scan_ahead()) {
+    }
+    filled.each(consume);
+    filled.clear();
+    return filled;
+  });
+}
+
+TEST(ScanAhead, ChangesNothingThatIsRead) {
+  constexpr std::uint64_t kMany = 20'000;  // more bytes than are in memory at a time
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  for (std::uint32_t cpu = 0; cpu < 2; ++cpu) {
+    std::string bytes;
+    std::uint64_t time = cpu;
+    for (std::uint64_t number = 0; number < 6; ++number) {
+      PacketText packet{.begin = time, .sequence = number, .cpu = cpu, .instance = cpu};
+      for (std::uint64_t i = 0; i < (number % 2 == 0 ? kMany : 3); ++i)
+        packet.ticks.push_back({.time = time += 5, .value = static_cast<std::uint8_t>(i)});
+      packet.end = time;
+      if (number == 3) packet.tail = "\x07";  // an event of no class
+      bytes += bytes_of(packet);
+      if (number == 2) folder.write("first" + std::to_string(cpu), std::exchange(bytes, ""));
+    }
+    folder.write("second" + std::to_string(cpu), bytes);
+  }
+  const auto expected = read_all(folder);
+  ASSERT_GT(expected.size(), 6 * kMany);
+  std::size_t next = 0;
+  int damaged = 0;
+  read_while_scanning(folder, [&](const analysis::Event& event) {
+    ASSERT_LT(next, expected.size());
+    const auto& line = expected[next++];
+    if (std::holds_alternative<analysis::OtherEvent>(event.body)) {
+      EXPECT_THAT(line, HasSubstr(" " + std::to_string(event.head.time.ns) + " tick on"));
+    }
+    if (std::holds_alternative<analysis::DamagedPacket>(event.body)) ++damaged;
+  });
+  EXPECT_EQ(next, expected.size());
+  EXPECT_EQ(damaged, 2);
+}
+
+// Elements of a field are in memory that packets of a stream share.
+TEST(ScanAhead, LeavesTheElementsOfFields) {
+  TraceFolder folder;
+  folder.write("metadata", metadata() +
+                               "event { id = 3; stream_id = 0; name = \"cie:thread_sched\";"
+                               " fields := struct { u8 n; u32 cpus[n]; }; };\n");
+  std::string bytes;
+  for (std::uint32_t number = 0; number < 3; ++number) {
+    PacketText packet{.begin = number * 10U, .end = number * 10U + 9, .sequence = number};
+    for (std::uint32_t i = 1; i <= 3; ++i) {
+      const auto cpu = static_cast<char>(number * 3 + i);
+      packet.tail += {'\x03', static_cast<char>(packet.begin + i), 0, 0, 0, '\x01', cpu, 0, 0, 0};
+    }
+    bytes += bytes_of(packet);
+  }
+  folder.write("s", bytes);
+  std::vector<std::uint32_t> cpus;
+  read_while_scanning(folder, [&cpus](const analysis::Event& event) {
+    const auto* audit = std::get_if<analysis::ThreadSched>(&event.body);
+    if (audit != nullptr) cpus.insert(cpus.end(), audit->cpus.begin(), audit->cpus.end());
+  });
+  EXPECT_THAT(cpus, testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
+}
+
 TEST(ReadAhead, PassesOnWhyNothingCanBeRead) {
   TraceFolder folder;
   folder.write("metadata", "nonsense");

@@ -121,12 +121,13 @@ enum class Outcome : std::uint8_t {
 };
 
 constexpr std::size_t kRegisters = 160;
+using Registers = std::array<std::uint64_t, kRegisters>;
 
 // What running a sequence reads and writes. One per stream.
 struct Frame {
   Field* fields = nullptr;                         // slots of the scope
   std::vector<std::uint32_t>* elements = nullptr;  // backs Field::elements
-  std::array<std::uint64_t, kRegisters> registers{};
+  Registers registers{};
   std::uint64_t steps = 0;             // left to do
   ShownFields* shown = nullptr;        // where programs show values; null: nowhere
   BitOrder order = BitOrder::unknown;  // of the integer read last that may end within a byte

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis::ctf {
@@ -46,9 +47,11 @@ class PacketScanner {
   std::optional<std::uint64_t> last_clock_with_room(const Found& found);
   static constexpr std::uint64_t kRoom = 1024;  // bytes
 
-  // For the packet found last.
-  Window& window() noexcept { return window_; }
-  Frame& frame() noexcept { return frame_; }
+  // Of this file. Packets are looked for in the scanner's own; who lends it another one has in that
+  // what was looked at.
+  void exchange(Window& window) noexcept { std::swap(window_, window); }
+  // For the packet found last: what its header and context left for its events.
+  const Registers& registers() const noexcept { return frame_.registers; }
 
  private:
   // Where a header is read: looking ahead must not disturb the packet that is being read.

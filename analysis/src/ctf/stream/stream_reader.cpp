@@ -15,6 +15,7 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
     clock_ = files_.front().trace->plan().clock();  // no evidence of another boot
   }
   if (files_.front().trace->plan().is_snapshot) identity_.counts_others = false;
+  frame_.elements = &elements_;
   load_packet();
 }
 
@@ -114,9 +115,11 @@ void StreamReader::load_packet() {
     if (!scanner_) {
       scanner_ = std::make_unique<PacketScanner>(current.file, current.trace->plan(),
                                                  identity_.piece, identity_.window);
+      window_.emplace(current.file, identity_.piece);
       trace_ = current.trace.get();
     }
-    found = scanner_->next();
+    found = found_ahead_ ? *std::exchange(found_ahead_, std::nullopt)
+                         : in_window([this] { return scanner_->next(); });
     if (found.damage) note_damage(*found.damage);
     if (!found.packet) {
       note_position(current.file.size());
@@ -124,7 +127,8 @@ void StreamReader::load_packet() {
       scanner_.reset();
       ++file_;
     } else if (take(found)) {
-      cursor_.emplace(scanner_->window(), scanner_->frame());
+      frame_.registers = scanner_->registers();
+      cursor_.emplace(*window_, frame_);
     }
   }
   if (packet_) {
@@ -137,6 +141,15 @@ void StreamReader::load_packet() {
   } else {
     step_ = gap_.is_any() ? Step::gap : Step::stream_end;
   }
+}
+
+// Packets that lie in the window whole need not be read a second time.
+bool StreamReader::scan_ahead() {
+  if (!packet_ || packet_->size <= identity_.piece || found_ahead_) return false;
+  found_ahead_ = scanner_->next();
+  Window unused(files_[file_].file, identity_.piece);
+  scanner_->exchange(unused);
+  return true;
 }
 
 void StreamReader::count_losses(const PacketScanner::Found& found) {
@@ -152,7 +165,9 @@ void StreamReader::count_losses(const PacketScanner::Found& found) {
         const bool is_of_this_packet = last_packet_
                                            ? last_discarded_ && follows_at_once
                                            : packet_->sequence && packet_->sequence->value == 0;
-        if (is_of_this_packet) gap_.last_with_room = scanner_->last_clock_with_room(found);
+        if (is_of_this_packet) {
+          gap_.last_with_room = in_window([&] { return scanner_->last_clock_with_room(found); });
+        }
       }
       last_discarded_ = discarded->value;
     }

@@ -56,6 +56,8 @@ class StreamReader {
  public:
   // `files` in order of time, at least one.
   StreamReader(std::vector<StreamFile> files, StreamIdentity identity);
+  StreamReader(const StreamReader&) = delete;
+  StreamReader& operator=(const StreamReader&) = delete;
 
   void emit_begin(EventWriter& writer) const;
   // Where the next step stands on the time line of all streams; never goes back.
@@ -85,6 +87,9 @@ class StreamReader {
   bool look_ahead();
   // Finds the next step, whatever it is.
   void find_event();
+  // Looks for the packet after a large one before its turn, which takes long. Moves nothing that events
+  // are read from. False: there is nothing to do.
+  bool scan_ahead();
 
   // Packets have a uuid from the first one on, and not their metadata's: that is told once, by
   // whoever begins the stream.
@@ -109,6 +114,14 @@ class StreamReader {
   };
 
   void load_packet();
+  // What the scanner looks at is in the window then.
+  template <typename Look>
+  auto in_window(const Look& look) {
+    scanner_->exchange(*window_);
+    auto found = look();
+    scanner_->exchange(*window_);
+    return found;
+  }
   void note_position(std::uint64_t position);
   bool is_new(const Packet& packet) const;
   bool take(const PacketScanner::Found& found);
@@ -150,6 +163,10 @@ class StreamReader {
   std::size_t told_file_ = 0;   // whose packets were told last
   std::uint64_t position_ = 0;  // in it, as progress was told
   std::unique_ptr<PacketScanner> scanner_;
+  std::optional<PacketScanner::Found> found_ahead_;
+  std::optional<Window> window_;  // these three: for the events of the packet
+  Frame frame_;
+  std::vector<std::uint32_t> elements_;
   std::optional<EventCursor> cursor_;
   std::optional<Packet> packet_;
   std::uint64_t packet_last_clock_ = 0;
