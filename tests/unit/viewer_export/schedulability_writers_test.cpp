@@ -369,6 +369,68 @@ TEST_F(SchedulabilityScreen, MarksWhatNothingExplainsAndWhatIsUndecided) {
               Contains(StartsWith("  worst: n7 timer 10 ms, observed is 2.000 ms above the")));
 }
 
+// Of a callback that its bound counts, whose wcet is 1 ms.
+std::string not_kept(std::uint32_t number, const char* executed) {
+  return "its bound rests on a declaration that was not kept: an instance of /n" +
+         std::to_string(number) + "@Timer(10000000) executed " + executed +
+         ", declared are 1000.0 us";
+}
+
+// No bound was exceeded; nearest to its deadline is 5.
+TEST_F(SchedulabilityScreen, SaysOnceWhyDeadlinesAreUndecidedAndWhoseDeclarationWasNotKept) {
+  for (const auto number : {3U, 4U, 5U}) {
+    auto& undecided = report_.callbacks[number];
+    undecided.broken_declaration = "an instance executed longer";
+    undecided.reason = not_kept(number, number == 5 ? "4005.0 us" : "2000.0 us");
+    undecided.bound_ns = 5'000'000;
+    undecided.observed_ns = number * 900'000;
+  }
+  report_.callbacks[7].broken_declaration = "releases came nearer";
+  report_.callbacks[7].reason = "its bound rests on releases that came nearer";
+  auto shown = lines();
+  EXPECT_EQ(shown[0], "40 of 40 callbacks have a bound; 4 of 40 deadlines undecided");
+  const auto first = std::ranges::find_if(
+      shown, [](const auto& line) { return line.starts_with("  undecided: "); });
+  ASSERT_LT(std::distance(first, shown.end()), 8);
+  EXPECT_EQ(first[0],
+            "  undecided: 3 callbacks, worst n5 timer 10 ms: its bound rests on a declaration");
+  EXPECT_EQ(first[1],
+            "             that was not kept: an instance of n5 timer 10 ms executed 4005.0");
+  EXPECT_EQ(first[2], "             us, declared are 1000.0 us");
+  EXPECT_EQ(first[3], "  undecided: n7 timer 10 ms: its bound rests on releases that came nearer");
+  EXPECT_THAT(shown, SizeIs(Le(24U)));
+}
+
+TEST_F(SchedulabilityScreen, SaysWhyEachOfAllIsUndecided) {
+  report_.callbacks.resize(2);
+  for (auto& undecided : report_.callbacks) {
+    undecided.broken_declaration = "an instance executed longer";
+    undecided.reason = not_kept(1, "2000.0 us");
+  }
+  report_.callbacks[0].observed_ns = 3'000'000;
+  report_.callbacks[0].is_flagged = true;
+  report_.callbacks[0].reason = "nothing known explains all of that";
+  const auto shown = lines();
+  EXPECT_EQ(shown[2], "2 deadlines, none decided: why is said of each");
+  EXPECT_THAT(shown, Contains(StartsWith("  worst: n0 timer 10 ms, observed is 2.000 ms above")));
+  EXPECT_THAT(shown, Contains(StartsWith("  undecided: n1 timer 10 ms: its bound rests on a")));
+  EXPECT_THAT(shown, Not(Contains(StartsWith("  undecided: n0"))));
+}
+
+TEST(SchedulabilityText, SaysWhyADeadlineWithinItsBoundIsUndecided) {
+  auto report = sample();
+  report.callbacks = {kept(1), kept(2)};
+  for (auto& undecided : report.callbacks) {
+    undecided.broken_declaration = "an instance executed longer";
+    undecided.reason = not_kept(1, "2000.0 us");
+  }
+  EXPECT_THAT(text_of(report),
+              HasSubstr("\nUndecided\n"
+                        "  2 callbacks: its bound rests on a declaration that was not kept: an "
+                        "instance of\n      /n1@Timer(10000000) executed 2000.0 us, declared are "
+                        "1000.0 us\n      /n1@Timer(10000000)\n      /n2@Timer(10000000)\n"));
+}
+
 TEST(SchedulabilityJson, SaysWhyABoundDecidesNothing) {
   auto report = sample();
   report.callbacks[0].reason = "nothing known explains all of that";

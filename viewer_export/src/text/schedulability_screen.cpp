@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -47,7 +48,7 @@ class SchedulabilityScreen {
   // Below the table, with so many reasons and processors at most.
   Lines tail(std::size_t most) const {
     auto lines = about_worst(most);
-    append(lines, undecided_above(most));
+    append(lines, undecided_by_bounds(most));
     append(lines, reasons(most));
     append(lines, demands(most));
     append(lines, commands());
@@ -78,8 +79,8 @@ class SchedulabilityScreen {
 
   // Below the table.
   bool is_reason_told(const std::string& why) const {
-    return std::ranges::any_of(report_.callbacks, [&why](const auto& callback) {
-      return !callback.is_flagged && callback.reason == why;
+    return std::ranges::any_of(report_.callbacks, [&](const auto& callback) {
+      return callback.reason == why && !(callback.bound_ns && &callback == told_as_worst());
     });
   }
 
@@ -197,7 +198,7 @@ class SchedulabilityScreen {
   std::string why_flagged(const CallbackSchedulability& worst) const {
     std::string text;
     for (const auto& sentence : why_above(worst))
-      text += (text.empty() ? "" : " ") + printable(sentence);
+      text += (text.empty() ? "" : " ") + in_names(sentence);
     return text;
   }
 
@@ -217,26 +218,57 @@ class SchedulabilityScreen {
     return judged_.names.in_words(printable(reason));
   }
 
-  std::string names_of(const CommonReason& common) const {
+  // `of_several`: what is said of the one that is named.
+  std::string names_of(const CommonReason& common, std::string_view of_several) const {
     const auto& callbacks = common.callbacks;
-    return callbacks.size() == 1 ? name_of(*callbacks.front())
-                                 : counted(callbacks.size(), "callback");
+    const auto name = name_of(*callbacks.front());
+    if (callbacks.size() == 1) return name;
+    auto count = counted(callbacks.size(), "callback");
+    return of_several.empty() ? count : fmt::format("{}, {} {}", count, of_several, name);
   }
 
-  Lines undecided_above(std::size_t most) const {
-    Lines lines;
-    const std::size_t lines_of_each = most < kMostReasons ? 1 : 2;
-    for (const auto& common : undecided_by_bound(report_)) {
-      append(lines, paragraph("  undecided: ", names_of(common) + ": " + common.reason,
-                              lines_of_each, style_));
-    }
-    return lines;
-  }
-
-  // Its reason stands above.
+  // What is said of it stands above.
   const CallbackSchedulability* told_as_worst() const {
     const bool is_told = report_.has_finding() && !rows_.front()->has_missed_deadline();
-    return is_told && !rows_.front()->bound_ns ? rows_.front() : nullptr;
+    return is_told ? rows_.front() : nullptr;
+  }
+
+  // Without what stands above.
+  std::vector<CommonReason> untold(std::vector<CommonReason> all) const {
+    for (auto& common : all)
+      std::erase(common.callbacks, told_as_worst());
+    std::erase_if(all, [](const CommonReason& common) { return common.callbacks.empty(); });
+    return all;
+  }
+
+  static std::uint64_t callbacks_of(const std::vector<CommonReason>& reasons) {
+    std::uint64_t count = 0;
+    for (const auto& common : reasons)
+      count += common.callbacks.size();
+    return count;
+  }
+
+  // How many callbacks are told of by none of `shown`.
+  Lines rest(const std::vector<CommonReason>& all, const std::vector<CommonReason>& shown,
+             std::string_view what) const {
+    const auto left = callbacks_of(all) - callbacks_of(shown);
+    if (left == 0) return {};
+    return {fmt::format("  {} {} more {}", gap(style_), left, what)};
+  }
+
+  Lines undecided_by_bounds(std::size_t most) const {
+    const auto all = untold(undecided_by_bound(report_, Sameness::alike));
+    auto shown = all;
+    if (shown.size() > most) shown.resize(most);
+    const std::size_t lines_of_each = most < kMostReasons ? 1 : 3;
+    Lines lines;
+    for (const auto& common : shown) {
+      append(lines, paragraph("  undecided: ",
+                              names_of(common, "worst") + ": " + in_names(common.reason()),
+                              lines_of_each, style_));
+    }
+    append(lines, rest(all, shown, "undecided"));
+    return lines;
   }
 
   static bool has_deadline(const CommonReason& without) {
@@ -246,11 +278,8 @@ class SchedulabilityScreen {
 
   // Where there are deadlines, of callbacks that have one.
   Lines reasons(std::size_t most) const {
-    auto all = without_bound(report_);
+    const auto all = untold(without_bound(report_, Sameness::alike));
     const auto* told = told_as_worst();
-    for (auto& without : all)
-      std::erase(without.callbacks, told);
-    std::erase_if(all, [](const CommonReason& without) { return without.callbacks.empty(); });
     auto shown = all;
     if (report_.deadlines() > 0)
       std::erase_if(shown, [](const CommonReason& without) { return !has_deadline(without); });
@@ -258,19 +287,13 @@ class SchedulabilityScreen {
     const std::size_t lines_of_each = most < kMostReasons ? 1 : shown.size() == 1 ? 3 : 2;
     Lines lines;
     for (const auto& without : shown) {
-      const bool is_told = told != nullptr && without.reason == told->reason;
-      const auto why = is_told ? "for the same reason" : in_names(without.reason);
-      append(lines,
-             paragraph("  no bound: ", names_of(without) + ": " + why, lines_of_each, style_));
+      const bool is_told =
+          told != nullptr && without.is_equal() && without.reason() == told->reason;
+      const auto why = is_told ? "for the same reason" : in_names(without.reason());
+      const auto names = names_of(without, without.is_equal() ? "" : "e.g.");
+      append(lines, paragraph("  no bound: ", names + ": " + why, lines_of_each, style_));
     }
-    if (shown.size() < all.size()) {
-      std::size_t left = 0;
-      for (const auto& without : all)
-        left += without.callbacks.size();
-      for (const auto& without : shown)
-        left -= without.callbacks.size();
-      lines.push_back(fmt::format("  {} {} more without a bound", gap(style_), left));
-    }
+    append(lines, rest(all, shown, "without a bound"));
     return lines;
   }
 

@@ -108,16 +108,34 @@ std::string above_the_bound(const SchedulabilityReport& report, const Titles& ti
 }
 
 // With the callbacks that each reason concerns.
-std::string reasons(const SchedulabilityReport& report, const Titles& titles,
-                    const TextStyle& style) {
+std::string listed(const std::vector<CommonReason>& reasons, const Titles& titles,
+                   const TextStyle& style) {
   std::string text;
-  for (const auto& [reason, callbacks] : without_bound(report)) {
-    text += filled("  " + counted(callbacks.size(), "callback") + ": " + printable(reason),
+  for (const auto& common : reasons) {
+    const auto& callbacks = common.callbacks;
+    text += filled("  " + counted(callbacks.size(), "callback") + ": " + printable(common.reason()),
                    style.columns, 4);
     for (const auto* callback : callbacks)
       text += "      " + elide(titles.of(*callback), style.columns - 6) + '\n';
   }
-  return titled("Without a bound", text, style);
+  return text;
+}
+
+// Of those that are above their bounds it is said there.
+std::string undecided_within_bounds(const SchedulabilityReport& report, const Titles& titles,
+                                    const TextStyle& style) {
+  auto reasons = undecided_by_bound(report, Sameness::equal);
+  for (auto& common : reasons)
+    std::erase_if(common.callbacks,
+                  [](const auto* callback) { return callback->is_above_bound(); });
+  std::erase_if(reasons, [](const CommonReason& common) { return common.callbacks.empty(); });
+  return titled("Undecided", listed(reasons, titles, style), style);
+}
+
+std::string without_bounds(const SchedulabilityReport& report, const Titles& titles,
+                           const TextStyle& style) {
+  return titled("Without a bound", listed(without_bound(report, Sameness::equal), titles, style),
+                style);
 }
 
 std::string demands(const SchedulabilityReport& report, const TextStyle& style) {
@@ -178,7 +196,8 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
   out << painted(outcome(report), outcome_look(report), style)
       << (why.empty() ? why : painted(why, Look::doubtful, style))
       << (window.empty() ? window : filled(window, style.columns)) << damages(of, style)
-      << above_the_bound(report, titles, style) << reasons(report, titles, style) << '\n'
+      << above_the_bound(report, titles, style) << undecided_within_bounds(report, titles, style)
+      << without_bounds(report, titles, style) << '\n'
       << table(report, titles, style) << measured_in_part(report, titles, style) << '\n'
       << demands(report, style) << notes(report, style);
 }

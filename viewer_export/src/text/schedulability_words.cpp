@@ -2,12 +2,14 @@
 
 #include <cie/analysis/report_rows.hpp>
 
+#include "words/callback_names.hpp"
 #include "words/recording_words.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -138,7 +140,7 @@ TextCell standing(const CallbackSchedulability& callback) {
 
 namespace {
 
-// Of it there is nothing to tell but why.
+// Of it there is nothing to tell but why there is no bound.
 bool is_unmeasured(const CallbackSchedulability& callback) {
   return !callback.execution && !callback.bound_ns && !callback.observed_at_least_ns &&
          !callback.observed_ns;
@@ -162,28 +164,36 @@ std::pair<int, double> badness(const CallbackSchedulability& callback) {
   return {*is_met ? 1 : 3, ratio(callback.bound_ns, callback.deadline->ns)};
 }
 
-}  // namespace
-
-std::vector<const CallbackSchedulability*> worst_first(const SchedulabilityReport& report) {
+std::vector<const CallbackSchedulability*> all_worst_first(const SchedulabilityReport& report) {
   std::vector<const CallbackSchedulability*> rows;
-  for (const auto& callback : report.callbacks) {
-    if (!is_unmeasured(callback)) rows.push_back(&callback);
-  }
+  for (const auto& callback : report.callbacks)
+    rows.push_back(&callback);
   std::ranges::stable_sort(rows, std::ranges::greater{},
                            [](const auto* callback) { return badness(*callback); });
   return rows;
 }
 
+}  // namespace
+
+std::vector<const CallbackSchedulability*> worst_first(const SchedulabilityReport& report) {
+  auto rows = all_worst_first(report);
+  std::erase_if(rows, [](const auto* callback) { return is_unmeasured(*callback); });
+  return rows;
+}
+
 namespace {
 
-std::vector<CommonReason> reasons_of(const SchedulabilityReport& report,
+std::vector<CommonReason> reasons_of(const SchedulabilityReport& report, Sameness sameness,
                                      bool (*is_wanted)(const CallbackSchedulability& callback)) {
   std::vector<CommonReason> reasons;
-  for (const auto& callback : report.callbacks) {
-    if (!is_wanted(callback)) continue;
-    auto found = std::ranges::find(reasons, callback.reason, &CommonReason::reason);
-    if (found == reasons.end()) found = reasons.insert(found, {callback.reason, {}});
-    found->callbacks.push_back(&callback);
+  std::map<std::string, std::size_t> places;
+  for (const auto* callback : all_worst_first(report)) {
+    if (!is_wanted(*callback)) continue;
+    const auto key =
+        sameness == Sameness::alike ? without_subjects(callback->reason) : callback->reason;
+    const auto [place, is_new] = places.try_emplace(key, reasons.size());
+    if (is_new) reasons.emplace_back();
+    reasons[place->second].callbacks.push_back(callback);
   }
   std::ranges::stable_sort(reasons, std::ranges::greater{},
                            [](const auto& reason) { return reason.callbacks.size(); });
@@ -192,14 +202,19 @@ std::vector<CommonReason> reasons_of(const SchedulabilityReport& report,
 
 }  // namespace
 
-std::vector<CommonReason> without_bound(const SchedulabilityReport& report) {
-  return reasons_of(report, [](const auto& callback) { return !callback.bound_ns; });
+bool CommonReason::is_equal() const {
+  return std::ranges::all_of(callbacks,
+                             [this](const auto* callback) { return callback->reason == reason(); });
 }
 
-std::vector<CommonReason> undecided_by_bound(const SchedulabilityReport& report) {
-  return reasons_of(report, [](const auto& callback) {
-    return callback.is_above_bound() && !callback.is_flagged && callback.deadline &&
-           !callback.meets_deadline();
+std::vector<CommonReason> without_bound(const SchedulabilityReport& report, Sameness sameness) {
+  return reasons_of(report, sameness, [](const auto& callback) { return !callback.bound_ns; });
+}
+
+std::vector<CommonReason> undecided_by_bound(const SchedulabilityReport& report,
+                                             Sameness sameness) {
+  return reasons_of(report, sameness, [](const auto& callback) {
+    return callback.bound_ns && callback.deadline && !callback.meets_deadline();
   });
 }
 

@@ -41,15 +41,24 @@ std::vector<const analysis::CallbackSchedulability*> worst_first(
 // Of one that is above its bound: by how much, then what accounts for it.
 std::vector<std::string> why_above(const analysis::CallbackSchedulability& callback);
 
+// Which reasons are told together.
+enum class Sameness : std::uint8_t {
+  equal,
+  alike  // those that differ in numbers and ids, too
+};
+
 // What callbacks have in common.
 struct CommonReason {
-  std::string reason;
-  std::vector<const analysis::CallbackSchedulability*> callbacks;
+  std::vector<const analysis::CallbackSchedulability*> callbacks;  // never empty, the worst first
+
+  const std::string& reason() const { return callbacks.front()->reason; }
+  bool is_equal() const;  // of all callbacks
 };
-// Why there is no bound, and why one that an instance exceeded, and not more than is explained,
-// decides no deadline: each reason once, the most frequent first.
-std::vector<CommonReason> without_bound(const analysis::SchedulabilityReport& report);
-std::vector<CommonReason> undecided_by_bound(const analysis::SchedulabilityReport& report);
+// Why there is no bound, and why one decides no deadline: each reason once, the most frequent first.
+std::vector<CommonReason> without_bound(const analysis::SchedulabilityReport& report,
+                                        Sameness sameness);
+std::vector<CommonReason> undecided_by_bound(const analysis::SchedulabilityReport& report,
+                                             Sameness sameness);
 
 // "measured in the window 7..9 ns (2 ns) alone"; empty without one.
 std::string measured_window(const analysis::Report& report);

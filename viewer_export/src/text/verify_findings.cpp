@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <map>
 #include <optional>
 #include <set>
@@ -259,27 +258,6 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   if (finding.rows.size() > 1) finding.order = "worst first";
   if (worst != nullptr) finding.worst = where_time_went(judged, *worst);
   return finding;
-}
-
-// "thread 4008 ..." and "thread 4009 ..." give the same reason, and so do ids of callbacks.
-std::string without_subjects(std::string_view note) {
-  constexpr std::string_view kDigits = "0123456789";
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  std::string text;
-  for (std::size_t i = 0; i < note.size();) {
-    const bool is_begin = i == 0 || (std::isalnum(static_cast<unsigned char>(note[i - 1])) == 0 &&
-                                     note[i - 1] != '_');
-    if (const auto end = end_of_id(note, i); end > i) {
-      text += "a callback";
-      i = end;
-    } else if (is_begin && is_digit(note[i])) {
-      text += 'N';
-      i = std::min(note.find_first_not_of(kDigits, i), note.size());
-    } else {
-      text += note[i++];
-    }
-  }
-  return text;
 }
 
 std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {

@@ -304,4 +304,25 @@ std::size_t end_of_id(std::string_view sentence, std::size_t at) {
   return end;
 }
 
+std::string without_subjects(std::string_view sentence) {
+  constexpr std::string_view kDigits = "0123456789";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string text;
+  for (std::size_t i = 0; i < sentence.size();) {
+    const bool is_begin =
+        i == 0 ||
+        (std::isalnum(static_cast<unsigned char>(sentence[i - 1])) == 0 && sentence[i - 1] != '_');
+    if (const auto end = end_of_id(sentence, i); end > i) {
+      text += "a callback";
+      i = end;
+    } else if (is_begin && is_digit(sentence[i])) {
+      text += 'N';
+      i = std::min(sentence.find_first_not_of(kDigits, i), sentence.size());
+    } else {
+      text += sentence[i++];
+    }
+  }
+  return text;
+}
+
 }  // namespace cie::viewer_export

@@ -62,4 +62,8 @@ std::string without_symbols(std::string text);
 // Where a logical id that begins at `at` of a sentence ends; `at` if there is none.
 std::size_t end_of_id(std::string_view sentence, std::size_t at);
 
+// Sentences that differ in numbers and logical ids only are the same with "N" and "a callback" in
+// their place.
+std::string without_subjects(std::string_view sentence);
+
 }  // namespace cie::viewer_export
