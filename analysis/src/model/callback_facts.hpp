@@ -220,6 +220,14 @@ struct alignas(64) CallbackFacts {
     EventRef second{};
   };
   Rare<SecondEnd> first_second_end{};
+  // Instances that ended on another thread than the one they had started on, and the first of them.
+  std::uint64_t ends_elsewhere = 0;
+  struct EndElsewhere {
+    std::uint64_t seq = 0;
+    EventRef start{};
+    EventRef end{};
+  };
+  Rare<EndElsewhere> first_end_elsewhere{};
   std::vector<Move> moves{};                       // the first 1024
   std::vector<RegisteredMove> registered_moves{};  // the first 1024
   std::uint64_t starts_without_tid = 0;

@@ -204,6 +204,8 @@ struct alignas(64) CallbackOnThread {
   EventRef last_activity{};     // last start or end of it there
   EventRef first_start{};       // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
+  // Where that end's instance had started, on another thread. Empty: that was not seen.
+  Rare<EventRef> first_begun_elsewhere{};
   bool is_certain =
       false;  // some run there was the callback's own: see CallbackStart::may_be_another
   // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
@@ -322,12 +324,14 @@ struct ThreadFacts {
   struct Nesting {
     CallbackIndex outer{};
     EventRef outer_start{};
-    std::optional<EventRef> outer_end{};  // empty: it never ended
+    std::optional<EventRef> outer_end{};  // empty: it never ended; of another thread: unproven
     CallbackIndex inner{};
     EventRef inner_start{};
   };
-  Rare<Nesting> nesting{};           // outer ended: proven
-  Rare<Nesting> nesting_unproven{};  // outer never ended: an end may be lost
+  Rare<Nesting> nesting{};  // outer ended: proven
+  // Outer never ended: an end may be lost; or it ended on another thread, and may have left this one
+  // before inner started.
+  Rare<Nesting> nesting_unproven{};
 
   // The first of ProcessFacts::beside_own that ran there: its id and that instance.
   Rare<std::pair<std::string, EventRef>> beside_own{};

@@ -36,6 +36,16 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
   }
 }
 
+// It has one start and one end: which thread ran it the mapping's rules judge.
+void remark_elsewhere(const CallbackFacts& callback, Judgement& judgement) {
+  const auto& [seq, start, end] = *callback.first_end_elsewhere;
+  judgement.remark(evidence("callback_end", end,
+                            counted(callback.ends_elsewhere, "instance") +
+                                " ended on another thread than started it, first seq " +
+                                std::to_string(seq) + ": thread " + std::to_string(*start.tid) +
+                                ", then thread " + std::to_string(*end.tid)));
+}
+
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
   const auto& proof = context.proof;
   return judge_callbacks(
@@ -78,6 +88,7 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
                                   "but only " + std::to_string(fini->started) + " started"));
         }
         judge_unpaired(context, callback, judgement);
+        if (callback.first_end_elsewhere) remark_elsewhere(callback, judgement);
         if (const auto& first = callback.first_exception) {
           judgement.remark(evidence("callback_end", first->second,
                                     counted(callback.exceptions, "instance") +
@@ -156,10 +167,17 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
       judgement.overrule(perhaps_no_nesting(model, *thread.nesting));
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
-      if (has_unended(model.callbacks[at(thread.nesting_unproven->outer)])) {
-        report(model, *thread.nesting_unproven, judgement);
+      const auto& nesting = *thread.nesting_unproven;
+      if (nesting.outer_end) {
+        judgement.doubt(evidence(
+            "callback_end", *nesting.outer_end,
+            model.callbacks[at(nesting.outer)].logical_id +
+                " ended on another thread: whether it had left this one when " +
+                model.callbacks[at(nesting.inner)].logical_id + " started here is unknown"));
+      } else if (has_unended(model.callbacks[at(nesting.outer)])) {
+        report(model, nesting, judgement);
       } else {
-        judgement.doubt(evidence("callback_start", thread.nesting_unproven->outer_start,
+        judgement.doubt(evidence("callback_start", nesting.outer_start,
                                  "whether this instance had ended before the next one started is "
                                  "unknown: its end was not seen"));
       }
@@ -178,8 +196,9 @@ const Rule kStartEndPaired{
     .meaning =
         "Each instance that starts ends, once. FAIL when a cleanly ended process counts other "
         "numbers of starts and ends, when an instance ends twice, or when more ends than started. "
-        "One that an exception ended is complete; PASS says how many. Instances that the "
-        "recording or a crash cuts are listed in the report, not judged.",
+        "One that an exception ended is complete, and so is one that ended on another thread than "
+        "it started on (M2, M3); PASS says how many. Instances that the recording or a crash cuts "
+        "are listed in the report, not judged.",
     .why_it_matters =
         "A callback that never ends holds its thread; one that ends twice is not recorded "
         "rightly, and its times mean nothing.",
@@ -219,7 +238,8 @@ const Rule kNoNesting{
         "The inner callback runs at the outer one's priority and its time is counted twice.",
     .inconclusive_when =
         "events of a callback on that thread were lost, another callback may have been lost with "
-        "all of its instances, the context vtid is absent, or the thread may have served what ROS "
+        "all of its instances, the outer instance ended on another thread and may have left this "
+        "one before, the context vtid is absent, or the thread may have served what ROS "
         "2's events do not show (M2).",
     .remedy =
         "do not spin, and do not wait for a future by spinning, inside a callback; use a callback "

@@ -38,9 +38,12 @@ std::vector<const CallbackOnThread*> in_order(const Model& model,
 
 Evidence started_here(const Model& model, const CallbackOnThread& pair) {
   if (pair.starts == 0) {
+    const auto& begun = pair.first_begun_elsewhere;
     return evidence("callback_end", pair.first_start,
                     model.callbacks[at(pair.callback)].logical_id + " ended here (seq " +
-                        std::to_string(pair.first_seq) + "), its start was not seen");
+                        std::to_string(pair.first_seq) + "), " +
+                        (begun ? "which had started on thread " + std::to_string(*begun->tid)
+                               : "its start was not seen"));
   }
   return evidence("callback_start", pair.first_start,
                   model.callbacks[at(pair.callback)].logical_id + " started here (seq " +

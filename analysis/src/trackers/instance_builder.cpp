@@ -315,6 +315,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   while (found != open.rend() && !((*found)->callback == index && (*found)->seq == event.seq))
     ++found;
   if (found == open.rend()) {
+    if (thread && end_elsewhere(here, *thread, index, event)) {
+      forget_wakes(on_thread, who, head);
+      return;
+    }
     if (thread && !undecided_.empty()) [[unlikely]]
       decide(*thread, nullptr);
     leave_unseen(thread);
@@ -363,21 +367,22 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 
 [[gnu::always_inline]] inline void InstanceBuilder::close(
     std::unique_ptr<PendingInstance>&& pending, OfCallback& callback) {
-  auto& facts = *pending->callback_facts;
-  // One that starts in the very nanosecond that this one ends in, on another CPU, follows it.
-  const auto is_before_end = [&pending](const auto& start) {
-    return start && start->second.time < pending->end->time;
-  };
-  if (is_before_end(pending->first_overlapping) && !facts.overlap)
-    facts.overlap = overlap_of(*pending);
   if (pending->thread) {
     auto& thread = *pending->thread_facts;
-    if (is_before_end(pending->first_inner) && !thread.nesting) {
+    if (has_ended_after(*pending, pending->first_inner) && !thread.nesting) {
       thread.nesting = nesting_of(*pending);
     }
     callback.last_on = pending->pair;
     note_activity(*pending->pair, *pending->end);
   }
+  file(std::move(pending), callback);
+}
+
+[[gnu::always_inline]] inline void InstanceBuilder::file(std::unique_ptr<PendingInstance>&& pending,
+                                                         OfCallback& callback) {
+  auto& facts = *pending->callback_facts;
+  if (has_ended_after(*pending, pending->first_overlapping) && !facts.overlap)
+    facts.overlap = overlap_of(*pending);
   callback.recent.push(Ended{.seq = pending->seq, .end = *pending->end});
   if (pending->node) pending->node->is_end_awaited = false;
   if (facts.kind == CallbackKind::service && !facts.is_accounted && pending->writer_gid != 0) {
@@ -386,6 +391,45 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     answering.push_back(node_of(*pending));
   }
   ended_.add(std::move(pending));
+}
+
+// How long it was on either thread nobody knows, so it has no parts.
+bool InstanceBuilder::end_elsewhere(const EventRef& here, ThreadIndex thread, CallbackIndex index,
+                                    const CallbackEnd& event) {
+  auto& callback = callbacks_[index];
+  const auto found = std::ranges::find(callback.open, event.seq, &PendingInstance::seq);
+  if (found == callback.open.end() || event.may_be_another) return false;
+  auto* const begun = *found;
+  auto& facts = *begun->callback_facts;
+  const bool is_certain = facts.is_accounted && begun->thread && !begun->may_be_another;
+  if (!is_certain) return false;
+  auto& former = threads_[*begun->thread];
+  const auto place =
+      std::ranges::find(former.open, begun, [](const auto& pending) { return pending.get(); });
+  auto pending = std::move(*place);
+  former.open.erase(place);
+  callback.open.erase(found);
+  former.is_inside_known = false;
+  threads_[thread].is_inside_known = false;
+  pending->end = here;
+  pending->status = event.status;
+  if (has_kernel(*pending)) timeline_.end_watch(pending->host, *pending->start.tid, here.time);
+  decide(*pending->thread, pending.get());
+  auto& of_former = *pending->thread_facts;
+  if (has_ended_after(*pending, pending->first_inner) && !of_former.nesting_unproven)
+    of_former.nesting_unproven = nesting_of(*pending);
+  if (facts.ends_elsewhere++ == 0) {
+    facts.first_end_elsewhere =
+        CallbackFacts::EndElsewhere{.seq = event.seq, .start = pending->start, .end = here};
+  }
+  auto& pair = pair_of(index, thread, here, event.seq);
+  if (pair.first_start.time == here.time && pair.starts == 0)
+    pair.first_begun_elsewhere = pending->start;
+  pair.is_certain = true;
+  note_activity(pair, here);
+  callback.last_on = &pair;
+  file(std::move(pending), callback);
+  return true;
 }
 
 const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {

@@ -223,6 +223,11 @@ class InstanceBuilder {
   inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
   // It has its end, and is not among those that are open any more.
   inline void close(std::unique_ptr<PendingInstance>&& pending, OfCallback& callback);
+  // The same of one whose threads know that it has ended.
+  inline void file(std::unique_ptr<PendingInstance>&& pending, OfCallback& callback);
+  // An end on another thread than the instance's start, if it certainly is of that one.
+  bool end_elsewhere(const EventRef& here, ThreadIndex thread, CallbackIndex index,
+                     const CallbackEnd& event);
   void abandon(std::unique_ptr<PendingInstance> pending);
 
   Model& model_;

@@ -61,6 +61,14 @@ struct PendingInstance {
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
 };
 
+// One that starts in the very nanosecond that this one ends in, on another CPU, follows it. Requires
+// an end.
+template <typename T>
+bool has_ended_after(const PendingInstance& pending,
+                     const std::optional<std::pair<T, EventRef>>& start) noexcept {
+  return start && start->second.time < pending.end->time;
+}
+
 // Of an instance that another one of its callback began in, or that another one began inside of.
 inline CallbackFacts::Overlap overlap_of(const PendingInstance& pending) {
   return {.first_seq = pending.seq,

@@ -56,6 +56,68 @@ TEST(StartEndPaired, KnowsNoExceptionsWhereEndsDoNotTell) {
   EXPECT_EQ(Verified(trace).result.report.callbacks.at(0).exceptions, std::nullopt);
 }
 
+// The second instance of fusion starts on its thread and ends on lidar's.
+constexpr const char* kEndsElsewhere = R"(
+  callback fusion timer period=10 deadline=6
+  callback lidar
+  10 start fusion release=10
+  12 end fusion
+  20 start fusion release=20
+  25 end fusion on=lidar
+  30 start lidar
+  34 end lidar
+  40 start fusion release=40
+  43 end fusion)";
+
+TEST(StartEndPaired, PassesAndNamesWhatEndedOnAnotherThread) {
+  const Verified verified(kEndsElsewhere);
+  for (const auto* rule : {"T4", "E1", "E2", "E3", "R1", "R3"})
+    EXPECT_EQ(verified[rule], Verdict::pass) << rule;
+  const auto& report = verified.result.report;
+  const auto tid = [&report](std::size_t callback) {
+    return std::to_string(report.callbacks.at(callback).threads.at(0).tid);
+  };
+  EXPECT_EQ(verified.evidence("E1", "callback fusion"),
+            "25 callback_end 1 instance ended on another thread than started it, first seq 1: "
+            "thread " +
+                tid(0) + ", then thread " + tid(1) + "\n");
+  EXPECT_EQ(verified["M3"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("M2", "thread " + tid(1)),
+              HasSubstr("25 callback_end fusion ended here (seq 1), which had started on thread " +
+                        tid(0)));
+  EXPECT_EQ(report.callbacks.at(0).instances, 3U);
+  EXPECT_EQ(report.callbacks.at(0).response_time->max, 5);
+  EXPECT_TRUE(report.defects.empty());
+}
+
+// Once its start is lost nobody knows where it was.
+TEST(StartEndPaired, DoesNotGuessWhereAnEndOnAnotherThreadBegan) {
+  auto trace = trace_of(kEndsElsewhere);
+  trace.erase<CallbackStart>([](const CallbackStart& start, const EventHead& head) {
+    return start.seq == 1 && head.time.ns == 20;
+  });
+  const Verified verified(trace);
+  EXPECT_EQ(verified["E1"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("M2", "thread 102"), HasSubstr("its start was not seen"));
+}
+
+// fusion's instance may have left its thread before plan started there.
+TEST(NoNesting, IsInconclusiveInsideAnInstanceThatEndsOnAnotherThread) {
+  const Verified verified(R"(
+    thread pool1 pool
+    thread pool2 pool
+    callback fusion pooled
+    callback plan pooled
+    10 start fusion on=pool1
+    12 start plan on=pool1
+    14 end plan on=pool1
+    16 end fusion on=pool2)");
+  EXPECT_EQ(verified["E3"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("E3", "thread 101"),
+              HasSubstr("16 callback_end fusion ended on another thread: whether it had left this "
+                        "one when plan started here is unknown"));
+}
+
 TEST(StartEndPaired, IsInconclusiveWhenAnEndWasLost) {
   auto trace = trace_of(kSound);
   drop_end(trace, 0);
