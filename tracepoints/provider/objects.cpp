@@ -82,6 +82,7 @@ Thread::Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_
            .name = std::string(name),
            .tid = tid_,
            .start_ns = tid == 0 ? start_of_current_thread() : now_ns(CLOCK_MONOTONIC),
+           .created_ticks = created_ticks(tid_),
            .read_backs = 0,
            .change = 0,
            .unsent = {}})) {}
@@ -92,7 +93,7 @@ Thread::~Thread() {
 }
 
 std::optional<SchedReadBack> Thread::emit_sched(SchedMoment moment, std::int32_t error) {
-  std::optional<SchedReadBack> parameters = read_back(tid_);
+  std::optional<SchedReadBack> parameters = read_back(*state_);
   if (parameters) {
     Registry::instance().record_sched(*state_, moment, error, *parameters);
   }

@@ -3,9 +3,13 @@
 #include <cie/tracepoints/sched_attr.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "base/machine.hpp"
+#include "state.hpp"
+
 #include <cerrno>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <sched.h>
@@ -72,6 +76,20 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
       .slice_ns = attr.policy == SCHED_OTHER ? attr.runtime : 0,
       .util_min = attr.util_min,
       .util_max = attr.util_max};
+}
+
+std::optional<std::uint64_t> created_ticks(std::uint32_t tid) {
+  constexpr int kStartTime = 22;  // of proc(5)
+  return stat_field("self/task/" + std::to_string(tid), kStartTime);
+}
+
+std::optional<SchedReadBack> read_back(const ThreadState& thread) {
+  auto parameters = read_back(thread.tid);
+  if (!parameters) return parameters;
+  // Asked last, as above: whoever has the tid now had it before.
+  const auto now = thread.created_ticks ? created_ticks(thread.tid) : std::nullopt;
+  if (now && now != thread.created_ticks) parameters.reset();
+  return parameters;
 }
 
 }  // namespace cie::trace

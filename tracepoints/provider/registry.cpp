@@ -292,7 +292,7 @@ void Registry::announce() {
   emit_announcement();
   tell_ros2_readers();
   for (const auto& thread : live_->threads) {
-    if (auto parameters = read_back(thread->tid)) {  // else it ended unannounced: nothing to say
+    if (auto parameters = read_back(*thread)) {  // else it ended unannounced: nothing to say
       emit::thread_sched(*thread, {.moment = SchedMoment::audit,
                                    .n = thread->read_backs++,
                                    .error = 0,

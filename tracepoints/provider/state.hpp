@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -110,10 +111,18 @@ struct ThreadState {
   std::string name;
   std::uint32_t tid = 0;
   std::int64_t start_ns = 0;
+  // Of the OS thread that had the tid then: when the kernel created it. Empty: it does not tell.
+  std::optional<std::uint64_t> created_ticks{};
   // Guarded by the registry's lock.
   std::uint32_t read_backs = 0;
   std::uint32_t change = 0;
   std::vector<SchedRecord> unsent;  // read back before the first Run
 };
+
+// When the kernel created that thread of this process, in ticks of 10 ms. Empty: there is none, or /proc
+// cannot be read.
+std::optional<std::uint64_t> created_ticks(std::uint32_t tid);
+// The parameters of that OS thread. Empty when it is gone, also if another one has its tid now.
+std::optional<SchedReadBack> read_back(const ThreadState& thread);
 
 }  // namespace cie::trace

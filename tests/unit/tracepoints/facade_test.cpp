@@ -10,6 +10,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <fstream>
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -185,6 +188,43 @@ TEST(ReadBack, IsEmptyForAThreadOfAnotherProcess) {
   EXPECT_FALSE(read_back(static_cast<std::uint32_t>(other)));
   ::kill(other, SIGKILL);
   ::waitpid(other, nullptr, 0);
+}
+
+// The next thread of the system gets that tid, unless another one comes before. False: not permitted.
+bool give_next(std::uint32_t tid) {
+  std::ofstream file("/proc/sys/kernel/ns_last_pid");
+  file << tid - 1 << std::flush;
+  return file.good();
+}
+
+// A thread of this process that gets the tid of one that is gone; false: nobody can have it.
+bool run_with(std::uint32_t tid, const std::function<void()>& work) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    if (!give_next(tid)) return false;
+    bool is_it = false;
+    std::jthread([&] {
+      is_it = static_cast<std::uint32_t>(gettid()) == tid;
+      if (is_it) work();
+    }).join();
+    if (is_it) return true;
+  }
+  return false;
+}
+
+TEST(Facade, ReadsNoOtherThreadOfItsProcessBackThatGotTheTid) {
+  std::optional<Thread> gone;
+  std::jthread([&gone] {
+    gone.emplace(ThreadRole::worker, kNoCallback, kNoGroup, "gone");
+    EXPECT_TRUE(gone->emit_sched(SchedMoment::initial, 0));
+  }).join();
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));  // the kernel tells starts by 10 ms
+  const bool is_reused = run_with(gone->tid(), [&gone] {
+    EXPECT_TRUE(read_back(gone->tid())) << "the process has such a thread";
+    EXPECT_FALSE(gone->emit_sched(SchedMoment::audit, 0));
+    Thread own(ThreadRole::worker, kNoCallback, kNoGroup, "own");
+    EXPECT_TRUE(own.emit_sched(SchedMoment::initial, 0));
+  });
+  if (!is_reused) GTEST_SKIP() << "it takes CAP_CHECKPOINT_RESTORE to have a tid again";
 }
 
 TEST(Facade, KnowsAThreadByItsOwnTid) {

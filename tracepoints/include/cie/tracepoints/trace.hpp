@@ -204,8 +204,8 @@ class Thread {
   Thread& operator=(const Thread&) = delete;
   std::uint32_t tid() const noexcept { return tid_; }
   // Reads the parameters back from the kernel, emits `thread_sched` and returns them. `error` is
-  // the errno of the failed request, 0 otherwise. Empty when the thread is gone (nothing is
-  // emitted).
+  // the errno of the failed request, 0 otherwise. Empty when the thread is gone, also if another one
+  // has its tid now (nothing is emitted).
   std::optional<SchedReadBack> emit_sched(SchedMoment moment, std::int32_t error);
   // Call it before parameters that were applied are changed, and emit_sched(applied) afterwards:
   // emits an audit with the number of the change, which tells readers that until the next `applied`
