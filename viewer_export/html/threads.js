@@ -17,6 +17,8 @@ export const threads = () => {
         ]
           .filter(x => x !== null)
           .join(" ");
+  // As the kernel's switches show it, where nobody read it back.
+  const switched = s => (s.changes ? `${s.text} (changed)` : s.text);
   section(
     "threads",
     "Threads",
@@ -59,7 +61,7 @@ export const threads = () => {
                 el("td", {}, processByIndex.get(t.process).pid),
                 el("td", {}, t.tid),
                 el("td", {class: "text"}, t.role || "\u2013"),
-                el("td", {class: "text"}, t.switched === undefined ? sched(t.sched) : t.switched.text),
+                el("td", {class: "text"}, t.switched === undefined ? sched(t.sched) : switched(t.switched)),
                 el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
                 el("td", {}, time(t.busy_ns)),
                 el("td", {class: "text name", title: t.callbacks.join(", ")}, t.callbacks.map(inWords).join(", ")),

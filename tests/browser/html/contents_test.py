@@ -309,6 +309,15 @@ class Contents(Page):
         if heights:
             self.assertLess(heights[0], 2 * heights[1])
 
+    def test_a_thread_that_nobody_read_back_is_as_its_switches_show_it(self):
+        def change(report):
+            for changes, thread in enumerate(report["threads"][:2]):
+                thread.update(sched=None, switched={"prio": 125, "text": "nice 5", "changes": changes})
+        self.shown(change)
+        column = self.see("[aria-labelledby=threads] th").index("scheduling") + 1
+        cells = self.see(f"[aria-labelledby=threads] tbody td:nth-child({column})")
+        self.assertEqual(cells[:2], ["nice 5", "nice 5 (changed)"])
+
     def test_columns_of_the_matrix_have_the_threads_names(self):
         trace = EXAMPLES / "isolated_ok" / "trace"
         self.page(trace)
