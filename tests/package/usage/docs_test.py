@@ -238,6 +238,13 @@ class References(unittest.TestCase):
         for path in texts:
             self.assertEqual(re.findall(r"\b(?:for|to|from|than) who [a-z]\w*", read(path)), [], path)
 
+    def test_tables_of_the_analysis_are_readable_as_text(self):
+        """What a cell has no room for stands in a sentence below."""
+        pages = glob.glob(os.path.join(SOURCES, "analysis", "**", "README.md"), recursive=True)
+        self.assertGreater(len(pages), 3)
+        for page in pages:
+            self.assertEqual([line for line in read(page).splitlines() if len(line) > 160], [], page)
+
     def test_tests_that_pages_name_exist(self):
         tests = set()
         for path in glob.glob(os.path.join(SOURCES, "tests", "**", "*.cpp"), recursive=True):
