@@ -269,6 +269,31 @@ TEST(ReusedPid, IsNoneOfAProgramThatExecutesAnotherOneWhereItsEndIsLost) {
   EXPECT_FALSE(is_any_pid_shared(lossy));
 }
 
+// It was attached to, and nothing of the former one is in the recording: it is as any other process.
+TEST(ReusedPid, OfAProgramThatWasExecutedBeforeTheRecordingIsAsOfOneThatNeverWas) {
+  const auto recorded = [](std::int64_t process_start) {
+    auto trace = of_two_runs(0);
+    std::erase_if(trace.events, [](const Event& event) {
+      return event.head.time.ns < 1'000 && category_of(event.body) != EventCategory::structure;
+    });
+    for (auto& event : trace.events) {
+      auto* begin = std::get_if<RunBegin>(&event.body);
+      if (begin == nullptr) continue;
+      begin->moment = RunMoment::announce;
+      begin->process_start_ns = process_start;
+    }
+    return Verified(trace);
+  };
+  const auto executed = recorded(1);
+  EXPECT_EQ(executed["T4"], Verdict::pass);
+  EXPECT_EQ(executed["M5"], Verdict::not_applicable);
+  EXPECT_EQ(executed["R3"], Verdict::fail);
+  EXPECT_FALSE(is_any_pid_shared(executed));
+  const auto begun = recorded(1'990);
+  for (const auto& rule : begun.result.verdicts.rules)
+    EXPECT_EQ(executed[rule.id], rule.verdict) << rule.id;
+}
+
 // What the kernel saw of the main thread since then is the other program's.
 TEST(ReusedPid, IsOfTheOtherProgramFromItsRunBeginOn) {
   auto trace = of_two_runs(0, "until=500", R"(
