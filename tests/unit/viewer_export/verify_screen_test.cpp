@@ -353,6 +353,25 @@ TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
 
 // It took up to 289.4 us and was released every 100 us at least, of different instances, unless one
 // was seen to end after the next release.
+TEST(VerifyScreen, OfARestartSaysWhatWasAndWhatIs) {
+  analysis::VerdictReport verdicts;
+  verdicts.verdict = Verdict::fail;
+  analysis::SubjectVerdict subject{
+      .subject = "callback 1", .verdict = Verdict::fail, .checked = 1, .evidence = {}};
+  for (const auto* note : {"was: timer", "is: service", "was: nice 3", "is: nice 5"}) {
+    analysis::Evidence evidence{};
+    evidence.event = "thread_sched";
+    evidence.note = note;
+    subject.evidence.push_back(evidence);
+  }
+  verdicts.rules = {{.id = "M5",
+                     .name = "mapping-survives-restart",
+                     .verdict = Verdict::fail,
+                     .subjects = {subject}}};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              HasSubstr("was: timer; is: service; was: nice 3; is: nice 5\n"));
+}
+
 TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
   const auto text = [](const std::string& event) {
     auto verdicts = test::sample_verdicts();

@@ -107,7 +107,7 @@ std::string runs_on_threads(const CallbackReport& callback) {
 // What the evidence says; of the two events of an instance, the end has all.
 std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
                              const SubjectVerdict& subject) {
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMost = 4;  // of M5: what it was and is, twice
   std::string text;
   for (auto i = main_evidence_of(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
     const auto& note = subject.evidence[i].note;
