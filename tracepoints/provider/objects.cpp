@@ -93,7 +93,9 @@ Thread::~Thread() {
 }
 
 std::optional<SchedReadBack> Thread::emit_sched(SchedMoment moment, std::int32_t error) {
-  std::optional<SchedReadBack> parameters = read_back(*state_);
+  // Who reads itself back, as most do when they begin, is there.
+  const bool is_own = tid_ == current_tid() && state_->start_ns == start_of_current_thread();
+  std::optional<SchedReadBack> parameters = is_own ? read_back(tid_) : read_back(*state_);
   if (parameters) {
     Registry::instance().record_sched(*state_, moment, error, *parameters);
   }
