@@ -20,6 +20,14 @@ constexpr auto kCallbackEnd = EventBody(CallbackEnd{}).index();
 constexpr auto kThreadWakeup = EventBody(ThreadWakeup{}).index();
 constexpr auto kPublish = EventBody(Publish{}).index();
 
+// Where threads tell of their wake-ups, a callback will run on the thread. Other events follow on
+// these soon enough.
+bool is_foretelling(const Event& event) noexcept {
+  return event.head.pid && !event.head.is_derived &&
+         (std::holds_alternative<ThreadWakeup>(event.body) ||
+          std::holds_alternative<Publish>(event.body));
+}
+
 // The event that a start tells of.
 Event end_of(const EventHead& head, const CallbackStart& start) {
   Event end{.head = head,
@@ -144,37 +152,37 @@ void Analyzer::Pipeline::consume_user_apart(const Event& event) { consume_user<t
 
 void Analyzer::consume(const Event& event) { pipeline_->consume_apart(event); }
 
+bool Analyzer::Pipeline::is_worth_prefetching() const noexcept {
+  constexpr std::size_t kInCache = 512;  // some 5 KB each: measured, a second-level cache's worth
+  const bool is_foretold = by_class[kThreadWakeup] > 0;  // not by ROS 2
+  return is_foretold && model.pairs.size() > kInCache;
+}
+
+inline void Analyzer::Pipeline::prefetch(const Event& event) const noexcept {
+  if (is_foretelling(event)) registry.prefetch(event.head);
+}
+
+inline void Analyzer::Pipeline::prefetch_next(const Event& event) const noexcept {
+  if (!is_foretelling(event)) return;
+  const auto* emitter = registry.known_emitter_of(event.head);
+  if (emitter == nullptr) return;
+  if (std::holds_alternative<Publish>(event.body)) {
+    registry.prefetch_publication(*emitter);
+  } else {
+    enforcement.prefetch(emitter->thread);
+    instances->prefetch(*emitter);
+  }
+}
+
 void Analyzer::consume(const EventBatch& batch) {
   auto& pipeline = *pipeline_;
-  if (is_worth_prefetching()) {
-    batch.each([this](const Event& event) { prefetch(event); },
-               [this](const Event& event) { prefetch_next(event); },
+  if (pipeline.is_worth_prefetching()) {
+    batch.each([&pipeline](const Event& event) { pipeline.prefetch(event); },
+               [&pipeline](const Event& event) { pipeline.prefetch_next(event); },
                [&pipeline](const Event& event) { pipeline.consume_apart(event); });
   } else {
     batch.each([&pipeline](const Event& event)
                    __attribute__((always_inline)) { pipeline.consume(event); });
-  }
-}
-
-bool Analyzer::is_worth_prefetching() const noexcept {
-  constexpr std::size_t kInCache = 512;  // some 5 KB each: measured, a second-level cache's worth
-  const bool is_foretold = pipeline_->by_class[kThreadWakeup] > 0;  // not by ROS 2
-  return is_foretold && pipeline_->model.pairs.size() > kInCache;
-}
-
-void Analyzer::prefetch_emitter(const EventHead& head) const noexcept {
-  pipeline_->registry.prefetch(head);
-}
-
-void Analyzer::prefetch_subject(const Event& event) const noexcept {
-  const auto& pipeline = *pipeline_;
-  const auto* emitter = pipeline.registry.known_emitter_of(event.head);
-  if (emitter == nullptr) return;
-  if (std::holds_alternative<Publish>(event.body)) {
-    pipeline.registry.prefetch_publication(*emitter);
-  } else {
-    pipeline.enforcement.prefetch(emitter->thread);
-    pipeline.instances->prefetch(*emitter);
   }
 }
 

@@ -5,12 +5,13 @@
 
 #include "support/trace_text.hpp"
 
-#include <algorithm>
+#include <cstdint>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <vocabulary/event_batch.hpp>
 
 namespace cie::analysis {
 namespace {
@@ -54,21 +55,38 @@ TEST(Look, ChangesNothingOfWhatIsSaidAtTheEnd) {
   EXPECT_EQ(text_of(analyzer.finish()), expected);
 }
 
-TEST(Expect, ChangesNothing) {
-  const auto trace = test::trace_of(std::string(kBusy) + R"(
-  43 wakeup drive
-  44 publish path on=plan
-  45 start drive from=path:1
-  46 end drive)");
-  Analyzer analyzer(AnalysisOptions{});
-  // Each of everything that follows, of threads that are not known yet as well.
-  for (auto event = trace.events.begin(); event != trace.events.end(); ++event) {
-    std::for_each(event, trace.events.end(), [&](const Event& later) { analyzer.prefetch(later); });
-    std::for_each(event, trace.events.end(),
-                  [&](const Event& later) { analyzer.prefetch_next(later); });
-    analyzer.consume(*event);
+// So many callbacks that the analyzer is told of events before their turn.
+TEST(Analyzer, TakesBatchesAsItTakesEvents) {
+  constexpr int kCallbacks = 600;
+  std::string text = "publisher path topic=/t\n callback drive subscription topic=/t\n";
+  for (int i = 0; i < kCallbacks; ++i)
+    text += " callback c" + std::to_string(i) + " timer period=100000\n";
+  std::int64_t now = 10;
+  const auto add = [&](const std::string& event) {
+    text += std::to_string(now++) + " " + event + "\n";
+  };
+  for (int i = 0; i < 2 * kCallbacks; ++i) {
+    const auto name = "c" + std::to_string(i % kCallbacks);
+    add("wakeup " + name);
+    add("start " + name + " release=" + std::to_string(now - 1));
+    add("publish path on=" + name);
+    add("end " + name);
+    add("wakeup drive");
+    add("start drive from=path:" + std::to_string(i));
+    add("end drive");
   }
-  EXPECT_EQ(text_of(analyzer.finish()), text_of(test::analyze(trace)));
+  const auto trace = test::trace_of(text);
+  Analyzer analyzer(AnalysisOptions{});
+  EventBatch batch(256);
+  for (const auto& event : trace.events) {
+    batch.keep(batch.add() = event);
+    if (!batch.is_full() && &event != &trace.events.back()) continue;
+    analyzer.consume(batch);
+    batch.clear();
+  }
+  const auto result = analyzer.finish();
+  EXPECT_EQ(result.report.callbacks.size(), kCallbacks + 1U);
+  EXPECT_EQ(text_of(result), text_of(test::analyze(trace)));
 }
 
 TEST(Look, TellsAGapAndForgetsOneThatWasFilled) {

@@ -15,7 +15,6 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace cie::analysis {
@@ -74,18 +73,8 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
-  // Each event of a reader of this library, with the hints below where they are worth it.
+  // Each event of a reader of this library.
   void consume(const EventBatch& batch);
-  // Hints, not needed: the event will be consumed after some others, and in the second case after a
-  // few. What it takes to do so is on its way into the processor's cache meanwhile. They cost more
-  // than they gain unless so many callbacks run that what is known of them does not stay there.
-  bool is_worth_prefetching() const noexcept;
-  void prefetch(const Event& event) const noexcept {
-    if (is_foretelling(event)) prefetch_emitter(event.head);
-  }
-  void prefetch_next(const Event& event) const noexcept {
-    if (is_foretelling(event)) prefetch_subject(event);
-  }
   // What the recordings that the events come from say of themselves: before finish().
   void add(std::vector<Recording> recordings);
   // What finish() would say of the events so far, but for instances that have begun and not ended,
@@ -96,17 +85,6 @@ class Analyzer {
   AnalysisResult finish();
 
  private:
-  // Where threads tell of their wake-ups, a callback will run on the thread. Other events follow on
-  // these soon enough.
-  static bool is_foretelling(const Event& event) noexcept {
-    return event.head.pid && !event.head.is_derived &&
-           (std::holds_alternative<ThreadWakeup>(event.body) ||
-            std::holds_alternative<Publish>(event.body));
-  }
-  // First what is known of the thread, then what is touched because of it.
-  void prefetch_emitter(const EventHead& head) const noexcept;
-  void prefetch_subject(const Event& event) const noexcept;
-
   struct Pipeline;
   std::unique_ptr<Pipeline> pipeline_;
 };
