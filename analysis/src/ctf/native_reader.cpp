@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMemory = 512U << 10U;  // of all pieces of streams together
+constexpr std::size_t kMemory = 2U << 20U;  // of all pieces of streams together
 constexpr std::size_t kSmallestPiece = 64U << 10U;
 constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";
 
