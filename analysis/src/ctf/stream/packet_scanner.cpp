@@ -230,9 +230,9 @@ bool PacketScanner::is_packet_ahead(std::uint64_t offset) {
   if (offset >= window_.file().size()) return true;
   const auto reason = reason_;
   auto& window = window_.holds(offset, kHeaderPiece) ? window_ : ahead_;
-  const bool is_packet = header_at(offset, {window, ahead_frame_}).has_value();
+  packet_ahead_ = header_at(offset, {window, ahead_frame_});
   reason_ = reason;
-  return is_packet;
+  return packet_ahead_.has_value();
 }
 
 // Another packet that begins inside one: bytes are missing from that one.
@@ -273,6 +273,10 @@ std::optional<Packet> PacketScanner::packet_of_other_uuid(std::uint64_t offset) 
 
 // By its header alone; empty: `reason_` says why.
 std::optional<Packet> PacketScanner::packet_at(std::uint64_t offset) {
+  if (packet_ahead_ && packet_ahead_->offset == offset) {
+    frame_.registers = ahead_frame_.registers;
+    return std::exchange(packet_ahead_, std::nullopt);
+  }
   has_unknown_uuid_ = false;
   auto packet = header_at(offset);
   if (packet || !has_unknown_uuid_) return packet;

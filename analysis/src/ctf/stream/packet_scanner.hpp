@@ -90,6 +90,7 @@ class PacketScanner {
   std::vector<std::uint32_t> elements_;
   Frame frame_;
   Frame ahead_frame_;
+  std::optional<Packet> packet_ahead_;  // the one that was looked for last, if there is any
   EventCursor probe_;
   std::uint64_t offset_ = 0;
   std::uint64_t examined_ = 0;  // bytes of content looked at, to bound looking again
