@@ -315,6 +315,8 @@ TaskModel::TaskModel(const Report& report, const SchedulingSpec* spec)
       result.policy = sched->policy_name;
       result.priority = sched->priority;
       result.cpus = sched->cpus;
+      if (is_deadline(*sched) && task.thread()->former.empty())
+        result.runtime_ns = signed_ns(sched->runtime_ns);
     }
     tasks_.push_back(std::move(task));
   }

@@ -30,6 +30,9 @@ TEST(DeadlineThreads, JudgesDeadlineThreadsByAdmissionAndEdf) {
   EXPECT_EQ(result.deadline[0].admissible_ppb, 1'900'000'000) << "of two CPUs";
   EXPECT_EQ(result.deadline[0].is_guaranteed, true);
   EXPECT_EQ(result.callbacks[0].bound_ns, 8);
+  EXPECT_EQ(result.callbacks[0].runtime_ns, 3);
+  EXPECT_EQ(result.callbacks[1].runtime_ns, std::nullopt) << "SCHED_FIFO has none";
+  EXPECT_FALSE(result.callbacks[0].executes_beyond_runtime()) << "2 of 3";
   EXPECT_EQ(result.callbacks[0].method, BoundMethod::deadline_server);
   // Jitter 5 of the server: 4 -> 4 + ceil(9/10)·3 = 7 -> 4 + ceil(12/10)·3 = 10 -> 4 + 2·3 = 10
   EXPECT_EQ(result.callbacks[1].bound_ns, 10);
@@ -37,6 +40,8 @@ TEST(DeadlineThreads, JudgesDeadlineThreadsByAdmissionAndEdf) {
   result = system.analyzed();
   EXPECT_EQ(result.callbacks[0].bound_ns, std::nullopt);
   EXPECT_THAT(result.callbacks[0].reason, HasSubstr("below what its releases demand"));
+  EXPECT_TRUE(result.callbacks[0].executes_beyond_runtime()) << "4 of 3";
+  EXPECT_EQ(result.deadline[0].is_guaranteed, true) << "of its runtime";
 }
 
 // Threads of SCHED_DEADLINE that execute for 2 of every 20 and may for `runtime` of every period.

@@ -24,6 +24,7 @@ Json json_of(const CallbackSchedulability& callback, const analysis::ProcessRepo
           {"policy", callback.policy.empty() ? Json(nullptr) : Json(callback.policy)},
           {"priority", is_fixed_priority ? Json(callback.priority) : Json(nullptr)},
           {"cpus", callback.cpus},
+          {"runtime_ns", optional_json(callback.runtime_ns)},
           {"execution", json_of(callback.execution)},
           {"waiting_ns", optional_json(callback.waiting_ns)},
           {"runs", callback.runs},

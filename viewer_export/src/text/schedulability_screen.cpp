@@ -302,7 +302,7 @@ class SchedulabilityScreen {
     Lines lines;
     const auto shown = all.size() > most ? most - 1 : all.size();
     for (std::size_t i = 0; i < shown; ++i)
-      append(lines, paragraph("  ", all[i], most < kMostReasons ? 1 : 2, style_));
+      append(lines, paragraph("  ", in_names(all[i]), most < kMostReasons ? 1 : 2, style_));
     if (shown < all.size())
       lines.push_back(fmt::format("  {} {} more on CPUs", gap(style_), all.size() - shown));
     return lines;

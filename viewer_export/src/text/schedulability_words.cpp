@@ -43,8 +43,32 @@ std::string on_cpus(const analysis::DeadlineAdmission& admission,
 
 std::string edf_test(const analysis::DeadlineAdmission& admission) {
   if (!admission.is_guaranteed) return "says nothing, because " + printable(admission.unknown);
-  return *admission.is_guaranteed ? "shows that all deadlines are met"
-                                  : "does NOT show that deadlines are met";
+  return *admission.is_guaranteed ? "shows that each gets its runtime by its deadline"
+                                  : "does NOT show that each gets its runtime by its deadline";
+}
+
+// Those that the EDF test says nothing of, whatever it shows; empty: there are none.
+std::string beyond_runtime(const SchedulabilityReport& report) {
+  std::size_t count = 0;
+  const CallbackSchedulability* most = nullptr;
+  const auto excess = [](const CallbackSchedulability& callback) {
+    return callback.execution->ns - callback.waiting_ns.value_or(0) - *callback.runtime_ns;
+  };
+  for (const auto& callback : report.callbacks) {
+    if (!callback.executes_beyond_runtime()) continue;
+    ++count;
+    if (most == nullptr || excess(callback) > excess(*most)) most = &callback;
+  }
+  if (most == nullptr) return {};
+  const auto id = printable(most->logical_id);
+  const auto subject =
+      count == 1 ? id + " executes" : fmt::format("{} execute", counted(count, "callback"));
+  const auto most_words =
+      fmt::format("{} of {}", format_duration(most->runtime_ns.value() + excess(*most)),
+                  format_duration(*most->runtime_ns));
+  return fmt::format("{} for longer than the runtime of {}, which is then throttled: {}{}", subject,
+                     count == 1 ? "its thread" : "their threads", count == 1 ? "" : id + " ",
+                     most_words);
 }
 
 }  // namespace
@@ -247,6 +271,7 @@ std::vector<std::string> processors(const SchedulabilityReport& report) {
         counted(admission.processors, "CPU"), percent(admission.admissible_ppb),
         edf_test(admission)));
   }
+  if (auto beyond = beyond_runtime(report); !beyond.empty()) sentences.push_back(std::move(beyond));
   return sentences;
 }
 

@@ -39,10 +39,12 @@ struct CallbackSchedulability {
   CallbackIndex index{};  // of its row of the report
   ProcessIndex process{};
   std::string logical_id;
-  std::optional<std::int64_t> tid;         // empty: it ran on several threads or on none
-  std::string policy;                      // "SCHED_FIFO"; empty: unknown
-  std::int64_t priority = 0;               // of SCHED_FIFO and SCHED_RR
-  std::vector<std::uint32_t> cpus;         // that it may use
+  std::optional<std::int64_t> tid;  // empty: it ran on several threads or on none
+  std::string policy;               // "SCHED_FIFO"; empty: unknown
+  std::int64_t priority = 0;        // of SCHED_FIFO and SCHED_RR
+  std::vector<std::uint32_t> cpus;  // that it may use
+  std::optional<std::int64_t>
+      runtime_ns{};                        // that its SCHED_DEADLINE thread may execute in a period
   std::optional<TaskParameter> execution;  // longest (C), time of waiting within it included
   std::uint64_t runs = 0;                  // complete instances,
   std::uint64_t runs_measured = 0;         // and of how many of them the execution time is known
@@ -64,6 +66,10 @@ struct CallbackSchedulability {
 
   // As far as is certain. Requires that something was observed.
   std::int64_t longest_ns() const noexcept { return *std::max(observed_ns, observed_at_least_ns); }
+  // Waiting takes no runtime. False where one of both is not known.
+  bool executes_beyond_runtime() const noexcept {
+    return runtime_ns && execution && execution->ns - waiting_ns.value_or(0) > *runtime_ns;
+  }
   bool is_above_bound() const noexcept {
     return bound_ns && std::max(observed_ns, observed_at_least_ns) > bound_ns;
   }
@@ -111,7 +117,8 @@ struct DeadlineAdmission {
   std::uint32_t processors = 0;
   std::optional<std::int64_t> reserved_ppb;  // of one processor; empty: a thread has no period
   std::int64_t admissible_ppb = 0;  // what the kernel admits by default: 95 % of each processor
-  // An EDF test shows that all deadlines are met. Empty: not known, `unknown` says why.
+  // An EDF test shows that each thread gets its runtime by its deadline. What a callback executes
+  // beyond that is not in it. Empty: not known, `unknown` says why.
   std::optional<bool> is_guaranteed{};
   std::string unknown{};
 };
