@@ -61,11 +61,14 @@ void WorstRuns::note(const Instance& instance) {
     worst->start_latency = analysis::start_latency(instance);
     worst->behind = behind(instance);
   }
-  if (instance.preempted_by.empty()) return;
-  const auto& most =
-      *std::ranges::max_element(instance.preempted_by, {}, &analysis::Preemptor::time);
-  worst->preempted_by = most.name;
-  worst->preempted_by_time = most.time;
+  for (const auto& by : instance.preempted_by) {
+    if (by.is_idle()) {
+      worst->idle = by.time;
+    } else if (by.time > worst->preempted_by_time) {
+      worst->preempted_by = by.name;
+      worst->preempted_by_time = by.time;
+    }
+  }
 }
 
 std::vector<WorstRun> WorstRuns::take() && {

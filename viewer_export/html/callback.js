@@ -1,7 +1,7 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
 import {colour, el, link, scrolled, svg, withoutEmptyColumns} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {atLeast, atMostWhereUnknown, fullName, histograms, name, report} from "./recording.js";
+import {atLeast, atMostWhereUnknown, fullName, histograms, idleTime, name, report, whyIdle} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {SIGN, count, percent, plural, roundTime, time} from "./words.js";
 
@@ -18,11 +18,12 @@ export const boundsOf = c => {
 // The threads that preempted it longest, and what there is besides: the report names a limited number.
 const preemptors = c => {
   const FIRST = 4;
-  const told = c.preempted_by.slice(0, FIRST).map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`);
-  const others = c.preempted_by.length - told.length;
+  const by = c.preempted_by.filter(p => p.tid !== 0);
+  const told = by.slice(0, FIRST).map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`);
+  const others = by.length - told.length;
   if (others === 0) return told.join(", ");
   const sum = list => list.reduce((ns, p) => ns + p.ns, 0);
-  const rest = c.preempted_ns.sum - sum(c.preempted_by.slice(0, FIRST));
+  const rest = c.preempted_ns.sum - sum(by.slice(0, FIRST)) - idleTime(c);
   const isWhole = sum(c.preempted_by) === c.preempted_ns.sum;
   return `${told.join(", ")} and ${isWhole ? "" : "at least "}${plural(others, "thread")} more, ${time(rest)}`;
 };
@@ -252,7 +253,14 @@ export const details = index => {
         parts.length
           ? [el("p", {}, `Where the time goes, on average${of}:`), stack(parts, "Where the time goes")]
           : null,
-        c.preempted_by.length ? el("p", {}, `Preempted by: ${preemptors(c)} (all instances)`) : null,
+        c.preempted_by.some(p => p.tid !== 0) ? el("p", {}, `Preempted by: ${preemptors(c)} (all instances)`) : null,
+        idleTime(c) > 0
+          ? el(
+              "p",
+              {id: "idle"},
+              `Of "preempted": runnable while its CPU was idle: ${time(idleTime(c))} (all instances), ${whyIdle(c)}`,
+            )
+          : null,
         c.execution_time_ns === null
           ? el(
               "p",

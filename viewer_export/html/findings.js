@@ -5,6 +5,7 @@ import {knowsWhomItWaitedFor, laneOf, partsOf, waitedFor, worstRun} from "./inst
 import {
   claims,
   fullName,
+  idleTime,
   inWords,
   input,
   lanes,
@@ -18,6 +19,7 @@ import {
   shortNames,
   spec,
   verdicts,
+  whyIdle,
 } from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
@@ -65,8 +67,11 @@ export const head = () => {
 // Who is to blame for the longest part of an instance's response time, as far as the recording shows it.
 const why = (lane, i, [, kind, ns]) => {
   if (kind === "preempted") {
-    const by = lane.callbackReport.preempted_by[0];
-    const all = lane.callbackReport.preempted_ns.sum;
+    const c = lane.callbackReport;
+    const by = c.preempted_by.find(p => p.tid !== 0);
+    const all = c.preempted_ns.sum;
+    if (idleTime(c) > (by?.ns ?? 0))
+      return `; its CPU was idle for ${time(idleTime(c))} of ${time(all)} in all its instances: ${whyIdle(c)}`;
     return by
       ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its instances`
       : "";

@@ -15,6 +15,9 @@ export const {
 // Programs name their threads as they like.
 for (const t of [...report.threads, ...report.callbacks.flatMap(c => [...c.threads, ...c.preempted_by])])
   if (t.name) t.name = printable(t.name);
+// Of what counts as preempted: its CPU was idle, so that nobody preempted it, and why, as the text has it.
+export const idleTime = c => c.preempted_by.find(p => p.tid === 0)?.ns ?? 0;
+export const whyIdle = c => claims.idle[c.index];
 export const page = document.getElementById("page");
 export const severalProcesses = report.processes.length > 1,
   severalHosts = report.trace.hosts.length > 1;

@@ -74,7 +74,7 @@ class Excess {
     });
   }
 
-  // Threads that preempted it and are in no bound.
+  // Threads that preempted it and are in no bound, and its CPU's idling.
   void explain_by_threads() {
     const auto longest =
         known_or_longest(parts_of_longest(task_).preempted, task_.callback->preempted);
@@ -82,12 +82,17 @@ class Excess {
     for (const auto& preemptor : task_.callback->preempted_by) {
       told += preemptor.time.ns;
       if (is_modelled(preemptor) || preemptor.time.ns <= 0) continue;
-      const auto name = preemptor.tid == 0 ? std::string("the idle thread")
-                                           : "thread " + std::to_string(preemptor.tid) + " (" +
-                                                 preemptor.name + ')';
-      add("outside-thread", std::min(preemptor.time.ns, longest),
-          name + ", which runs no callback of the model, ran in its place for " +
-              in_us(preemptor.time.ns) + " in all its instances");
+      const auto time = in_us(preemptor.time.ns) + " in all its instances";
+      const auto ns = std::min(preemptor.time.ns, longest);
+      if (preemptor.is_idle()) {
+        add("idle-cpu", ns,
+            "it was runnable while its CPU was idle for " + time +
+                ": it was throttled, or the CPU had not switched yet");
+        continue;
+      }
+      add("outside-thread", ns,
+          "thread " + std::to_string(preemptor.tid) + " (" + preemptor.name +
+              "), which runs no callback of the model, ran in its place for " + time);
     }
     explain_by_unlisted(told, longest);
   }
@@ -111,7 +116,9 @@ class Excess {
     const auto& parts = parts_of_longest(task_);
     std::int64_t outside = 0;
     for (const auto& explanation : task_.result.explanations) {
-      if (explanation.kind == "outside-thread") outside += explanation.ns;
+      const bool is_outside =
+          explanation.kind == "outside-thread" || explanation.kind == "idle-cpu";
+      if (is_outside) outside += explanation.ns;
     }
     const auto preempted = known_or_longest(parts.preempted, callback.preempted);
     const auto by_model = std::max<std::int64_t>(preempted - outside, 0);

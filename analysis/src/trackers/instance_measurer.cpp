@@ -27,7 +27,7 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
     if (found != facts.preempted_by.end()) {
       found->second.time += preemptor.time;
       found->second.in_callbacks += preemptor.in_callbacks;
-    } else if (facts.preempted_by.size() < kMaxPreemptors) {
+    } else if (preemptor.is_idle() || facts.preempted_by.size() < kMaxPreemptors) {
       facts.preempted_by.emplace(preemptor.tid, preemptor);
     }
   }

@@ -131,6 +131,18 @@ class Isolation(Page):
             self.shown(change)
             self.assertIn(f"{told}{rest} (all instances)", " ".join(" ".join(self.see("p")).split()))
 
+    def test_a_callback_whose_cpu_is_idle_is_preempted_by_nobody(self):
+        def change(document):
+            for callback in document["report"]["callbacks"]:
+                callback["preempted_by"] = [{"tid": 0, "name": "swapper/0", "ns": 900}, {"tid": 7, "name": "hog", "ns": 99}]
+                callback["preempted_ns"] = {**callback["response_time_ns"], "sum": 999}
+                document["head"]["idle"][str(callback["index"])] = "perhaps throttled"
+
+        self.shown(change, of=None)
+        told = " ".join(" ".join(self.see("p")).split())
+        self.assertIn("Preempted by: hog 7 99 ns (all instances)", told)
+        self.assertIn("runnable while its CPU was idle: 900 ns (all instances), perhaps throttled", told)
+
     def test_means_of_different_runs_are_not_added_up(self):
         def change(report):
             callback = max(report["callbacks"], key=lambda c: c["response_time_ns"]["max"] if c["response_time_ns"] else 0)

@@ -422,6 +422,20 @@ TEST(Schedulability, ExplainsAnObservedResponseAboveItsBound) {
   EXPECT_FALSE(result.has_finding());
 }
 
+TEST(Schedulability, TheIdleThreadPreemptsNobody) {
+  auto system = textbook();
+  auto& low = system.report.callbacks[2];
+  low.response_time = extremes(0, 26);  // 6 above the bound of 20
+  low.preempted = extremes(0, 9);
+  low.preempted_by = {{.tid = 0, .name = "swapper/0", .time = {6}}};
+  const auto result = system.analyzed();
+  ASSERT_EQ(result.callbacks[2].explanations.size(), 1U);
+  EXPECT_EQ(result.callbacks[2].explanations[0].kind, "idle-cpu");
+  EXPECT_THAT(result.callbacks[2].explanations[0].text, HasSubstr("while its CPU was idle"));
+  EXPECT_EQ(result.callbacks[2].explanations[0].ns, 6);
+  EXPECT_FALSE(result.callbacks[2].is_flagged);
+}
+
 // Of those that are listed the model has the one thread.
 TEST(Schedulability, ExplainsByThreadsThatAreTooManyToBeListed) {
   auto system = textbook();

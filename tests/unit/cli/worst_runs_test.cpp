@@ -92,6 +92,21 @@ TEST(WorstRuns, HaveThePartsOfTheRun) {
   EXPECT_EQ(runs[0].preempted_by_time, analysis::Duration{30}) << "of 50";
 }
 
+TEST(WorstRuns, TheIdleThreadPreemptsNobody) {
+  auto run = run_of(kUrgent, 10, 110, 210);
+  run.preempted = analysis::Duration{50};
+  const std::vector<analysis::Preemptor> others{{.tid = 9, .name = "sow", .time = {20}},
+                                                {.tid = 0, .name = "swapper/1", .time = {30}}};
+  run.preempted_by = others;
+  WorstRuns worst;
+  worst.on_instance(run);
+  const auto runs = std::move(worst).take();
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs[0].idle, analysis::Duration{30});
+  EXPECT_EQ(runs[0].preempted_by, "sow");
+  EXPECT_EQ(runs[0].preempted_by_time, analysis::Duration{20});
+}
+
 TEST(WorstRuns, WithoutThreadsNothingIsKnown) {
   EXPECT_FALSE(
       urgent_is_behind({run_of(kLogger, 0, 2, 100, -1), run_of(kUrgent, 10, 110, 111, -1)}));

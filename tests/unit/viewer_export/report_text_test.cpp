@@ -125,6 +125,21 @@ TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
 }
 
+TEST(ReportText, NamesNoIdleThreadAsPreemptor) {
+  auto report = test::sample_report();
+  report.callbacks[0].preempted = test::summary(0, 2'500'000, 7);
+  report.callbacks[0].preempted->sum = 7'000'000;
+  report.callbacks[0].preempted_by = {{.tid = 0, .name = "swapper/1", .time = {6'000'000}}};
+  auto text = report_text_of(report);
+  EXPECT_THAT(text, Not(HasSubstr("longest by")));
+  EXPECT_THAT(text, Not(HasSubstr("swapper")));
+  EXPECT_THAT(text, HasSubstr("    its CPU was idle       6.000 ms  "));
+  report.callbacks[0].preempted_by.push_back({.tid = 77, .name = "hog", .time = {1'000'000}});
+  text = report_text_of(report);
+  EXPECT_THAT(text, HasSubstr("    longest by             1.000 ms  hog (thread 77)"));
+  EXPECT_THAT(text, HasSubstr("    its CPU was idle       6.000 ms  "));
+}
+
 TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
   const auto text = report_text_of(test::sample_report());
   EXPECT_THAT(

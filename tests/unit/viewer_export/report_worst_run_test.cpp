@@ -2,6 +2,7 @@
 #include "report_screens.hpp"
 #include "sample_report.hpp"
 
+#include <cstdint>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -66,6 +67,48 @@ TEST(ReportScreen, SaysHowMuchOfThePreemptionTheNamedOneTook) {
   preempted.verify.worst_runs[0].preempted_by_time = {80'000};  // of 200 us
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, preempted),
               HasSubstr("took 2.500 ms: 200.0 us preempted, 80.00 us of it by cc1plus\n"));
+}
+
+// The words of the worst run, 2.5 ms of which its CPU was idle for 1.5 ms while it was runnable.
+std::string idle_words(const analysis::ThreadSchedReport& sched, std::int64_t blocked = 0) {
+  auto context = usual_context();
+  auto& worst = context.verify.worst_runs[0];
+  worst.preempted = analysis::Duration{1'700'000};
+  worst.idle = analysis::Duration{1'500'000};
+  worst.execution = analysis::Duration{800'000 - blocked};
+  worst.blocked = analysis::Duration{blocked};
+  auto report = shared_report();
+  report.callbacks[1].threads.resize(1);
+  report.threads[1].sched = sched;
+  return screen_of(report, {}, {.columns = 300}, context);
+}
+
+analysis::ThreadSchedReport policy(const std::string& name, std::uint64_t runtime_ns = 0) {
+  analysis::ThreadSchedReport sched;
+  sched.policy_name = name;
+  sched.runtime_ns = runtime_ns;
+  return sched;
+}
+
+TEST(ReportScreen, SaysWhyTheWorstRunDidNotRunWhileItsCpuWasIdle) {
+  const std::string begin = "took 2.500 ms: 1.500 ms runnable while its CPU was idle (";
+  const std::string end = "), 800.0 us executing, 200.0 us preempted by cc1plus\n";
+  auto sched = policy("SCHED_DEADLINE", 700'000);
+  EXPECT_THAT(
+      idle_words(sched),
+      HasSubstr(begin + "throttled: its SCHED_DEADLINE runtime of 700.0 us was used up" + end));
+  EXPECT_THAT(idle_words(sched, 50'000),
+              HasSubstr(begin + "perhaps throttled by SCHED_DEADLINE), "))
+      << "what blocks may get more runtime before all is used up";
+  sched.runtime_ns = 800'000;
+  EXPECT_THAT(idle_words(sched), HasSubstr(begin + "perhaps throttled by SCHED_DEADLINE" + end));
+  sched.runtime_ns = 700'000;
+  sched.flags = 0x02;  // SCHED_FLAG_RECLAIM
+  EXPECT_THAT(idle_words(sched), HasSubstr(begin + "perhaps throttled by SCHED_DEADLINE" + end));
+  EXPECT_THAT(idle_words(policy("SCHED_FIFO")),
+              HasSubstr(begin + "perhaps throttled by sched_rt_runtime_us" + end));
+  EXPECT_THAT(idle_words(policy("SCHED_OTHER")),
+              HasSubstr(begin + "perhaps throttled by cpu.max of a cgroup" + end));
 }
 
 TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {

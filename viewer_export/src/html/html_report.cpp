@@ -14,6 +14,7 @@
 #include "text/xml.hpp"
 #include "timelines/common_clock.hpp"
 #include "timelines/timeline_choice.hpp"
+#include "words/idle_words.hpp"
 #include "words/recording_words.hpp"
 
 #include <algorithm>
@@ -107,6 +108,16 @@ Json worst_row(const analysis::Report& report) {
   return nullptr;
 }
 
+// By callback: why its CPU was idle while it was runnable, where it was.
+Json idle_json(const Judged& judged) {
+  Json reasons = Json::object();
+  for (const auto& callback : judged.report.callbacks) {
+    if (idle_time(callback.preempted_by).ns <= 0) continue;
+    reasons[std::to_string(analysis::at(callback.index))] = why_cpu_was_idle(judged.rows, callback);
+  }
+  return reasons;
+}
+
 // As the text report's first lines.
 Json head_json(const analysis::AnalysisResult& result, const ReportContext& context) {
   const TextStyle style{.unicode = true};
@@ -127,6 +138,7 @@ Json head_json(const analysis::AnalysisResult& result, const ReportContext& cont
       {"claimed", head.is_isolation_claimed},
       {"accused", std::move(accused)},
       {"remedies", std::move(remedies)},
+      {"idle", idle_json(judged)},
       {"worst", worst_row(result.report)},
       {"verdict", head.has_verdict() ? Json(analysis::label(headline.verdict())) : Json(nullptr)},
       {"fact", fact},

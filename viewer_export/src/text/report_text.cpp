@@ -2,6 +2,7 @@
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "tables/report_tables.hpp"
+#include "words/idle_words.hpp"
 #include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 
@@ -181,13 +182,20 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   }
   if (const auto* c = worst(report, [](const auto& x) { return max_of(x.preempted); })) {
     add("longest preempted", format_duration(c->preempted->max), *c);
-    if (!c->preempted_by.empty()) {
-      const auto& by = c->preempted_by.front();
-      text += filled(
-          fmt::format("  {:<22}{:>11}  {} (thread {}), of {} in all its instances", "  longest by",
-                      format_duration(by.time.ns), by.name.empty() ? "?" : printable(by.name),
-                      by.tid, format_duration(c->preempted->sum)),
-          style.columns, kNames - 4);
+    const auto add_part = [&](std::string_view what, analysis::Duration time,
+                              const std::string& by) {
+      text += filled(fmt::format("  {:<22}{:>11}  {}", what, format_duration(time.ns), by),
+                     style.columns, kNames - 4);
+    };
+    const auto of_all =
+        fmt::format("of {} in all its instances", format_duration(c->preempted->sum));
+    if (const auto* by = first_preemptor(c->preempted_by)) {
+      const auto name = by->name.empty() ? "?" : printable(by->name);
+      add_part("  longest by", by->time, fmt::format("{} (thread {}), {}", name, by->tid, of_all));
+    }
+    if (const auto idle = idle_time(c->preempted_by); idle.ns > 0) {
+      const auto why = why_cpu_was_idle(analysis::ReportRows(report), *c);
+      add_part("  its CPU was idle", idle, of_all + ": " + why);
     }
   }
   const auto missed = [](const auto& x) {

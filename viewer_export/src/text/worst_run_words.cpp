@@ -2,6 +2,7 @@
 
 #include <cie/analysis/report_rows.hpp>
 
+#include "words/idle_words.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -38,8 +39,16 @@ std::string title_of(const Judged& judged, const WorstRun& worst) {
 std::string preempted_words(const WorstRun& worst) {
   if (worst.preempted_by.empty()) return "preempted";
   const auto by = printable(worst.preempted_by);
-  if (worst.preempted_by_time >= *worst.preempted) return "preempted by " + by;
+  if (worst.preempted_by_time >= *worst.preempted - worst.idle) return "preempted by " + by;
   return fmt::format("preempted, {} of it by {}", format_duration(worst.preempted_by_time.ns), by);
+}
+
+std::string idle_words(const Judged& judged, const WorstRun& worst) {
+  const auto* callback = judged.rows.find(worst.callback);
+  const auto* thread = callback == nullptr ? nullptr : only_thread_of(judged.rows, *callback);
+  const bool has_blocked = !worst.blocked || worst.blocked->ns > 0;
+  const auto why = why_cpu_was_idle(thread, has_blocked ? std::nullopt : worst.execution);
+  return fmt::format("runnable while its CPU was idle ({})", why);
 }
 
 // Its release was calculated, and taken back when it had been told: the report has a bound in its place.
@@ -77,7 +86,10 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
     waited = waited + *time;
   };
   add_wait(worst.start_latency, "waiting to start");
-  if (worst.preempted) add_wait(worst.preempted, preempted_words(worst));
+  if (worst.preempted) {
+    add_wait(worst.idle, idle_words(judged, worst));
+    add_wait(*worst.preempted - worst.idle, preempted_words(worst));
+  }
   add_wait(worst.blocked, "blocked");
   add_wait(worst.wake_delay, "waiting for a CPU after it was woken");
   if (parts.empty()) return {};

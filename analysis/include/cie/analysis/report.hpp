@@ -169,12 +169,15 @@ struct CallbackThread {
   std::uint64_t instances = 0;
 };
 
-// A thread that ran on the CPU where a preempted one waited.
+// A thread that ran on the CPU where a preempted one waited. The idle one preempts nobody: the kernel
+// let the other not run (it was throttled), or had not switched yet.
 struct Preemptor {
   std::int64_t tid = 0;  // 0: the idle thread
   std::string name;      // the kernel's, when it ran first; may be empty
   Duration time;
   Duration in_callbacks{};  // of that, while it ran one; not part of the JSON
+
+  bool is_idle() const noexcept { return tid == 0; }
 };
 
 // What of a response time was not execution. Empty: not measured.

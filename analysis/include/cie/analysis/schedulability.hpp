@@ -30,7 +30,7 @@ std::string_view label(BoundMethod method) noexcept;
 
 // Something that the theory leaves out and that lengthened responses.
 struct Explanation {
-  std::string kind;     // "outside-thread", "thread", "kernel", "overrun", "burst"
+  std::string kind;     // "outside-thread", "idle-cpu", "thread", "kernel", "overrun", "burst"
   std::string text;     // with the numbers, for people
   std::int64_t ns = 0;  // how much of it there was in one instance at most
 };

@@ -46,8 +46,9 @@ struct WorstRun {
   std::optional<analysis::Duration> blocked{};
   std::optional<analysis::Duration> wake_delay{};
   std::optional<analysis::Duration> preempted{};
-  std::string preempted_by{};  // who ran instead the longest, and for how much of it
+  std::string preempted_by{};  // the thread that ran instead the longest, and for how much of it
   analysis::Duration preempted_by_time{};
+  analysis::Duration idle{};  // of `preempted`: its CPU was idle, so nobody preempted it
   // What its thread ran for most of the latency, and for how much of it.
   struct Behind {
     analysis::CallbackIndex callback{};
