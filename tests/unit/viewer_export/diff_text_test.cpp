@@ -327,6 +327,17 @@ TEST(DiffText, SaysInWhatCallbacksBecameWorse) {
                          "samples)\n"));
 }
 
+TEST(DiffText, TellsOfMissedReleases) {
+  auto missing = kSame;
+  missing.missed = Change::worse;
+  missing.missed_before = 0;
+  missing.missed_after = 40;
+  constexpr auto kTold = "\n  misses more releases: map timer 1 us (0 -> 40)\n";
+  EXPECT_THAT(diff_text_of({missing}), HasSubstr(kTold));
+  EXPECT_THAT(diff_text_of({with_deadline(2'000'000, 3, 3), missing}), HasSubstr(kTold))
+      << "of another callback than the one that has a deadline";
+}
+
 TEST(DiffText, TellsOfLostAndOverwrittenSamples) {
   auto losing = kSame;
   losing.lost = losing.overwritten = Change::worse;

@@ -114,6 +114,8 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
         return fmt::format(" ({})",
                            before_to_after(c.lateness_before->late, c.lateness_after->late, style));
       });
+  say("misses more releases", &CallbackChange::missed, &CallbackChange::missed_before,
+      &CallbackChange::missed_after);
   say("more instances end by an exception", &CallbackChange::exceptions,
       &CallbackChange::exceptions_before, &CallbackChange::exceptions_after);
   say("more samples are lost", &CallbackChange::lost, &CallbackChange::lost_before,
