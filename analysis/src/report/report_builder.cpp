@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -308,18 +309,20 @@ std::vector<HostReport> hosts_of(const Model& model) {
 // Each pair once, in the order of its names.
 std::vector<HostClockReport> clocks_of(const Model& model) {
   std::map<std::pair<std::string, std::string>, HostClockReport> pairs;
+  std::set<std::pair<std::string, std::string>> changed;
   for (const auto& [from_to, facts] : model.host_clocks) {
     const auto& from = model.hosts[at(from_to.first)].name;
     const auto& to = model.hosts[at(from_to.second)].name;
     const bool is_there = from < to;
     auto& pair = pairs[std::minmax(from, to)];
+    if (is_any_clock_set(model, from_to)) changed.insert(std::minmax(from, to));
     (is_there ? pair.messages_there : pair.messages_back) = facts.messages;
     (is_there ? pair.fastest_there_ns : pair.fastest_back_ns) = facts.shortest.ns;
   }
   std::vector<HostClockReport> reports;
   for (auto& [names, pair] : pairs) {
     std::tie(pair.first, pair.second) = names;
-    if (pair.fastest_there_ns && pair.fastest_back_ns) {
+    if (pair.fastest_there_ns && pair.fastest_back_ns && !changed.contains(names)) {
       // Each is half the way, plus or minus what the clocks differ by.
       pair.ahead_ns = (*pair.fastest_there_ns - *pair.fastest_back_ns) / 2;
       pair.error_ns = (*pair.fastest_there_ns + *pair.fastest_back_ns) / 2;

@@ -291,8 +291,12 @@ TEST(HostClocks, BoundNothingWhereOneWasSet) {
   };
   EXPECT_EQ(judged("plan, show"), Verdict::inconclusive);
   EXPECT_EQ(judged("plan, show, ack"), Verdict::inconclusive) << "set on the way, perhaps";
-  const auto defects = analyze(trace).report.defects;
-  EXPECT_EQ(std::ranges::count(defects, DefectKind::clocks_drifted, &TraceDefect::kind), 1);
+  const auto report = analyze(trace).report;
+  EXPECT_EQ(std::ranges::count(report.defects, DefectKind::clocks_drifted, &TraceDefect::kind), 1);
+  ASSERT_EQ(report.clocks.size(), 1U);
+  EXPECT_TRUE(report.clocks[0].fastest_there_ns && report.clocks[0].fastest_back_ns);
+  EXPECT_EQ(report.clocks[0].ahead_ns, std::nullopt) << "before and after by something else";
+  EXPECT_EQ(report.clocks[0].error_ns, std::nullopt);
 }
 
 TEST(HostClocks, OfTwoBootsAreNoReasonToDoubtEitherHost) {

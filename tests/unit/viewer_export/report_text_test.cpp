@@ -247,6 +247,14 @@ TEST(ReportText, SaysByHowMuchTheClocksOfHostsMayDiffer) {
   EXPECT_EQ(report_text_of(test::sample_report()).find("Clocks"), std::string::npos);
 }
 
+TEST(ReportText, SaysThatAClockWasSetWhereNoDifferenceHolds) {
+  auto report = test::sample_of_two_hosts();
+  report.clocks[0].ahead_ns = report.clocks[0].error_ns = std::nullopt;
+  EXPECT_THAT(
+      report_text_of(report),
+      HasSubstr("desk to robot: 6 messages, 9 back; one of their clocks was set meanwhile"));
+}
+
 TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
   expect_within(report_text_of(test::sample_report()), 100);
   auto hostile = test::sample_report();

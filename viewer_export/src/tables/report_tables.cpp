@@ -292,6 +292,8 @@ std::string clock_line(const analysis::HostClockReport& pair) {
   const auto second = elide(printable(pair.second), kName);
   auto text = fmt::format("{} to {}: {}, {} back; ", first, second,
                           counted(pair.messages_there, "message"), pair.messages_back);
+  if (!pair.ahead_ns && pair.fastest_there_ns && pair.fastest_back_ns)
+    return text + "one of their clocks was set meanwhile, so they did not keep one difference";
   if (!pair.ahead_ns) {
     return text + "their clocks may differ by anything, because messages go only one way";
   }

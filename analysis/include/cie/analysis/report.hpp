@@ -351,7 +351,8 @@ struct HostClockReport {
   std::optional<std::int64_t> fastest_there_ns{};  // as the clocks show
   std::optional<std::int64_t> fastest_back_ns{};
   // By how much the second's clock is ahead, and how far that may be wrong: empty unless messages
-  // went both ways; the error is negative if no constant difference explains them.
+  // went both ways, and where one of the clocks was set meanwhile. The error is negative if no
+  // constant difference explains them.
   std::optional<std::int64_t> ahead_ns{};
   std::optional<std::int64_t> error_ns{};
 };
