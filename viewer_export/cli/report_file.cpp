@@ -144,11 +144,13 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
     }
     side.record = record_in(report);
     const IsolationClaims claims(report);
+    analysis::SamplesById samples;
     for (const auto& callback : report.at("callbacks")) {
       auto sample = sample_of(callback_in(callback), side.record.is_complete);
       sample.is_isolation_claimed = claims.of(callback);
-      add_sample(side.callbacks, std::move(sample));
+      samples.add(std::move(sample));
     }
+    side.callbacks = std::move(samples).take();
   } catch (const std::exception& error) {
     throw fail(without_number(error.what()));
   }

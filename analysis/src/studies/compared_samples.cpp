@@ -128,12 +128,12 @@ void CallbackSample::set_queue_losses(const CallbackReport& callback) {
   overwritten_samples = since(callback.overwritten_samples, callback.overwritten_before);
 }
 
-void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample) {
-  const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
-  if (same != samples.end()) {
-    merge(*same, sample);
+void SamplesById::add(CallbackSample sample) {
+  const auto [place, is_new] = places_.try_emplace(sample.logical_id, samples_.size());
+  if (is_new) {
+    samples_.push_back(std::move(sample));
   } else {
-    samples.push_back(std::move(sample));
+    merge(samples_[place->second], sample);
   }
 }
 
@@ -235,7 +235,7 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
     auto& sum = by_id[measured.logical_id];
     sum.merge_quantities(has_no_releases[i] ? measured.without_releases() : measured);
   }
-  std::vector<CallbackSample> samples;
+  SamplesById samples;
   for (const auto& callback : report.callbacks) {
     CallbackSample sample{.logical_id = callback.logical_id,
                           .processes_at_once = lives.at(callback.logical_id).most_at_once(),
@@ -262,9 +262,9 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
       if (sample.missing_instances) sample.missing_instances = measured.missing_instances;
       by_id.erase(found);
     }
-    add_sample(samples, std::move(sample));
+    samples.add(std::move(sample));
   }
-  return samples;
+  return std::move(samples).take();
 }
 
 }  // namespace cie::analysis

@@ -304,6 +304,21 @@ TEST(Compare, NoticesMoreLostAndOverwrittenSamples) {
   EXPECT_FALSE(change(overwriting, overwriting).is_regression());
 }
 
+TEST(Compare, HasASampleForEachIdInTheOrderInWhichTheyCame) {
+  SamplesById samples;
+  for (const auto* id : {"b", "a", "b", "c"}) {
+    auto one = sample(0, 100);
+    one.logical_id = id;
+    samples.add(std::move(one));
+  }
+  const auto all = std::move(samples).take();
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].logical_id, "b");
+  EXPECT_EQ(all[0].instances, 2 * sample(0, 100).instances);
+  EXPECT_EQ(all[1].logical_id, "a");
+  EXPECT_EQ(all[2].logical_id, "c");
+}
+
 // Of one of two processes a count is known: 60 of 200 instances at least, and nobody knows how many more.
 TEST(Compare, KnowsNoSumOfWhichOnePartIsUnknown) {
   using Count = std::optional<std::uint64_t> CallbackSample::*;
@@ -311,13 +326,13 @@ TEST(Compare, KnowsNoSumOfWhichOnePartIsUnknown) {
                             &CallbackSample::missing_instances, &CallbackSample::lost_samples,
                             &CallbackSample::overwritten_samples}) {
     const auto sum = [&](std::optional<std::uint64_t> first, std::optional<std::uint64_t> second) {
-      std::vector<CallbackSample> samples;
+      SamplesById samples;
       for (const auto& part : {first, second}) {
         auto of_process = sample(0, 100);
         of_process.*count = part;
-        add_sample(samples, std::move(of_process));
+        samples.add(std::move(of_process));
       }
-      return samples.at(0).*count;
+      return std::move(samples).take().at(0).*count;
     };
     EXPECT_EQ(sum(0, 60), 60U);
     EXPECT_EQ(sum(60, std::nullopt), std::nullopt);

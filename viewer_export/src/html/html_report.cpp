@@ -18,6 +18,7 @@
 #include "words/recording_words.hpp"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -110,12 +111,12 @@ Json worst_row(const analysis::Report& report) {
 
 // By callback: why its CPU was idle while it was runnable, where it was.
 Json idle_json(const Judged& judged) {
-  Json reasons = Json::object();
+  std::map<std::string, std::string> reasons;
   for (const auto& callback : judged.report.callbacks) {
     if (idle_time(callback.preempted_by).ns <= 0) continue;
     reasons[std::to_string(analysis::at(callback.index))] = why_cpu_was_idle(judged.rows, callback);
   }
-  return reasons;
+  return object_json(reasons);
 }
 
 // As the text report's first lines.
@@ -183,17 +184,15 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
   for (std::size_t number = 0; number < kept.size(); ++number) {
     const auto& lane = kept[number];
     if (lane.instances.empty()) continue;
-    const auto row = std::ranges::find(report.callbacks,
-                                       analysis::CallbackIndex{static_cast<std::uint32_t>(number)},
-                                       &analysis::CallbackReport::index);
-    if (row == report.callbacks.end()) continue;
+    const auto* row = rows.find(analysis::CallbackIndex{static_cast<std::uint32_t>(number)});
+    if (row == nullptr) continue;
     std::vector<std::int64_t> tids;
     for (const KeptInstance& instance : lane.instances)
       tids.push_back(instance.tid);
     std::ranges::sort(tids);
     tids.erase(std::unique(tids.begin(), tids.end()), tids.end());
     put_lane(columns, lane.instances, clock.own(host_of(lane), base), tids);
-    lanes.push_back({{"callback", row - report.callbacks.begin()},
+    lanes.push_back({{"callback", row - report.callbacks.data()},
                      {"count", lane.instances.size()},
                      {"of", lane.of},
                      {"tids", tids}});

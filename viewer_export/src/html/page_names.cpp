@@ -7,6 +7,7 @@
 #include "words/text_layout.hpp"
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,7 +52,7 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
   const auto& names = judged.names;
   Json callbacks = Json::array();
   Json chains = Json::array();
-  Json words = Json::object();
+  std::map<std::string, std::string> words;
   const auto say = [&words](const std::string& text, std::string said) {
     if (text != said) words[text] = std::move(said);
   };
@@ -81,7 +82,7 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
   }
   return {{"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)},
-          {"words", std::move(words)},
+          {"words", object_json(words)},
           {"order", std::move(order)}};
 }
 

@@ -32,6 +32,14 @@ void write_json(std::ostream& out, const Json& document) {
   out << document.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
+Json object_json(const std::map<std::string, std::string>& values) {
+  Json::object_t object;
+  object.reserve(values.size());
+  for (const auto& [key, value] : values)
+    object.emplace_back(key, value);
+  return object;
+}
+
 std::string json_string(std::string_view text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }

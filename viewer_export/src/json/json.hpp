@@ -1,6 +1,7 @@
 // JSON as this project writes it: keys in the order given, hostile strings made valid.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -27,5 +28,8 @@ template <typename T>
 Json optional_json(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
+
+// Of many keys: to assign them one by one looks each time at all that are there.
+Json object_json(const std::map<std::string, std::string>& values);
 
 }  // namespace cie::viewer_export

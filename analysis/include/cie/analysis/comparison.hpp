@@ -6,11 +6,14 @@
 #include <cie/analysis/statistics.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -132,8 +135,17 @@ struct CallbackSample {
   bool has_run() const noexcept { return instances + incomplete > 0; }
 };
 
-// Adds the sample to that of the same logical id, if there is one.
-void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample);
+// One for each logical id, in the order in which they came.
+class SamplesById {
+ public:
+  // Adds it to that of the same logical id, if there is one.
+  void add(CallbackSample sample);
+  std::vector<CallbackSample> take() && { return std::move(samples_); }
+
+ private:
+  std::vector<CallbackSample> samples_;
+  std::unordered_map<std::string, std::size_t> places_;  // of ids
+};
 
 // Runs may be missing from the record for this reason.
 struct RecordLoss {
