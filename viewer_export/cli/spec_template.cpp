@@ -136,6 +136,7 @@ struct CallbackEntry {
   bool is_response_bound = false;  // a release is not known: the longest may be longer
   bool lacks_releases = false;
   std::optional<std::int64_t> execution_time;
+  std::uint64_t executions_measured = 0;
   std::optional<std::int64_t> duration;
   std::optional<std::int64_t> least_inter_arrival;
   std::optional<std::int64_t> most_inter_arrival;
@@ -149,6 +150,7 @@ struct CallbackEntry {
     missed_releases = std::max(missed_releases, callback.missed_releases.value_or(0));
     add_response(callback);
     keep_most(execution_time, callback.execution_time);
+    if (callback.execution_time) executions_measured += callback.execution_time->count;
     keep_most(duration, callback.duration);
     keep_most(most_inter_arrival, callback.inter_arrival);
     if (const auto& summary = callback.inter_arrival) {
@@ -173,6 +175,8 @@ std::string observed(const CallbackEntry& entry) {
       entry.response_time);
   if (entry.execution_time) {
     add("execution time at most", entry.execution_time);
+    if (entry.executions_measured < entry.instances)
+      text += fmt::format(" of {} of {} measured", entry.executions_measured, entry.instances);
   } else {
     add("duration at most", entry.duration);
   }

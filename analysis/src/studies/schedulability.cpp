@@ -135,7 +135,8 @@ class Analysis {
     if (task.callback->longest_unmeasured) {
       result.reason =
           "whether it waits within an instance is not known of all of them, and what waits "
-          "SCHED_DEADLINE may give a later deadline; record with --kernel";
+          "SCHED_DEADLINE may give a later deadline; " +
+          how_to_measure(*task.callback);
       return;
     }
     const auto& known = servers_.at(task.thread());

@@ -187,7 +187,13 @@ std::string unmeasured_waiting(const Task& task) {
     return unseen + "; record without losses, until its process ends";
   const auto& unmeasured = task.callback->longest_unmeasured;
   if (!unmeasured || unmeasured->ns <= task.result.execution->ns) return {};
-  return "an instance that took longer than its wcet was not measured; record with --kernel";
+  return "an instance that took longer than its wcet was not measured; " +
+         how_to_measure(*task.callback);
+}
+
+std::string how_to_measure(const CallbackReport& callback) {
+  return callback.execution_time ? "record without gaps in the kernel's record"
+                                 : "record with --kernel";
 }
 
 std::vector<Breach> breaches(const Task& task) {

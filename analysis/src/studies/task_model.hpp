@@ -75,6 +75,9 @@ std::string longer_execution(const Task& task);
 // Why what a run waits may be in no C: a measured one may have waited for longer than is known, and what
 // is declared is execution time alone. Empty: all that ended is known to have taken no longer than C.
 std::string unmeasured_waiting(const Task& task);
+// Advice where execution and waiting were not measured of all instances: none was without the kernel's
+// events.
+std::string how_to_measure(const CallbackReport& callback);
 std::vector<Breach> breaches(const Task& task);
 // C and T that no run is known to have been beyond. Requires both of `counted`.
 FixedPriorityTask as_seen(const Task& task, FixedPriorityTask counted);

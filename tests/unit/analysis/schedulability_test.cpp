@@ -194,6 +194,18 @@ TEST(Schedulability, NamesWhatItCannotBoundAndStillCountsItAgainstOthers) {
   EXPECT_EQ(result.callbacks[2].bound_ns, 20) << "both may preempt it";
 }
 
+// Who has the kernel's events needs no advice to record them.
+TEST(Schedulability, AdvisesToRecordWithTheKernelWhereNothingWasMeasured) {
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];
+  high.longest_unmeasured = Duration{1'000};
+  constexpr const char* kSpec = "callback_groups:\n  - {id: high, wcet: 3}\n";
+  EXPECT_THAT(system.analyzed(kSpec).callbacks[0].reason,
+              HasSubstr("record without gaps in the kernel's record"));
+  high.execution_time.reset();
+  EXPECT_THAT(system.analyzed(kSpec).callbacks[0].reason, HasSubstr("record with --kernel"));
+}
+
 TEST(Schedulability, SaysWhatIsMissing) {
   auto system = textbook();
   system.report.callbacks[0].execution_time.reset();

@@ -86,6 +86,18 @@ TEST_F(Template, SaysOfBoundsThatTheyAre) {
                                 "known\n"));
 }
 
+// Whoever takes it for a wcet has to know.
+TEST_F(Template, SaysOfHowManyInstancesTheExecutionTimeIsKnown) {
+  thread(11, sched(Policy::other));
+  auto& whole = callback("a", 11);
+  whole.instances = 3;
+  whole.execution_time = analysis::Summary{.count = 3, .max = 9};
+  EXPECT_THAT(text(), HasSubstr("seen: 3 instances; execution time at most 9\n"));
+  report_.callbacks[0].execution_time->count = 2;
+  EXPECT_THAT(text(),
+              HasSubstr("seen: 3 instances; execution time at most 9 of 2 of 3 measured\n"));
+}
+
 TEST_F(Template, OfNothingIsASpec) { EXPECT_TRUE(spec().callbacks().empty()); }
 
 TEST_F(Template, AsksForWhatWasReadBack) {

@@ -30,7 +30,7 @@ const TraceClock kClock{.uuid = "5a17c0de-0b07-4b1d-9abc-0123456789ab",
 class KernelTrace : public ::testing::Test {
  protected:
   KernelTrace() {
-    std::ofstream(root_ / "metadata") << kernel_metadata(uuid_, kClock);
+    std::ofstream(root_ / "metadata") << kernel_metadata(uuid_, kClock, "bpf");
     encoder_.learn(kernel_event_classes().front(), test::switch_format());
   }
 
@@ -110,6 +110,11 @@ TEST_F(KernelTrace, IsReadAsItWasWrittenInTheKernelsScaleOfPriorities) {
   cpu.finish(150, 0);
   EXPECT_EQ(read(), (Lines{"100 packet", "110 cpu 3 prev 0 prio 120 state 1 -> next 42 prio 79",
                            "120 cpu 3 prev 42 prio 120 state 1 -> next 0 prio 120", "150 ends"}));
+}
+
+TEST_F(KernelTrace, SaysWhenceTheKernelsEventsCame) {
+  EXPECT_NE(kernel_metadata(uuid_, kClock, "bpf").find("recorded_by = \"cie-record, from bpf\";"),
+            std::string::npos);
 }
 
 TEST_F(KernelTrace, IsReadByBabeltrace2OnTheClockOfItsMetadata) {

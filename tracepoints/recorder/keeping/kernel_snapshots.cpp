@@ -66,7 +66,7 @@ RecordedKernel KernelSnapshots::save(const fs::path& snapshot) {
   fs::create_directory(directory, error);
   if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
   const TraceUuid uuid = random_uuid();
-  write_kernel_metadata(directory, uuid, clock);
+  write_kernel_metadata(directory, uuid, clock, source_->name());
   RecordedKernel summary;
   summary.route = source_->name();
   std::uint64_t events = 0;

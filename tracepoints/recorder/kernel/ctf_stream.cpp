@@ -121,7 +121,8 @@ TraceUuid random_uuid() {
   return uuid;
 }
 
-std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock) {
+std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock,
+                            std::string_view route) {
   utsname system{};
   uname(&system);
   const char* byte_order = std::endian::native == std::endian::little ? "le" : "be";
@@ -138,7 +139,8 @@ std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock) {
           ";\n\tdomain = \"kernel\";\n\tsysname = \"Linux\";\n\tkernel_release = " +
           in_tsdl(system.release) + ";\n\tkernel_version = " + in_tsdl(system.version) +
           ";\n\ttracer_name = \"lttng-modules\";\n\ttracer_major = 2;\n\ttracer_minor = 13;\n"
-          "\trecorded_by = \"cie-record, from tracefs\";\n};\n\n";
+          "\trecorded_by = " +
+          in_tsdl(fmt::format("cie-record, from {}", route)) + ";\n};\n\n";
   text += fmt::format(
       "clock {{\n\tname = \"monotonic\";\n\tuuid = {};\n\tdescription = \"Monotonic Clock\";\n"
       "\tfreq = 1000000000;\n\toffset = {};\n}};\n\n",

@@ -21,7 +21,9 @@ struct TraceClock {
 };
 
 // The TSDL text that describes streams of CtfStream with events of KernelEventEncoder.
-std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock);
+// `route`: whence they came, as KernelSource::name().
+std::string kernel_metadata(const TraceUuid& trace, const TraceClock& clock,
+                            std::string_view route);
 
 // The clock of LTTng's metadata, given the file's bytes (text or packets); false if there is none.
 // What both traces call the offset must be one number, or readers shift them against each other.

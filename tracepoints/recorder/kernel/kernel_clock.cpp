@@ -44,11 +44,11 @@ bool find_clock(const fs::path& recording, const fs::path& kernel, TraceClock& c
 }
 
 void write_kernel_metadata(const fs::path& directory, const TraceUuid& uuid,
-                           const TraceClock& clock) {
+                           const TraceClock& clock, std::string_view route) {
   const fs::path file = directory / "metadata";
   const fs::path draft = directory / ".metadata.part";
   std::ofstream stream(draft, std::ios::binary);
-  stream << kernel_metadata(uuid, clock);
+  stream << kernel_metadata(uuid, clock, route);
   stream.close();
   if (!stream) throw system_error("cannot write " + in_quotes(file), errno);
   fs::rename(draft, file);

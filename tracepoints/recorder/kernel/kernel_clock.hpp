@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 
 namespace cie::record {
 
@@ -16,9 +17,9 @@ TraceClock measured_clock();
 // there yet. `kernel` is the directory of the kernel's own.
 bool find_clock(const std::filesystem::path& recording, const std::filesystem::path& kernel,
                 TraceClock& clock);
-// Writes DIRECTORY/metadata, whole or not at all: a reader may look at any time. Throws
+// Writes DIRECTORY/metadata (kernel_metadata()), whole or not at all: a reader may look at any time. Throws
 // std::system_error or std::filesystem::filesystem_error.
 void write_kernel_metadata(const std::filesystem::path& directory, const TraceUuid& uuid,
-                           const TraceClock& clock);
+                           const TraceClock& clock, std::string_view route);
 
 }  // namespace cie::record

@@ -33,7 +33,7 @@ KernelRecording::KernelRecording(fs::path directory, std::unique_ptr<KernelSourc
       uuid_(random_uuid()),
       clock_(measured_clock()) {
   make_directory(directory_);
-  write_kernel_metadata(directory_, uuid_, clock_);
+  write_kernel_metadata(directory_, uuid_, clock_, source_->name());
   const std::uint64_t begin = monotonic_ns();
   source_->start();
   for (const std::uint32_t number : source_->cpus()) {
@@ -59,12 +59,12 @@ void KernelRecording::Cpu::on_loss(std::uint64_t time, std::uint64_t total) {
 void KernelRecording::adopt_clock(const fs::path& recording) {
   if (has_clock_of_user_space_ || !find_clock(recording, directory_, clock_)) return;
   has_clock_of_user_space_ = true;
-  write_kernel_metadata(directory_, uuid_, clock_);
+  write_kernel_metadata(directory_, uuid_, clock_, source_->name());
 }
 
 void KernelRecording::go_on_in(fs::path directory) {
   make_directory(directory);
-  write_kernel_metadata(directory, uuid_, clock_);
+  write_kernel_metadata(directory, uuid_, clock_, source_->name());
   // Each file ends with its CPU's last event: what comes between that and now is still in the kernel's
   // buffers. An empty packet would say no more, and begin when the next file does: babeltrace2, which
   // joins a stream's files by the times at which their packets begin, would read it behind that file's
