@@ -5,6 +5,7 @@
 #include "rule_context.hpp"
 
 #include <string>
+#include <utility>
 
 namespace cie::analysis {
 
@@ -38,6 +39,11 @@ std::optional<Timestamp> registration(const RuleContext& context, const Callback
   const bool is_doubtful = registered < begin->time ||
                            context.user_losses.between(callback.process, begin->time, registered);
   return is_doubtful ? std::nullopt : std::optional(registered);
+}
+
+Evidence registered_as(const CallbackFacts& callback, std::string note) {
+  return evidence(callback.is_accounted ? "callback_init" : "", *callback.registered,
+                  std::move(note));
 }
 
 }  // namespace cie::analysis

@@ -7,6 +7,7 @@
 #include "model/facts.hpp"
 
 #include <optional>
+#include <string>
 
 namespace cie::analysis {
 
@@ -21,5 +22,7 @@ std::optional<Evidence> perhaps_told_by_own(const Model& model, const CallbackFa
 // When it was registered, where its first callback_init tells that: an announcement repeats what may be
 // much older. All of an announcement comes from one thread.
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback);
+// What tells of its registration. What ROS 2's events say of a callback is no event of its own.
+Evidence registered_as(const CallbackFacts& callback, std::string note);
 
 }  // namespace cie::analysis

@@ -4,9 +4,8 @@
 
 #include "callback_doubts.hpp"
 #include "judgement.hpp"
+#include "lifetime_parameters.hpp"
 #include "model/callback_questions.hpp"
-#include "parameter_words.hpp"
-#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -44,28 +43,12 @@ Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
   return {.index = index, .begin = begin, .end = end};
 }
 
-// The last of a callback's threads that has a read-back of what was applied.
-std::optional<ThreadIndex> configured_thread(const Model& model, const CallbackFacts& callback,
-                                             const std::vector<ThreadIndex>& threads) {
-  std::optional<ThreadIndex> found;
-  for (const auto index : threads) {
-    if (last_applied(model, model.threads[at(index)], callback) != nullptr) found = index;
-  }
-  return found;
-}
-
 std::string properties(const CallbackFacts& callback) {
   std::string text = callback.kind ? std::string(label(*callback.kind)) : "unknown kind";
   if (!callback.source.empty()) text += " of " + callback.source;
   text += ", period " + std::to_string(callback.period_ns) + " ns";
   if (!callback.is_accounted) return text;  // no event of ROS 2 tells a deadline
   return text += ", deadline " + std::to_string(callback.deadline_ns) + " ns";
-}
-
-// What ROS 2's events say of a callback is no event of its own.
-Evidence registered_as(const CallbackFacts& callback, std::string note) {
-  return evidence(callback.is_accounted ? "callback_init" : "", *callback.registered,
-                  std::move(note));
 }
 
 void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
@@ -81,53 +64,6 @@ void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
   if (is_as_before) return;
   judgement.fail(registered_as(before, "was: " + properties(before)));
   judgement.fail(registered_as(after, "is: " + properties(after)));
-}
-
-void compare_parameters(const RuleContext& context, const CallbackFacts& before,
-                        const CallbackFacts& after, Judgement& judgement) {
-  const auto& model = context.model;
-  const auto& proof = context.proof;
-  const auto read_back = [&](const CallbackFacts& callback) -> const ReadBack* {
-    const auto threads = context.isolated.of(callback);
-    const auto index = configured_thread(model, callback, threads);
-    if (!index) {
-      for (const auto other : threads)
-        judgement.overrule(proof.loss(other));
-      bool is_thread_known = !threads.empty() || !callback.ran_on.empty();
-      for (const auto* pair : callback.ran_on) {  // perhaps its own, announced unseen
-        if (model.threads[at(pair->thread)].announced) continue;
-        is_thread_known = false;
-        judgement.doubt(proof.loss(pair->thread));
-      }
-      if (!is_thread_known) judgement.doubt(proof.unseen_threads(callback.process));
-      return nullptr;
-    }
-    const auto* applied = last_applied(model, model.threads[at(*index)], callback);
-    if (proof.may_hide_read_back(*index, applied, nullptr)) {
-      judgement.overrule(proof.loss(*index));
-    }
-    judgement.overrule(doubt_of_first_audit(context, *index));
-    return applied;
-  };
-  const auto* was = read_back(before);
-  const auto* is = read_back(after);
-  // One that no thread was made for, and of which nothing is missing, had no parameters.
-  const auto had_none = [&](const CallbackFacts& callback) {
-    return callback.ran_on.empty() && context.isolated.of(callback).empty() && callback.fini &&
-           known_instances(model, callback) == 0 && proof.is_complete(callback.process);
-  };
-  if ((was == nullptr) != (is == nullptr) && !had_none(was == nullptr ? before : after)) {
-    judgement.doubt(registered_as(is == nullptr ? after : before,
-                                  "what its thread ran as in this lifetime is unknown"));
-  }
-  const bool is_untold = was == nullptr && is == nullptr && !before.ran_on.empty() &&
-                         !after.ran_on.empty() && is_ros2_only(model.processes[at(after.process)]);
-  if (is_untold) {
-    judgement.doubt(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
-  }
-  if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
-  judgement.fail(evidence("thread_sched", was->at, "was: " + describe(*was)));
-  judgement.fail(evidence("thread_sched", is->at, "is: " + describe(*is)));
 }
 
 // Lifetimes of one id by their ends, each with the latest begin among those up to it.
@@ -229,7 +165,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
     Judgement judgement(context.names.callback(life.index));
     judgement.check();
     compare_properties(model.callbacks[at(index)], after, judgement);
-    compare_parameters(context, model.callbacks[at(index)], after, judgement);
+    compare_parameters(context, index, life.index, judgement);
     if (judgement.has_witness()) {
       judgement.overrule(untold_end(context, model.callbacks[at(index)], after));
       judgement.overrule(untold_begin(context, after));
@@ -420,7 +356,9 @@ const Rule kMappingSurvivesRestart{
     .meaning =
         "When a process is restarted, each callback returns as it was: same kind, source, period "
         "and deadline, and its thread with the same policy, priority or nice value, deadline "
-        "triple and CPUs, as they were applied last. Each lifetime is compared with the one "
+        "triple and CPUs, as they were applied last. Of a callback without a thread of its own, as "
+        "in a pool, those of all threads that ran it are compared: the same in both lifetimes, or "
+        "none that is in both. Each lifetime is compared with the one "
         "before it; of several that lived at the same time before, it must be like each or like "
         "none to be judged.",
     .why_it_matters =
@@ -428,7 +366,8 @@ const Rule kMappingSurvivesRestart{
         "notices.",
     .inconclusive_when =
         "a logical id, or the last parameters of one of the lifetimes, were lost or are not told "
-        "(ROS 2, which tells no deadline either), when the later one was announced only, after "
+        "(ROS 2, which tells no deadline either), when it ran in a pool whose threads have "
+        "different parameters and some of them are those of both lifetimes, when the later one was announced only, after "
         "the other had ended, and when they differ and the earlier process was not seen to end: "
         "it may have lived on.",
     .remedy =

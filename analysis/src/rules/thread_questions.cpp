@@ -1,6 +1,7 @@
 #include "thread_questions.hpp"
 
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "rule_context.hpp"
 
 #include <algorithm>
@@ -33,6 +34,16 @@ bool is_isolated(const ThreadFacts& thread) noexcept {
 
 bool is_of_other_role(const ThreadFacts& thread) noexcept {
   return thread.announced && thread.role && thread.role != ThreadRole::callback;
+}
+
+std::vector<const CallbackOnThread*> on_shared_threads(const Model& model,
+                                                       const CallbackFacts& callback) {
+  std::vector<const CallbackOnThread*> pairs;
+  for (const auto* pair : callback.ran_on) {
+    const bool is_shared = is_of_other_role(model.threads[at(pair->thread)]);
+    if (is_shared && is_there_for_certain(model, *pair)) pairs.push_back(pair);
+  }
+  return pairs;
 }
 
 namespace {

@@ -32,6 +32,9 @@ bool may_be_former(const RuleContext& context, const ThreadFacts& thread);
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // Announced with another one: a worker, a dispatcher, one of a pool.
 bool is_of_other_role(const ThreadFacts& thread) noexcept;
+// Where a callback ran, of its own for certain, on threads that are no callback's: of a pool, workers.
+std::vector<const CallbackOnThread*> on_shared_threads(const Model& model,
+                                                       const CallbackFacts& callback);
 // From one announcement of a thread to the next one for another callback or group. Of a thread without
 // such it is all its time.
 struct Announcement {

@@ -92,7 +92,7 @@ TEST(MappingSurvivesRestart, IsInconclusiveWhenTheThreadsOfBothWereLost) {
   EXPECT_EQ(Verified(interrupted).of("M5", kLater), Verdict::inconclusive);
 }
 
-TEST(MappingSurvivesRestart, AsksForNoParametersOfPools) {
+TEST(MappingSurvivesRestart, SaysWhereItComparesNoParameters) {
   const Verified verified(
       "process first pid=100 until=100\n"
       "thread p pool\n"
@@ -102,6 +102,81 @@ TEST(MappingSurvivesRestart, AsksForNoParametersOfPools) {
       "callback b id=/n@Timer timer period=10 pooled\n"
       "10 start a on=p\n12 end a on=p\n1110 start b on=q\n1112 end b on=q");
   EXPECT_EQ(verified.of("M5", kLater), Verdict::pass) << verified.evidence("M5", kLater);
+  EXPECT_THAT(verified.evidence("M5", kLater), HasSubstr("nothing tells what its threads ran as"));
+}
+
+// One instance on a thread of each priority; each lifetime has a pool.
+std::string pooled_twice(const std::vector<int>& before, const std::vector<int>& after) {
+  std::string text;
+  const auto add = [&text](const std::string& process, const std::string& callback,
+                           const std::vector<int>& priorities, std::int64_t from) {
+    std::string events;
+    text += process;
+    for (std::size_t i = 0; i < priorities.size(); ++i) {
+      const auto thread = callback + std::to_string(i);
+      const auto at = [from](std::size_t time) {
+        return "\n" + std::to_string(from + static_cast<std::int64_t>(time));
+      };
+      text += "thread " + thread + " pool\n";
+      events += at(1) + " initial " + thread + at(2) + " applied " + thread +
+                " policy=fifo priority=" + std::to_string(priorities[i]) + at(10 + 4 * i) +
+                " start " + callback + " on=" + thread + at(12 + 4 * i) + " end " + callback +
+                " on=" + thread;
+    }
+    text += "callback " + callback + " id=/n@Timer timer period=10 pooled\n";
+    return events;
+  };
+  const auto first = add("process first pid=100 until=100\n", "a", before, 0);
+  const auto second = add("process second pid=200 from=1000\n", "b", after, 1100);
+  return text + first + second;
+}
+
+// Which of a pool's threads runs a callback is chance, what all of them run as is not.
+TEST(MappingSurvivesRestart, ComparesWhatAllThreadsOfAPoolRanAs) {
+  const auto judged = [](const std::vector<int>& before, const std::vector<int>& after) {
+    return Verified(pooled_twice(before, after)).of("M5", kLater);
+  };
+  EXPECT_EQ(judged({40}, {40}), Verdict::pass);
+  EXPECT_EQ(judged({40}, {40, 40}), Verdict::pass);
+  EXPECT_EQ(judged({40, 41}, {41, 40}), Verdict::pass);
+  EXPECT_EQ(judged({40}, {41}), Verdict::fail);
+  EXPECT_EQ(judged({40, 40}, {41, 42}), Verdict::fail);
+  EXPECT_EQ(judged({40}, {40, 41}), Verdict::inconclusive);
+  EXPECT_EQ(judged({40, 42}, {40, 41}), Verdict::inconclusive);
+  EXPECT_THAT(Verified(pooled_twice({40}, {41})).evidence("M5", kLater),
+              AllOf(HasSubstr("2 thread_sched was: SCHED_FIFO 40"),
+                    HasSubstr("1102 thread_sched is: SCHED_FIFO 41")));
+}
+
+TEST(MappingSurvivesRestart, ComparesNothingOfAPoolWhereSomethingIsLost) {
+  for (const std::int64_t lost : {2, 14, 1102, 1110}) {
+    auto trace = trace_of(pooled_twice({40, 41}, {42}));
+    ASSERT_EQ(Verified(trace).of("M5", kLater), Verdict::fail);
+    const auto is_lost = [lost](const auto&, const EventHead& head) {
+      return head.time.ns == lost || (head.time.ns == lost + 2 && lost % 100 >= 10);
+    };
+    trace.erase<ThreadSched>(is_lost);
+    trace.erase<CallbackStart>(is_lost);
+    trace.erase<CallbackEnd>(is_lost);
+    EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive) << lost;
+  }
+}
+
+TEST(MappingSurvivesRestart, ComparesAPoolWithAThreadOfItsOwn) {
+  const auto judged = [](const std::string& pooled) {
+    return Verified(
+               "process first pid=100 until=100\n"
+               "callback a id=/n@Timer timer period=10\n"
+               "process second pid=200 from=1000\n"
+               "thread q pool\n"
+               "callback b id=/n@Timer timer period=10 pooled\n"
+               "1 initial a\n2 applied a policy=fifo priority=40\n10 start a\n12 end a\n"
+               "1101 initial q\n1102 applied q policy=fifo priority=" +
+               pooled + "\n1110 start b on=q\n1112 end b on=q")
+        .of("M5", kLater);
+  };
+  EXPECT_EQ(judged("40"), Verdict::pass);
+  EXPECT_EQ(judged("41"), Verdict::fail);
 }
 
 // Two processes at once, and then a third one: which of them it follows is known if they agree, or if it is like neither.

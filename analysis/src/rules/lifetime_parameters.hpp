@@ -1,0 +1,15 @@
+// M5: what the threads of a callback were applied in two of its lifetimes.
+#pragma once
+
+#include "judgement.hpp"
+#include "model/facts.hpp"
+
+namespace cie::analysis {
+
+struct RuleContext;
+
+// Whether they are the same, as far as read-backs tell.
+void compare_parameters(const RuleContext& context, CallbackIndex index_before,
+                        CallbackIndex index_after, Judgement& judgement);
+
+}  // namespace cie::analysis
