@@ -37,6 +37,22 @@ TEST(ReportAccusations, AreOfWhatAnIsolatedExecutorClaims) {
               StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
 }
 
+// Another process, which kept what it claims, claims nothing of this one.
+TEST(ReportAccusations, AreOfNoProcessThatClaimsNothing) {
+  auto report = shared_report();
+  report.processes.push_back(report.processes[0]);
+  report.processes[1].pid += 1;
+  report.processes[0].executor = "multi_threaded";
+  report.threads[1].role = ThreadRole::pool;
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              StartsWith("run 1: callbacks share threads: 1 of 2\n"));
+  EXPECT_THAT(screen_of(report, test::sample_verdicts(), {}, {.is_isolation_expected = true}),
+              StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
+  report.processes[0].executor = "isolated";
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
+}
+
 TEST(ReportAccusations, MissedReleasesAreBadWhereTheyAreMoreThanAllowed) {
   const auto cell = [](analysis::Verdict verdict) {
     auto verdicts = test::sample_verdicts();

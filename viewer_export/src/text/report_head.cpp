@@ -13,9 +13,17 @@
 namespace cie::viewer_export {
 namespace {
 
-bool is_isolation_claimed(const analysis::Report& report, const ReportContext& context) {
-  return context.is_isolation_expected || context.verify.spec != nullptr ||
-         std::ranges::any_of(report.processes, analysis::is_isolated_executor_alone);
+// Of every callback that was recorded.
+bool is_isolation_claimed_of_all(const ReportContext& context) {
+  return context.is_isolation_expected || context.verify.spec != nullptr;
+}
+
+// Callbacks of a process whose only executor is not the isolated one share threads.
+bool do_others_share(const analysis::Report& report, const analysis::ReportRows& rows) {
+  return std::ranges::any_of(report.callbacks, [&rows](const auto& callback) {
+    return callback.isolation == analysis::Isolation::not_isolated &&
+           !is_isolated_executor_alone(rows.process_of(callback));
+  });
 }
 
 // A deadline is claimed by whoever declares it; by an isolated executor what its threads are for.
@@ -32,13 +40,18 @@ bool is_claimed(const analysis::RuleVerdict& rule, const analysis::ReportRows& r
 ReportHead report_head(const Judged& judged, const ReportContext& context) {
   using analysis::Isolation;
   const auto& report = judged.report;
-  ReportHead head{.is_isolation_claimed = is_isolation_claimed(report, context),
+  ReportHead head{.is_isolation_claimed = is_isolation_claimed_of_all(context),
                   .findings = findings_of(judged),
                   .isolation = isolation_seen(judged)};
   if (head.is_isolation_claimed) return head;
   const analysis::ReportRows rows(report);
-  std::erase_if(head.findings,
-                [&rows](const auto& finding) { return !is_claimed(*finding.rule, rows); });
+  const auto unclaimed = std::erase_if(
+      head.findings, [&rows](const auto& finding) { return !is_claimed(*finding.rule, rows); });
+  if (std::ranges::any_of(report.processes, analysis::is_isolated_executor_alone) &&
+      unclaimed == 0 && !do_others_share(report, rows)) {
+    head.is_isolation_claimed = true;
+    return head;
+  }
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0) {
     const auto ran = std::ssize(report.callbacks) - callbacks_with(report, Isolation::never_ran);
     head.isolation = fmt::format(
