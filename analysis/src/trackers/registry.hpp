@@ -295,6 +295,8 @@ class Registry {
   void note_begun_again(ProcessIndex index, const EventHead& head, const RunBegin& event);
   bool is_given_before(ProcessIndex process, const BegunAgain& begun, const EventBody& body) const;
   void begin_another_program(ProcessIndex former, const BegunAgain& begun);
+  // A process has the pid of the former one now.
+  void pass_name_on(ProcessIndex former, ProcessIndex index);
   Emitter find_emitter(const EventHead& head);
   // Who had the event's pid last, if its run ended before.
   std::optional<ProcessIndex> ended_holder_of_pid(const EventHead& head) const;
@@ -328,6 +330,9 @@ class Registry {
   FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
   KeyMap<std::uint32_t> publisher_by_host_gid_;
   std::map<ProcessIndex, BegunAgain> begun_again_;
+  // What a process was called until it was named after its run_begin. Names are told before programs
+  // begin, and by sessions that attach: who has the pid next may be meant.
+  std::map<ProcessIndex, std::string> names_before_;
   std::uint32_t publishers_told_ = 0;
   Timestamp last_publisher_told_ = kEarliest;
   std::uint32_t awaited_publishers_ = 0;  // those with awaited_since

@@ -327,7 +327,12 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
 void Registry::apply(const EventHead& head, const ProcessName& event) {
   const auto process = process_of(head);
   if (!process) return;
-  auto& name = model_.processes[at(*process)].name;
+  auto& facts = model_.processes[at(*process)];
+  auto& name = facts.name;
+  if (!head.is_derived && facts.run_begin) {
+    auto& before = names_before_[*process];
+    if (before.empty()) before = name;
+  }
   if (!head.is_derived || name.empty()) name = event.name;
   if (!head.is_derived) return;
   // What follows from an event's context is what its thread is called.

@@ -3,6 +3,7 @@
 #include "registry.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -89,6 +90,7 @@ void Registry::detect_reused_pid(const EventHead& head, const RunBegin& event,
     // No process begins to run twice before it ends: it executes another program.
   }
   const auto index = new_process(host_of(head), pid);
+  pass_name_on(former, index);
   auto& before = model_.processes[at(former)];
   auto& process = model_.processes[at(index)];
   process.first_seen = process.last_seen = ref(head);
@@ -187,6 +189,7 @@ void Registry::begin_another_program(ProcessIndex former, const BegunAgain& begu
   const auto since = begun.head.time;
   const auto index = new_process(begun.before.host, begun.before.pid);
   model_.processes[at(former)] = begun.before;
+  pass_name_on(former, index);
   if (begun.main) {
     auto& main = model_.threads[at(*begun.main)];
     main.last_seen = begun.main_last_seen;
@@ -202,12 +205,22 @@ void Registry::begin_another_program(ProcessIndex former, const BegunAgain& begu
   apply(begun.head, begun.event);
 }
 
+void Registry::pass_name_on(ProcessIndex former, ProcessIndex index) {
+  const auto found = names_before_.find(former);
+  if (found == names_before_.end()) return;
+  auto& facts = model_.processes[at(former)];
+  // A session that attached named the one that it found.
+  const bool is_own = found->second.empty() && facts.first_moment == RunMoment::announce;
+  if (!is_own) model_.processes[at(index)].name = std::exchange(facts.name, found->second);
+  names_before_.erase(found);
+}
+
 void Registry::detect_reused_pid_after_end(const EventHead& head, const EventBody& body,
                                            const LossTimes& losses) {
   const auto holder = ended_holder_of_pid(head);
   if (!holder) return;
   if (!head.is_derived && has_used_number_of(*holder, body)) {
-    new_process(host_of(head), *head.pid);
+    pass_name_on(*holder, new_process(host_of(head), *head.pid));
     return;
   }
   auto& process = model_.processes[at(*holder)];

@@ -263,6 +263,44 @@ TEST(ReusedPid, IsNoneOfAProgramThatExecutesAnotherOneWhateverStartsItTells) {
   }
 }
 
+// The tracer's library tells a program's name before the program begins its run, or when a session
+// attaches: `delay` after that.
+std::vector<std::string> names_of(TextTrace trace, const std::vector<std::string>& told,
+                                  std::int64_t delay = -1) {
+  std::vector<Event> names;
+  for (const auto& event : trace.events) {
+    if (!std::holds_alternative<RunBegin>(event.body)) continue;
+    auto& name = names.emplace_back(event);
+    name.head.time.ns += names.size() == 1 ? delay : -1;
+    name.body = ProcessName{.name = told[names.size() - 1]};
+  }
+  trace.events.insert(trace.events.end(), names.begin(), names.end());
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  std::vector<std::string> seen;
+  for (const auto& process : analyze(trace).report.processes)
+    seen.push_back(process.name);
+  return seen;
+}
+
+TEST(ReusedPid, HasTheNameOfEachProgram) {
+  for (const std::int64_t later_start : {40, 0, 50'000'000}) {
+    for (const auto* first : {"until=500", "until=500 crash"}) {
+      const auto trace = of_two_runs(later_start, first);
+      for (const std::string second : {"second", "first"}) {
+        const std::vector<std::string> told{"first", second};
+        EXPECT_EQ(names_of(trace, told), told) << later_start << ' ' << first;
+      }
+    }
+  }
+}
+
+TEST(ReusedPid, HasTheNameOfEachProgramWhereASessionAttachedToTheFirst) {
+  for (const std::string second : {"second", "first"}) {
+    const std::vector<std::string> told{"first", second};
+    EXPECT_EQ(names_of(of_two_runs(40, "until=500 attached"), told, 1), told);
+  }
+}
+
 TEST(ReusedPid, IsNoneOfAProgramThatExecutesAnotherOneWhereItsEndIsLost) {
   const Verified lossy(of_two_runs(0, "until=500 crash", "\n510 discard user until=520 count=1"));
   EXPECT_EQ(lossy["R3"], Verdict::fail);
