@@ -1,12 +1,30 @@
 #include "subjects.hpp"
 
+#include <cie/analysis/report_rows.hpp>
+
 #include "sort_rows.hpp"
 
+#include <map>
 #include <tuple>
+#include <utility>
 
 namespace cie::analysis {
 
-Subjects::Subjects(const Model& model) : model_(model) {
+std::vector<std::uint32_t> programs_of_pids(const Model& model) {
+  std::map<std::pair<HostIndex, std::int64_t>, std::vector<std::size_t>> of_pid;
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
+    if (process.has_cie_events) of_pid[{process.host, process.pid}].push_back(i);
+  }
+  std::vector<std::uint32_t> programs(model.processes.size());
+  for (const auto& [pid, processes] : of_pid) {
+    for (std::size_t i = 0; processes.size() > 1 && i < processes.size(); ++i)
+      programs[processes[i]] = static_cast<std::uint32_t>(i + 1);
+  }
+  return programs;
+}
+
+Subjects::Subjects(const Model& model) : model_(model), programs_(programs_of_pids(model)) {
   const ProcessFacts* first = nullptr;
   for (const auto& process : model.processes) {
     if (!process.has_cie_events) continue;
@@ -53,7 +71,7 @@ std::string Subjects::place_of(ProcessIndex index) const {
   if (!has_several_) return {};
   const auto& process = model_.processes[at(index)];
   const auto host = has_several_hosts_ ? " on " + model_.hosts[at(process.host)].name : "";
-  return " (pid " + std::to_string(process.pid) + host + ")";
+  return " (" + pid_words(process.pid, programs_[at(index)]) + host + ")";
 }
 
 NamedSubject Subjects::process(ProcessIndex index) const {

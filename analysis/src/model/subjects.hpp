@@ -5,6 +5,7 @@
 
 #include "facts.hpp"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,11 @@ struct NamedSubject {
   static NamedSubject without_row(SubjectKind kind, const std::string& name);
 };
 
-// Their places are " (pid N)" when the trace holds several processes, " (pid N on HOST)" when they
-// are of several hosts.
+// By process: of several that had one pid, how many had it up to this one. 0: it alone had it.
+std::vector<std::uint32_t> programs_of_pids(const Model& model);
+
+// Their places are " (pid N)" when the trace holds several processes, " (pid N, program M)" when they
+// had one pid, and " (pid N on HOST)" when they are of several hosts.
 class Subjects {
  public:
   explicit Subjects(const Model& model);
@@ -44,6 +48,7 @@ class Subjects {
   const Model& model_;
   bool has_several_ = false;  // processes
   bool has_several_hosts_ = false;
+  std::vector<std::uint32_t> programs_;
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.

@@ -58,6 +58,15 @@ const HostReport& host_of(const Report& report, const ProcessReport& process) no
   return number < report.hosts.size() ? report.hosts[number] : none;
 }
 
+std::string pid_words(std::int64_t pid, std::uint32_t program) {
+  auto words = "pid " + std::to_string(pid);
+  return program == 0 ? words : words + ", program " + std::to_string(program);
+}
+
+std::string pid_words(const ProcessReport& process) {
+  return pid_words(process.pid, process.program);
+}
+
 TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept {
   return {.from = std::max(callback.lived.from, process.lived.from),
           .to = std::min(callback.lived.to, process.lived.to)};

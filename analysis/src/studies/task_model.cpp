@@ -140,7 +140,7 @@ std::int32_t declared_priority_on(const SpecEntry* entry, std::uint32_t cpu) {
 }
 
 std::string may_be_missing(const ProcessReport& process) {
-  const auto pid = "pid " + std::to_string(process.pid);
+  const auto pid = pid_words(process);
   const auto or_until = process.has_ended ? std::string() : ", or until " + pid + " ends";
   return "callbacks of " + pid +
          ", one of which may preempt it, may be missing from the recording; record without losses" +

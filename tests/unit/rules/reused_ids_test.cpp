@@ -123,7 +123,7 @@ TEST(ReusedPid, IsOfAnotherProcessAfterTheEndOfWhoUsedItsNumbers) {
     3010 start d on=d1
     3012 end d on=d1)"));
   EXPECT_EQ(verified["M3"], Verdict::inconclusive);
-  EXPECT_EQ(verified.of("M3", "callback a (pid 100)"), Verdict::pass);
+  EXPECT_EQ(verified.of("M3", "callback a (pid 100, program 1)"), Verdict::pass);
   EXPECT_FALSE(is_any_pid_shared(verified));
   std::vector<std::uint64_t> instances;
   for (const auto& callback : verified.result.report.callbacks)
@@ -291,6 +291,20 @@ TEST(ReusedPid, HasTheNameOfEachProgram) {
         EXPECT_EQ(names_of(trace, told), told) << later_start << ' ' << first;
       }
     }
+  }
+}
+
+// A verdict on the one is told from that on the other, and so are their rows.
+TEST(ReusedPid, TellsSubjectsOfItsProgramsApart) {
+  for (const auto* more : {"", "process three pid=200\ncallback c\n3000 start c\n3020 end c"}) {
+    const Verified verified(of_two_runs(40, "until=500", std::string("\n") + more));
+    EXPECT_EQ(verified.of("R3", "callback /n@Timer (pid 100, program 1)"), Verdict::pass);
+    EXPECT_EQ(verified.of("R3", "callback /n@Timer (pid 100, program 2)"), Verdict::fail);
+    std::vector<std::uint32_t> programs;
+    for (const auto& process : verified.result.report.processes)
+      programs.push_back(process.program);
+    programs.resize(2);
+    EXPECT_EQ(programs, (std::vector<std::uint32_t>{1, 2}));
   }
 }
 

@@ -111,6 +111,19 @@ TEST(CallbackNames, HavePidAndHostOnlyWhereNamesRepeat) {
       (All{"n timer 1 us (pid 1 on a)", "n timer 1 us (pid 1 on b)", "n timer 1 us (pid 2 on b)"}));
 }
 
+// One executed the other, or the pid was used again.
+TEST(CallbackNames, TellWhichProcessOfOnePidTheyAreOf) {
+  using All = std::vector<std::string>;
+  auto report = of_processes({{"a", 1}, {"a", 1}, {"a", 2}});
+  report.processes[0].program = 1;
+  report.processes[1].program = 2;
+  EXPECT_EQ(names_in(report), (All{"n timer 1 us (pid 1, program 1)",
+                                   "n timer 1 us (pid 1, program 2)", "n timer 1 us (pid 2)"}));
+  report.callbacks[1].logical_id = report.callbacks[2].logical_id = "/n@Timer(2000)";
+  EXPECT_EQ(names_in(report),
+            (All{"n timer 1 us", "n timer 2 us (pid 1, program 2)", "n timer 2 us (pid 2)"}));
+}
+
 TEST(CallbackNames, HaveAPeriodBesideTheNameOfATimer) {
   using All = std::vector<std::string>;
   auto report = of_processes({{"a", 1}, {"a", 2}});

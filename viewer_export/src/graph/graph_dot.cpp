@@ -82,7 +82,7 @@ std::string label_of(const CallbackReport& callback, const CallbackNames& names)
 
 std::string label_of(const Report& report, const analysis::ProcessReport& process) {
   auto label = process.name.empty() ? std::string() : process.name + ", ";
-  label += fmt::format("pid {}", process.pid);
+  label += pid_words(process);
   if (report.trace.hosts.size() > 1) label += " on " + process.host;
   return dot_escaped(label);
 }

@@ -191,7 +191,7 @@ std::vector<std::string> chain_notes(const ChainReport& chain) {
 std::string chain_place(const Report& report, const ChainReport& chain) {
   if (report.trace.hosts.size() < 2 || !chain.process) return {};
   const auto& process = analysis::ReportRows(report).process(*chain.process);
-  return fmt::format(" (pid {} on {})", process.pid, printable(process.host));
+  return fmt::format(" ({} on {})", pid_words(process), printable(process.host));
 }
 
 // " (pid 4001)", where there are several processes.
@@ -199,7 +199,7 @@ std::string place_of(const Report& report, const CallbackReport& callback) {
   if (report.processes.size() < 2) return {};
   const auto& process = analysis::ReportRows(report).process_of(callback);
   const auto host = report.trace.hosts.size() > 1 ? " on " + printable(process.host) : "";
-  return fmt::format(" (pid {}{})", process.pid, host);
+  return fmt::format(" ({}{})", pid_words(process), host);
 }
 
 // With the host where the chain passes from one to another.
@@ -325,7 +325,7 @@ std::string without_runs(const std::vector<std::string>& callbacks, std::string_
 }  // namespace
 
 std::string process_title(const analysis::ProcessReport& process) {
-  std::string text = fmt::format("pid {}", process.pid);
+  auto text = pid_words(process);
   text += process.name.empty() ? "" : " \"" + printable(process.name) + "\"";
   text += process.host.empty() ? "" : " on " + printable(process.host);
   text += process.executor ? ", " + printable(*process.executor) + " executor" : "";

@@ -20,7 +20,8 @@ namespace {
 using analysis::CallbackSchedulability;
 using analysis::SchedulabilityReport;
 
-// What callbacks are called: by their ids, with process and host where there are several hosts.
+// What callbacks are called: by their ids, with process and host where there are several hosts or a pid had
+// several.
 class Titles {
  public:
   explicit Titles(const analysis::Report& report)
@@ -28,9 +29,10 @@ class Titles {
 
   std::string of(const CallbackSchedulability& callback) const {
     auto id = printable(callback.logical_id);
-    if (!has_several_hosts_) return id;
     const auto& process = rows_.process_of(callback);
-    return fmt::format("{} (pid {} on {})", id, process.pid, printable(process.host));
+    if (!has_several_hosts_ && process.program == 0) return id;
+    const auto host = has_several_hosts_ ? " on " + printable(process.host) : std::string();
+    return fmt::format("{} ({}{})", id, pid_words(process), host);
   }
 
  private:

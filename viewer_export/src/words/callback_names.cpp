@@ -108,19 +108,19 @@ std::map<std::string_view, std::string> short_nodes(const std::set<std::string_v
   return names;
 }
 
-// " (pid 4001)", as much as tells the processes apart.
+// " (pid 4001)" or " (pid 4001, program 2)", as much as tells the processes apart.
 std::string place_of(const analysis::ProcessReport& process,
                      const std::vector<const analysis::ProcessReport*>& among) {
-  std::set<std::int64_t> pids;
+  std::set<std::string> pids;
   std::set<std::string_view> hosts;
   for (const auto* other : among) {
-    pids.insert(other->pid);
+    pids.insert(pid_words(*other));
     hosts.insert(other->host);
   }
   if (pids.size() == 1 && hosts.size() == 1) return {};
   if (hosts.size() == among.size()) return " on " + printable(process.host);
   const auto host = hosts.size() > 1 ? " on " + printable(process.host) : std::string();
-  return fmt::format(" (pid {}{})", process.pid, host);
+  return fmt::format(" ({}{})", pid_words(process), host);
 }
 
 // With what tells rows of one name apart: the processes that they are of.

@@ -151,6 +151,9 @@ struct ProcessReport {
   TimeWindow lived{};
   bool may_hide_callbacks = false;  // of which no event was seen; not part of the JSON
   std::int64_t pid = 0;
+  // Of several processes that had this pid, how many had it up to this one, as where one executes
+  // another program. 0: it alone had it. Not part of the JSON, where `index` tells them apart.
+  std::uint32_t program = 0;
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;

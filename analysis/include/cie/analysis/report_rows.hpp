@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cie::analysis {
@@ -48,6 +49,10 @@ std::optional<TimeWindow> asked_window(const TraceSummary& trace) noexcept;
 
 // The host of a process; where a report made by hand has no row for it, this one is empty.
 const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
+
+// "pid 4001", or "pid 4001, program 2" of several processes that had that pid (ProcessReport::program).
+std::string pid_words(std::int64_t pid, std::uint32_t program);
+std::string pid_words(const ProcessReport& process);
 
 // From when to when the callback lived, within its process.
 TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept;
