@@ -7,6 +7,7 @@
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "model/recorded_parts.hpp"
+#include "parameter_words.hpp"
 #include "scheduled_parameters.hpp"
 #include "spec_questions.hpp"
 #include "thread_questions.hpp"
@@ -203,9 +204,11 @@ std::optional<Evidence> unapplied(const RuleContext& context, const CallbackFact
       *std::ranges::min_element(callback.ran_on, {}, [&model](const CallbackOnThread* pair) {
         return std::pair(pair->first_start.time, model.threads[at(pair->thread)].tid);
       });
+  const auto& runs = model.threads[at(first->thread)].last_read_back;
   return evidence("not applied", first->first_start,
                   "no thread is its own: " + place(context, entry->line) +
-                      " asks for parameters that are applied to none, and S1 judges none");
+                      " asks for parameters that are applied to none, and S1 judges none" +
+                      (runs ? "; the thread here runs " + describe(*runs) : ""));
 }
 
 // ROS 2's events tell of a callback of that id in a process of this project, whose own do not.

@@ -431,7 +431,8 @@ const Rule kParametersAsSpecified{
         "CPUs. After a reload the spec to judge by is the new one; threads that ended before, "
         "under another one, owe it nothing. On a process that was attached to, the first audit "
         "stands for it. Where a callback ran on another thread than its own, what that was read "
-        "back to run as is judged, too. Of a thread that is announced anew for another callback "
+        "back to run as is judged, too. A callback that has none of its own, as in a pool, is not "
+        "judged, and the summary says so. Of a thread that is announced anew for another callback "
         "what was applied under the callback's own announcement counts.",
     .why_it_matters =
         "A refused or forgotten request leaves the thread with other parameters than planned, and "

@@ -483,6 +483,12 @@ TEST(SpecifiedCallbackSeen, SaysWhereParametersAreAppliedToNoThread) {
   EXPECT_EQ(pooled["S1"], Verdict::not_applicable);
   EXPECT_THAT(pooled.evidence("M1", "callback fusion"),
               HasSubstr("10 not applied no thread is its own"));
+  const Verified other(
+      "thread t1 pool\n5 applied t1 policy=fifo priority=40\ncallback fusion pooled\n"
+      "10 start fusion on=t1\n12 end fusion on=t1",
+      kFifo10);
+  EXPECT_EQ(other["S1"], Verdict::not_applicable);
+  EXPECT_THAT(other.evidence("M1", "callback fusion"), HasSubstr("runs SCHED_FIFO 40"));
   const Verified isolated("callback fusion\n10 start fusion\n12 end fusion", kFifo10);
   EXPECT_EQ(isolated.evidence("M1", "callback fusion"), "");
 }

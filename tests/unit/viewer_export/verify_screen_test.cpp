@@ -72,6 +72,30 @@ TEST(VerifyScreen, SaysThatRaisedPrioritiesWerePerhapsInherited) {
       HasSubstr("\n  S3 by read-back: 2 threads had raised priorities, perhaps inherited\n"));
 }
 
+// A PASS of everything else does not mean that they run as the spec says.
+TEST(VerifyScreen, SaysWhichParametersNoRuleJudges) {
+  analysis::VerdictReport verdicts;
+  verdicts.verdict = Verdict::pass;
+  analysis::SubjectVerdict subject{
+      .subject = "callback a/b", .verdict = Verdict::pass, .checked = 1, .evidence = {}};
+  subject.evidence = {{.event = "not applied",
+                       .time = std::nullopt,
+                       .cpu = std::nullopt,
+                       .pid = std::nullopt,
+                       .tid = std::nullopt,
+                       .note = "no thread is its own"}};
+  verdicts.rules = {{.id = "M1",
+                     .name = "specified-callback-seen",
+                     .verdict = Verdict::pass,
+                     .subjects = {subject}}};
+  EXPECT_THAT(
+      screen_of(verdicts, test::sample_report()),
+      HasSubstr("\n  no rule judges the parameters of 1 callback, which has no own thread\n"));
+  verdicts.rules[0].subjects = {subject, subject};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report()),
+              HasSubstr("of 2 callbacks, which have no own thread\n"));
+}
+
 TEST(VerifyScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(test::sample_verdicts(), report_of_shared_threads(),
                       {.columns = 80, .unicode = true}),

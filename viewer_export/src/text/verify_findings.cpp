@@ -437,6 +437,20 @@ std::string raised_priorities(const analysis::VerdictReport& verdicts) {
   return {};
 }
 
+std::string unjudged_parameters(const analysis::VerdictReport& verdicts) {
+  for (const auto& rule : verdicts.rules) {
+    const auto callbacks = static_cast<std::uint64_t>(
+        std::ranges::count_if(rule.subjects, [](const analysis::SubjectVerdict& subject) {
+          return std::ranges::find(subject.evidence, "not applied", &analysis::Evidence::event) !=
+                 subject.evidence.end();
+        }));
+    if (callbacks == 0) continue;
+    return fmt::format("no rule judges the parameters of {}, which {} no own thread",
+                       counted(callbacks, "callback"), callbacks == 1 ? "has" : "have");
+  }
+  return {};
+}
+
 std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
   const auto executor = executor_of(*finding.rule, judged.report);

@@ -81,6 +81,8 @@ std::string grounds_of_passes(const analysis::VerdictReport& verdicts);
 bool is_perhaps_inherited(const analysis::SubjectVerdict& subject);
 // "S3 by read-back: 2 threads had raised priorities, perhaps inherited"; empty: none had.
 std::string raised_priorities(const analysis::VerdictReport& verdicts);
+// "no rule judges the parameters of 2 callbacks, which have no own thread"; empty: the spec has none.
+std::string unjudged_parameters(const analysis::VerdictReport& verdicts);
 
 // "26 of 26 callbacks share threads": the gravest fact, without the verdict's word.
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings);

@@ -370,8 +370,12 @@ class VerifyScreen {
     text += (text.empty() ? "" : "; ") + counts_of_runs(judged_.report);
     auto lines = paragraph("  ", text, 3, style_);
     auto before = defects();
-    if (auto raised = raised_priorities(judged_.verdicts); !raised.empty())
-      before.insert(before.begin(), std::move(raised));
+    const auto put_first = [&before](std::string said) {
+      if (!said.empty()) before.insert(before.begin(), std::move(said));
+    };
+    put_first(raised_priorities(judged_.verdicts));
+    // Findings leave no doubt that not all is as the spec says.
+    if (findings_.empty()) put_first(unjudged_parameters(judged_.verdicts));
     append(lines, remarks(judged_, std::move(before), style_));
     return lines;
   }
