@@ -1,10 +1,7 @@
-#include <cie/viewer_export/verify_writers.hpp>
-
+#include "report_screens.hpp"
 #include "sample_report.hpp"
-#include "words/text_layout.hpp"
+#include "verify_screens.hpp"
 
-#include <algorithm>
-#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -14,36 +11,9 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Verdict;
-using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
-
-const VerifyContext kContext{.spec_name = {},
-                             .spec_sha256 = {},
-                             .worst_runs = {},
-                             .verify_arguments = "'recordings/run 1' --only M2",
-                             .view_arguments = "'recordings/run 1'"};
-
-std::string screen_of(const analysis::VerdictReport& verdicts, const analysis::Report& report,
-                      const TextStyle& style = {}, const VerifyContext& context = kContext) {
-  std::ostringstream out;
-  write_verify_screen(out, verdicts, report, context, style);
-  return out.str();
-}
-
-std::string line_of(const analysis::VerdictReport& verdicts, const analysis::Report& report) {
-  std::ostringstream out;
-  write_verify_line(out, verdicts, report, kContext, {});
-  return out.str();
-}
-
-// Both callbacks ran on the second thread; of the first one's seven runs none did as it says.
-analysis::Report report_of_shared_threads() {
-  auto report = test::sample_report();
-  report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{1}};
-  return report;
-}
 
 const std::string kRow =
     "     4008  2 callbacks: lidar ← /sensing/lidar/top/points_raw, plan timer 20 ms\n";
@@ -97,8 +67,7 @@ TEST(VerifyScreen, SaysWhichParametersNoRuleJudges) {
 }
 
 TEST(VerifyScreen, OfATerminalOf80Columns) {
-  EXPECT_EQ(screen_of(test::sample_verdicts(), report_of_shared_threads(),
-                      {.columns = 80, .unicode = true}),
+  EXPECT_EQ(screen_of(test::sample_verdicts(), shared_report(), {.columns = 80, .unicode = true}),
             "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
             "  M2 one-callback-per-thread     1 of 2 threads ran several callbacks\n" +
                 kRow +
@@ -113,8 +82,7 @@ TEST(VerifyScreen, OfATerminalOf80Columns) {
 
 TEST(VerifyScreen, OfATerminalOf120Columns) {
   EXPECT_EQ(
-      screen_of(test::sample_verdicts(), report_of_shared_threads(),
-                {.columns = 120, .unicode = true}),
+      screen_of(test::sample_verdicts(), shared_report(), {.columns = 120, .unicode = true}),
       "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
       "  M2 one-callback-per-thread     1 of 2 threads ran several callbacks\n" +
           kRow +
@@ -128,16 +96,8 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
           "  look: cie view 'recordings/run 1'\n");
 }
 
-TEST(VerifyScreen, LeavesRoomBehindALongName) {
-  auto verdicts = test::sample_verdicts();
-  for (auto& rule : verdicts.rules)
-    if (rule.id == "M2") rule.name = "parameters-before-first-callback";
-  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()),
-              HasSubstr("  M2 parameters-before-first-callback  1 of 2 threads ran"));
-}
-
 TEST(VerifyScreen, OfAPipeIsAscii) {
-  const auto text = screen_of(test::sample_verdicts(), report_of_shared_threads());
+  const auto text = screen_of(test::sample_verdicts(), shared_report());
   EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
   EXPECT_THAT(text,
               HasSubstr("2 callbacks: lidar <- /sensing/lidar/top/points_raw, plan timer 20 ms\n"));
@@ -247,7 +207,7 @@ TEST(VerifyScreen, NamesWhatTheSpecHasAndTheRecordingHasNot) {
       "  - id: '/a/plam@Timer(20000000)'\n"
       "chains:\n  - {name: brake, callbacks: ['/a/plan@Timer(20000000)', '/b@Timer(1)']}\n",
       "specs/app.yaml");
-  auto context = kContext;
+  auto context = usual_verify_context();
   context.spec = &spec;
   const auto text = screen_of({.verdict = Verdict::inconclusive, .rules = {}},
                               test::sample_report(), {.columns = 120}, context);
@@ -265,7 +225,7 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                                    .verdict = Verdict::fail,
                                    .checked = 7,
                                    .evidence = {}}}}};
-  auto context = kContext;
+  auto context = usual_verify_context();
   const auto spec = SchedulingSpec::parse(
       "callback_groups:\n\n\n\n\n\n  - {id: '/a/plan@Timer(20000000)', response_deadline: 100000}\n",
       "specs/app.yaml");
@@ -315,7 +275,7 @@ TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
   report.callbacks[1].response_deadline = analysis::Duration{10'000'000};
   report.callbacks[1].response_time_lower = test::summary(1'000'000, 45'890'000, 7);
   report.callbacks[1].late = 2;
-  auto context = kContext;
+  auto context = usual_verify_context();
   for (std::uint32_t i = 0; i < 2; ++i) {
     context.worst_runs.push_back({.callback = analysis::CallbackIndex{i},
                                   .seq = 3,
@@ -367,7 +327,7 @@ TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
       "  - {id: '/perception/lidar@Subscription(/sensing/lidar/top/"
       "points_raw)', wcet: 900000}\n",
       "app.yaml");
-  auto context = kContext;
+  auto context = usual_verify_context();
   context.spec = &spec;
   EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
               HasSubstr("2 of 2 callbacks exceeded the budget\n"
@@ -468,175 +428,25 @@ TEST(VerifyScreen, SaysDurationsOfReasonsInUnitsThatFit) {
 }
 
 TEST(VerifyScreen, BreaksACommandAsAShellReadsOn) {
-  auto context = kContext;
+  auto context = usual_verify_context();
   context.verify_arguments = "'a run' --spec " + std::string(30, 's') + " --only M2,M3";
-  EXPECT_THAT(
-      screen_of(test::sample_verdicts(), report_of_shared_threads(), {.columns = 60}, context),
-      HasSubstr("\n  evidence: cie verify 'a run' --spec \\\n      " + std::string(30, 's') +
-                " --only M2,M3 --all\n"));
+  EXPECT_THAT(screen_of(test::sample_verdicts(), shared_report(), {.columns = 60}, context),
+              HasSubstr("\n  evidence: cie verify 'a run' --spec \\\n      " +
+                        std::string(30, 's') + " --only M2,M3 --all\n"));
 }
 
 TEST(VerifyScreen, HasIdsWhereTheyAreAskedFor) {
   EXPECT_THAT(
-      screen_of(test::sample_verdicts(), report_of_shared_threads(), {.columns = 200, .ids = true}),
+      screen_of(test::sample_verdicts(), shared_report(), {.columns = 200, .ids = true}),
       HasSubstr("2 callbacks: /perception/lidar@Subscription(/sensing/lidar/top/points_raw), "
                 "/a/plan@Timer(20000000)\n"));
 }
 
-TEST(VerifyScreen, ToldInOneLine) {
-  EXPECT_EQ(line_of(test::sample_verdicts(), report_of_shared_threads()),
-            "FAIL  run 1: 1 of 2 callbacks share threads; violated M2; undecided T4\n");
-}
-
 TEST(VerifyScreen, OfAWindowSaysThatThePageShowsTheWholeRecording) {
   auto verdicts = test::sample_verdicts();
-  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()), HasSubstr("look: cie view"));
+  EXPECT_THAT(screen_of(verdicts, shared_report()), HasSubstr("look: cie view"));
   verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};
-  EXPECT_THAT(screen_of(verdicts, report_of_shared_threads()),
-              HasSubstr("look (whole recording): cie view"));
-}
-
-TEST(VerifyScreen, ToldInOneLineNamesTheWindowAndCountsWhatIsSuppressed) {
-  auto verdicts = test::suppressed_verdicts(false);
-  verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};
-  EXPECT_THAT(line_of(verdicts, report_of_shared_threads()),
-              testing::EndsWith("; 1 verdict suppressed; only the window 7..9 ns\n"));
-}
-
-TEST(VerifyScreen, ToldInOneLineSaysOnceWhatIsUndecided) {
-  const auto undecided = [](const char* id) {
-    return analysis::RuleVerdict{
-        .id = id, .name = id, .verdict = Verdict::inconclusive, .subjects = {}};
-  };
-  EXPECT_EQ(line_of({.verdict = Verdict::inconclusive, .rules = {undecided("T4"), undecided("Q1")}},
-                    report_of_shared_threads()),
-            "INCONCLUSIVE  run 1: 2 rules undecided: T4 Q1\n");
-}
-
-TEST(VerifyScreen, CountsWhatIsSuppressedAndNamesWhatIsNoLonger) {
-  EXPECT_THAT(screen_of(test::suppressed_verdicts(false), report_of_shared_threads()),
-              HasSubstr("1 verdict suppressed"));
-  EXPECT_THAT(screen_of(test::suppressed_verdicts(true), report_of_shared_threads()),
-              HasSubstr("suppression ok.yaml:2 (M2 thread *) expired after 2026-12-31"));
-}
-
-// A rule of which every verdict is a suppressed violation.
-analysis::RuleVerdict suppressed(const char* id, const std::string& reason, const char* expires,
-                                 std::size_t subjects = 1) {
-  auto subject = judged(analysis::SubjectKind::callback, "callback /b@Timer(1)", Verdict::fail);
-  subject.suppression = {
-      .rule = id, .subject = "*", .reason = reason, .expires = expires, .place = "ok.yaml:2"};
-  return {.id = id,
-          .name = id,
-          .verdict = Verdict::fail,
-          .subjects = std::vector<analysis::SubjectVerdict>(subjects, subject)};
-}
-
-TEST(VerifyScreen, NamesTheRulesThatAreSuppressedWithReasonAndExpiry) {
-  EXPECT_EQ(screen_of({.verdict = Verdict::pass,
-                       .rules = {suppressed("M2", "the pool is meant", "2026-12-31", 4),
-                                 suppressed("M3", "the pool is meant", "2026-12-31", 2),
-                                 suppressed("R1", "bursts", "never"),
-                                 {.id = "R2",
-                                  .name = "r",
-                                  .verdict = Verdict::not_applicable,
-                                  .subjects = {}}}},
-                      report_of_shared_threads(), {.columns = 80}),
-            "PASS  run 1: no rule is kept without what is suppressed: M2 M3 R1\n"
-            "  M2 M3  suppressed until 2026-12-31: the pool is meant\n"
-            "  R1     suppressed for ever: bursts\n"
-            "  1 does not apply (no --spec), 7 verdicts suppressed; 14 instances, nothing\n"
-            "  lost, 1 cut or never ended\n"
-            "  evidence: cie verify 'recordings/run 1' --only M2 --all\n"
-            "  look: cie view 'recordings/run 1'\n");
-  EXPECT_THAT(screen_of(test::suppressed_verdicts(false), report_of_shared_threads()),
-              HasSubstr("  M2  suppressed until 2026-12-31: known <since> May\n"));
-}
-
-TEST(VerifyScreen, NamesEverySuppressedRuleHoweverManyReasonsThereAre) {
-  analysis::VerdictReport verdicts{.verdict = Verdict::pass, .rules = {}};
-  for (const auto* const id : {"M2", "M3", "M4", "R1", "R2"})
-    verdicts.rules.push_back(suppressed(id, id + std::string(500, 'x'), "never"));
-  const auto screen = screen_of(verdicts, report_of_shared_threads(), {.columns = 80});
-  EXPECT_THAT(screen, AllOf(HasSubstr("\n  M2  suppressed for ever: M2xx"),
-                            HasSubstr("\n  M3  suppressed for ever: M3xx"),
-                            HasSubstr("\n  ... suppressed for 3 more reasons: M4 R1 R2\n")));
-  EXPECT_LE(std::ranges::count(screen, '\n'), 23);
-}
-
-TEST(VerifyScreen, LeavesALineOf24ForThePromptAndTakesNoMoreColumnsThanThereAre) {
-  auto verdicts = test::sample_verdicts();
-  auto rule = verdicts.rules[2];
-  for (int i = 0; i < 20; ++i) {
-    auto subject = rule.subjects[1];
-    subject.subject = "thread " + std::to_string(i);
-    subject.evidence[0].note = std::string(300, 'x') + std::to_string(i);
-    rule.subjects.push_back(subject);
-  }
-  for (int rules = 0; rules < 30; ++rules) {
-    for (const std::size_t columns : {40U, 80U, 120U}) {
-      std::istringstream text(
-          screen_of(verdicts, test::sample_report(), {.columns = columns, .unicode = true}));
-      std::size_t lines = 0;
-      for (std::string line; std::getline(text, line); ++lines) {
-        if (line.find("cie ") == std::string::npos) {
-          EXPECT_LE(display_width(line), columns) << line;
-        }
-      }
-      EXPECT_LE(lines, 23U) << rules << " rules, " << columns << " columns";
-    }
-    rule.id = "S" + std::to_string(rules);
-    rule.verdict = rules % 2 == 0 ? Verdict::fail : Verdict::inconclusive;
-    for (auto& subject : rule.subjects)
-      subject.verdict = rule.verdict;
-    verdicts.rules.push_back(rule);
-  }
-}
-
-// Eight rules with three subjects each have no room for a third of them, and room for one of each.
-TEST(VerifyScreen, OfManyRulesHasTheWorstOfEach) {
-  auto verdicts = test::sample_verdicts();
-  auto rule = verdicts.rules[2];
-  const auto subject = rule.subjects[1];
-  verdicts.rules.clear();
-  for (int id = 0; id < 8; ++id) {
-    rule.id = "S" + std::to_string(id);
-    rule.verdict = Verdict::fail;
-    rule.subjects.clear();
-    for (int i = 0; i < 3; ++i) {
-      rule.subjects.push_back(subject);
-      rule.subjects.back().verdict = Verdict::fail;
-      rule.subjects.back().about = {};
-      rule.subjects.back().subject = "thread " + std::to_string(i);
-      rule.subjects.back().evidence[0].note = "note " + std::to_string(10 * id + i);
-    }
-    verdicts.rules.push_back(rule);
-  }
-  const auto text = screen_of(verdicts, test::sample_report(), {.columns = 80, .unicode = true});
-  EXPECT_LE(std::ranges::count(text, '\n'), 23) << text;
-  const auto shorter = screen_of(verdicts, test::sample_report(), {.columns = 80, .lines = 20});
-  EXPECT_LE(std::ranges::count(shorter, '\n'), 20) << shorter;
-  for (int id = 0; id < 8; ++id) {
-    EXPECT_THAT(text, HasSubstr("  S" + std::to_string(id) + ' '));
-    EXPECT_THAT(text, HasSubstr("  note " + std::to_string(10 * id) + ";")) << text;
-  }
-}
-
-// Long names leave two fifths of a line: a reason is broken between words there, and loses none.
-TEST(VerifyScreen, BreaksReasonsBesideLongNamesBetweenWords) {
-  auto verdicts = test::sample_verdicts();
-  auto& rule = verdicts.rules[2];
-  rule.id = "S0";
-  auto& subject = rule.subjects[1];
-  subject.about = {};
-  subject.subject = "thread " + std::string(90, 'x');
-  subject.evidence.resize(1);
-  subject.evidence[0].note = "was: SCHED_FIFO 50 on CPUs 0,1; is: SCHED_OTHER nice 0";
-  rule.subjects = {subject};
-  const auto text = screen_of(verdicts, test::sample_report(), {.columns = 100, .unicode = true});
-  EXPECT_THAT(text, HasSubstr("was: SCHED_FIFO 50 on CPUs 0,1; is:\n" + std::string(60, ' ') +
-                              "SCHED_OTHER nice 0"))
-      << text;
+  EXPECT_THAT(screen_of(verdicts, shared_report()), HasSubstr("look (whole recording): cie view"));
 }
 
 TEST(VerifyScreen, SaysOfAGroupThatItIsOne) {
