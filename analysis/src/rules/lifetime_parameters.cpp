@@ -55,9 +55,10 @@ Parameters applied_to_shared(const RuleContext& context, CallbackIndex index,
   Parameters all;
   const auto& model = context.model;
   const auto pairs = on_shared_threads(model, model.callbacks[at(index)]);
-  for (const auto* pair : pairs)
+  for (const auto* pair : pairs) {
     add_applied(context, pair->thread, last_applied(model, model.threads[at(pair->thread)]), all,
                 judgement);
+  }
   if (!pairs.empty()) judgement.overrule(context.proof.lost_runs(index));
   const auto* unread = first_unread(model, pairs);
   if (!all.empty() && unread != nullptr) {

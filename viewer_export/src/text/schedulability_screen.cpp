@@ -221,7 +221,7 @@ class SchedulabilityScreen {
   // `of_several`: what is said of the one that is named.
   std::string names_of(const CommonReason& common, std::string_view of_several) const {
     const auto& callbacks = common.callbacks;
-    const auto name = name_of(*callbacks.front());
+    auto name = name_of(*callbacks.front());
     if (callbacks.size() == 1) return name;
     auto count = counted(callbacks.size(), "callback");
     return of_several.empty() ? count : fmt::format("{}, {} {}", count, of_several, name);
@@ -291,7 +291,8 @@ class SchedulabilityScreen {
           told != nullptr && without.is_equal() && without.reason() == told->reason;
       const auto why = is_told ? "for the same reason" : in_names(without.reason());
       const auto names = names_of(without, without.is_equal() ? "" : "e.g.");
-      append(lines, paragraph("  no bound: ", names + ": " + why, lines_of_each, style_));
+      append(lines,
+             paragraph("  no bound: ", fmt::format("{}: {}", names, why), lines_of_each, style_));
     }
     append(lines, rest(all, shown, "without a bound"));
     return lines;

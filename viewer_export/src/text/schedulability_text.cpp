@@ -127,9 +127,10 @@ std::string listed(const std::vector<CommonReason>& reasons, const Titles& title
 std::string undecided_within_bounds(const SchedulabilityReport& report, const Titles& titles,
                                     const TextStyle& style) {
   auto reasons = undecided_by_bound(report, Sameness::equal);
-  for (auto& common : reasons)
+  for (auto& common : reasons) {
     std::erase_if(common.callbacks,
                   [](const auto* callback) { return callback->is_above_bound(); });
+  }
   std::erase_if(reasons, [](const CommonReason& common) { return common.callbacks.empty(); });
   return titled("Undecided", listed(reasons, titles, style), style);
 }
