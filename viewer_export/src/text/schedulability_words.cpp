@@ -51,20 +51,18 @@ std::string edf_test(const analysis::DeadlineAdmission& admission) {
 std::string beyond_runtime(const SchedulabilityReport& report) {
   std::size_t count = 0;
   const CallbackSchedulability* most = nullptr;
-  const auto excess = [](const CallbackSchedulability& callback) {
-    return callback.execution->ns - callback.waiting_ns.value_or(0) - *callback.runtime_ns;
-  };
   for (const auto& callback : report.callbacks) {
     if (!callback.executes_beyond_runtime()) continue;
     ++count;
-    if (most == nullptr || excess(callback) > excess(*most)) most = &callback;
+    if (most == nullptr || callback.beyond_runtime_ns() > most->beyond_runtime_ns())
+      most = &callback;
   }
   if (most == nullptr) return {};
   const auto id = printable(most->logical_id);
   const auto subject =
       count == 1 ? id + " executes" : fmt::format("{} execute", counted(count, "callback"));
   const auto most_words =
-      fmt::format("{} of {}", format_duration(most->runtime_ns.value() + excess(*most)),
+      fmt::format("{} of {}", format_duration(most->runtime_ns.value() + most->beyond_runtime_ns()),
                   format_duration(*most->runtime_ns));
   return fmt::format("{} for longer than the runtime of {}, which is then throttled: {}{}", subject,
                      count == 1 ? "its thread" : "their threads", count == 1 ? "" : id + " ",

@@ -66,10 +66,12 @@ struct CallbackSchedulability {
 
   // As far as is certain. Requires that something was observed.
   std::int64_t longest_ns() const noexcept { return *std::max(observed_ns, observed_at_least_ns); }
-  // Waiting takes no runtime. False where one of both is not known.
-  bool executes_beyond_runtime() const noexcept {
-    return runtime_ns && execution && execution->ns - waiting_ns.value_or(0) > *runtime_ns;
+  // By how much its execution exceeds its thread's runtime; waiting takes none. Not above 0 where it does
+  // not, or one of both is not known.
+  std::int64_t beyond_runtime_ns() const noexcept {
+    return runtime_ns && execution ? execution->ns - waiting_ns.value_or(0) - *runtime_ns : 0;
   }
+  bool executes_beyond_runtime() const noexcept { return beyond_runtime_ns() > 0; }
   bool is_above_bound() const noexcept {
     return bound_ns && std::max(observed_ns, observed_at_least_ns) > bound_ns;
   }
