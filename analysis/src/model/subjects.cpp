@@ -9,7 +9,9 @@
 #include <utility>
 
 namespace cie::analysis {
+namespace {
 
+// By process, as Subjects::program_of() has it.
 std::vector<std::uint32_t> programs_of_pids(const Model& model) {
   std::map<std::pair<HostIndex, std::int64_t>, std::vector<std::size_t>> of_pid;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
@@ -23,6 +25,8 @@ std::vector<std::uint32_t> programs_of_pids(const Model& model) {
   }
   return programs;
 }
+
+}  // namespace
 
 Subjects::Subjects(const Model& model) : model_(model), programs_(programs_of_pids(model)) {
   const ProcessFacts* first = nullptr;
@@ -71,7 +75,7 @@ std::string Subjects::place_of(ProcessIndex index) const {
   if (!has_several_) return {};
   const auto& process = model_.processes[at(index)];
   const auto host = has_several_hosts_ ? " on " + model_.hosts[at(process.host)].name : "";
-  return " (" + pid_words(process.pid, programs_[at(index)]) + host + ")";
+  return " (" + pid_words(process.pid, program_of(index)) + host + ")";
 }
 
 NamedSubject Subjects::process(ProcessIndex index) const {

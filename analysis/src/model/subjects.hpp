@@ -23,14 +23,14 @@ struct NamedSubject {
   static NamedSubject without_row(SubjectKind kind, const std::string& name);
 };
 
-// By process: of several that had one pid, how many had it up to this one. 0: it alone had it.
-std::vector<std::uint32_t> programs_of_pids(const Model& model);
-
 // Their places are " (pid N)" when the trace holds several processes, " (pid N, program M)" when they
 // had one pid, and " (pid N on HOST)" when they are of several hosts.
 class Subjects {
  public:
   explicit Subjects(const Model& model);
+
+  // Of several processes that had one pid, how many had it up to this one. 0: it alone had it.
+  std::uint32_t program_of(ProcessIndex index) const { return programs_[at(index)]; }
 
   NamedSubject process(ProcessIndex index) const;  // "process PID"
   NamedSubject callback(CallbackIndex index) const;
@@ -48,7 +48,7 @@ class Subjects {
   const Model& model_;
   bool has_several_ = false;  // processes
   bool has_several_hosts_ = false;
-  std::vector<std::uint32_t> programs_;
+  std::vector<std::uint32_t> programs_;  // by process
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.

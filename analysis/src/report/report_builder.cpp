@@ -439,7 +439,6 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto telling = tell_messages(model);
   const auto runs = verdicts_on_runs(verdicts);
   const auto exits = exits_of(model);
-  const auto programs = programs_of_pids(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
@@ -454,7 +453,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
             life_of(process, exits.contains(index) ? std::optional(exits.at(index)) : std::nullopt),
         .may_hide_callbacks = context.proof.unseen_callbacks(index).has_value(),
         .pid = process.pid,
-        .program = programs[i],
+        .program = context.names.program_of(index),
         .name = process.name,
         .executor = std::nullopt,
         .complete = is_complete(context, runs, index),
