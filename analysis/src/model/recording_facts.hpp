@@ -7,10 +7,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,14 +24,22 @@ inline constexpr StreamIndex kNoStream{0xffffffff};
 // Where and when an event happened: what evidence is made of.
 struct EventRef {
   Timestamp time{};
+  StreamIndex stream = kNoStream;
   ContextNumber<std::int32_t> cpu{};
   ContextNumber<std::int64_t> pid{};
   ContextNumber<std::int64_t> tid{};
-  StreamIndex stream = kNoStream;
 };
 static_assert(sizeof(EventRef) == 24, "facts hold dozens of them for each callback and thread");
 inline EventRef ref(const EventHead& head) noexcept {
-  return {head.time, head.cpu, head.pid, head.tid, head.stream};
+  // As a whole: what was written in parts and is copied at once makes the processor wait.
+  static_assert(std::is_standard_layout_v<EventHead> && std::is_trivially_copyable_v<EventRef> &&
+                offsetof(EventHead, stream) == offsetof(EventRef, stream) &&
+                offsetof(EventHead, cpu) == offsetof(EventRef, cpu) &&
+                offsetof(EventHead, pid) == offsetof(EventRef, pid) &&
+                offsetof(EventHead, tid) == offsetof(EventRef, tid));
+  EventRef where;
+  std::memcpy(static_cast<void*>(&where), &head, sizeof where);
+  return where;
 }
 
 struct StreamFacts {

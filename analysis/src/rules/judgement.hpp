@@ -25,10 +25,10 @@ namespace cie::analysis {
 inline EventRef moment(std::optional<Timestamp> time,
                        std::optional<std::int64_t> tid = std::nullopt) {
   return {.time = time.value_or(kEarliest),
+          .stream = kNoStream,
           .cpu = std::nullopt,
           .pid = std::nullopt,
-          .tid = tid,
-          .stream = kNoStream};
+          .tid = tid};
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note);

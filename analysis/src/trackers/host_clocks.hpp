@@ -29,9 +29,9 @@ class HostClocks {
   void apply_shown(HostIndex host, const ClockSync& event);
 
   // What a process of the host read last. Empty: none did.
-  std::optional<std::int64_t> synced(HostIndex host) const noexcept {
+  const std::optional<std::int64_t>& synced(HostIndex host) const noexcept {
     const auto* offsets = offsets_.find(host);
-    return offsets == nullptr ? std::nullopt : offsets->of_process;
+    return offsets == nullptr ? kNoOffset : offsets->of_process;
   }
   // A process has read the clocks since: whether one was set before is known.
   bool were_read_since(HostIndex host, Timestamp time) const noexcept;
