@@ -291,7 +291,7 @@ class Directory {
     Address address = 0;  // 0: nothing
     Callback* callback = nullptr;
   };
-  static constexpr std::size_t kAsked = 64;  // a power of two
+  static constexpr std::size_t kAsked = 256;  // a power of two
 
   // Addresses of one process lie 16 bytes apart or more.
   static std::size_t place(Address address) noexcept { return address / 16 % kAsked; }
@@ -369,6 +369,12 @@ class Directory {
   // Its topic, service or period was told.
   static bool is_described(const Callback& callback) noexcept;
 
+  std::uint64_t losses_ = 0;
+  bool is_begun_again_ = false;
+  bool links_timers_ = false;  // the tracer tells whose timers are
+  bool links_late_ = false;    // it may tell later which nodes callbacks are of
+  bool has_new_nodes_ = false;
+  bool names_late_ = false;  // callbacks ran before they were named, or are told in any order
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
@@ -391,12 +397,6 @@ class Directory {
   std::unordered_set<Address> pools_;  // executors of several threads
   std::unordered_map<Address, Link> objects_of_buffers_;
   std::unordered_map<Address, Link> subscriptions_of_objects_;
-  std::uint64_t losses_ = 0;
-  bool is_begun_again_ = false;
-  bool links_timers_ = false;  // the tracer tells whose timers are
-  bool links_late_ = false;    // it may tell later which nodes callbacks are of
-  bool has_new_nodes_ = false;
-  bool names_late_ = false;  // callbacks ran before they were named, or are told in any order
 };
 
 }  // namespace cie::analysis::ros2

@@ -113,12 +113,14 @@ EventTranslator::Host& EventTranslator::host_of(std::string name_and_clock) {
   return found->second;
 }
 
-void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pid,
-                           std::int64_t tid) {
-  auto& process = host.processes[pid];
+void EventTranslator::find(EmittingThread& emitting, Host& host, const EventHead& head) {
+  auto& process = host.processes[*head.pid];
   process.host = host.number;
-  emitting = {
-      .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
+  emitting = {.host = &host,
+              .process = &process,
+              .thread = &process.threads[head.tid.value_or(LastEvent::kNoThread)],
+              .pid = head.pid,
+              .tid = head.tid};
 }
 
 [[gnu::always_inline]] inline bool EventTranslator::end_at_once(const Begun& begun,
@@ -183,7 +185,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     tell_lived_on(event, translation, process, batch);
   process.last.time = head.time;
   process.last.stream = head.stream;
-  process.last.tid = emitting.tid;
+  process.last.tid = head.tid.value_or(LastEvent::kNoThread);
   if (head.time >= host.next_look) [[unlikely]]
     look_at_losses(host, head, emitting);
   const bool has_emitted = std::exchange(process.has_emitted, true);

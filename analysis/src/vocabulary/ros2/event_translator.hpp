@@ -89,14 +89,15 @@ class EventTranslator final : public Translator {
     std::optional<bool> ends_apart{};  // empty: not asked yet
   };
   // The thread of an event: looked up once for those that follow.
-  struct EmittingThread {
-    const Host* host = nullptr;  // null: none
-    std::int64_t pid = 0;
-    std::int64_t tid = 0;
+  struct alignas(32) EmittingThread {  // in one cache line
+    const Host* host = nullptr;        // null: none
     ros2::Process* process = nullptr;
     ros2::Thread* thread = nullptr;
+    ContextNumber<std::int64_t> pid{};
+    ContextNumber<std::int64_t> tid{};  // empty: none
   };
-  static constexpr std::size_t kEmitting = 1024;  // a power of two
+  static_assert(sizeof(EmittingThread) == 32);
+  static constexpr std::size_t kEmitting = 2048;  // a power of two
   // The same of the publisher of an own event.
   struct KnownPublisher {
     const Host* host = nullptr;  // null: none
@@ -209,14 +210,14 @@ class EventTranslator final : public Translator {
   Host& host_of(std::string name_and_clock);
   // Of an event that has a pid.
   const EmittingThread& emitting_thread(Host& host, const EventHead& head) {
-    const auto pid = *head.pid;
-    const auto tid = head.tid.value_or(ros2::LastEvent::kNoThread);
-    auto& emitting = emitting_[static_cast<std::uint64_t>(tid) % kEmitting];
-    const bool is_it = emitting.host == &host && emitting.pid == pid && emitting.tid == tid;
-    if (!is_it) find(emitting, host, pid, tid);
+    const auto tid = static_cast<std::uint32_t>(head.tid.value_or(ros2::LastEvent::kNoThread));
+    auto& emitting = emitting_[tid % kEmitting];
+    const bool is_it =
+        emitting.host == &host && emitting.pid == head.pid && emitting.tid == head.tid;
+    if (!is_it) find(emitting, host, head);
     return emitting;
   }
-  static void find(EmittingThread& emitting, Host& host, std::int64_t pid, std::int64_t tid);
+  static void find(EmittingThread& emitting, Host& host, const EventHead& head);
 
   std::vector<Recording> recordings_;
   std::vector<Stream> streams_;

@@ -12,8 +12,8 @@ void forget(ros2::Thread& thread) {
   if (thread.publishing) thread.publishing->is_doubtful = true;
   if (auto* message = thread.writing.get()) message->is_doubtful = true;
   thread = {.publishing = thread.publishing,
-            .writing = thread.writing,
             .is_named = thread.is_named,
+            .writing = thread.writing,
             .beside_own = thread.beside_own};
 }
 

@@ -137,19 +137,20 @@ struct Thread {
     });
   }
 
-  std::vector<RunningCallback> open{};
-  std::vector<RunningCallback> skipped{};  // open inside the last one that ended with others inside
+  // What every event looks at lies together, the optional's flag beside what follows it.
   std::optional<Publishing> publishing{};
-  WrittenRef writing{};                          // until the thread's next event
-  HandedOver handed_over{};                      // being put into queues
+  std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
+  bool is_waiting = false;
+  bool is_named = false;  // it was told what the tracer calls it
+  WrittenRef writing{};   // until the thread's next event
+  std::vector<RunningCallback> open{};
   TakenMessages<Address, std::int64_t> taken{};  // source timestamps, by rmw's subscription
   TakenMessages<const Callback*, QueuedMessage> dequeued{};
+  HandedOver handed_over{};  // being put into queues
   std::optional<Request> requested{};
-  std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
-  LastRecorded last_recorded{};  // where several sessions recorded the host
-  bool is_waiting = false;
-  bool is_named = false;                 // it was told what the tracer calls it
-  std::optional<StreamIndex> seen_in{};  // since something is being lost
+  std::vector<RunningCallback> skipped{};  // open inside the last one that ended with others inside
+  LastRecorded last_recorded{};            // where several sessions recorded the host
+  std::optional<StreamIndex> seen_in{};    // since something is being lost
   RunsBesideOwn beside_own{};
 };
 
@@ -178,31 +179,32 @@ struct OwnPublisher {
 };
 
 struct Process {
+  // What every event looks at lies together.
   LastEvent last{};
-  std::uint32_t host = 0;  // its number
+  std::uint32_t host = 0;             // its number
+  bool has_emitted = false;           // in ROS 2's words
+  bool has_own_events = false;        // this project's, which say more and are numbered
+  bool is_seen_whole = false;         // its begin was its first word: all that it makes is told
+  bool is_repeated = false;           // what was made before is told while it runs, part by part
+  bool has_begun_beside_own = false;  // an rcl_init after these
+  bool has_ros2_profile = false;      // says the same in ROS 2's words too
+  std::unordered_map<Address, std::int64_t> agnocast_entries{};  // by callable
+  std::unordered_set<Address>
+      callables{};  // of agnocast, made for one call each and not yet called
   Directory directory{};
   std::unordered_map<std::int64_t, Thread> threads{};
   std::map<std::pair<Address, std::uint64_t>, QueuedMessage> queues{};  // by buffer and index
   std::unordered_map<Address, HandedOver> handed_over{};                // by message
   std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
-  std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
-  std::unordered_set<Address>
-      callables{};  // of agnocast, made for one call each and not yet called
   std::set<Address> announced_groups{};
   std::unordered_map<Address, std::uint64_t> clients{};  // the model's gids, by rmw handle
   std::unordered_map<Address, std::string> services{};   // names, by rmw handle
   std::map<CallKey, RunningCallback> served{};           // by whom, until they respond
-  bool has_emitted = false;                              // in ROS 2's words
-  bool is_seen_whole = false;   // its begin was its first word: all that it makes is told
-  bool is_repeated = false;     // what was made before is told while it runs, part by part
-  bool has_own_events = false;  // this project's, which say more and are numbered
-  std::optional<Address> repeated_context{};  // the last one of which CARET told
-  bool has_begun_beside_own = false;          // an rcl_init after these
+  std::optional<Address> repeated_context{};             // the last one of which CARET told
   std::unordered_map<CallbackId, OwnSubscription> own_subscriptions{};
   std::unordered_map<PublisherId, OwnPublisher> own_publishers{};
   std::set<std::string, std::less<>> own_topics{};  // that it publishes on
   std::set<std::string, std::less<>> own_ids{};     // of its callbacks
-  bool has_ros2_profile = false;                    // says the same in ROS 2's words too
 };
 
 // One event on its way: where it happened and where its consequences go. Who is seldom called from a
