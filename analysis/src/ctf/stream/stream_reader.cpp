@@ -6,7 +6,11 @@
 namespace cie::analysis::ctf {
 
 StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity)
-    : files_(std::move(files)), identity_(identity) {
+    : merge_offset_ns_(identity.merge_offset_ns),
+      index_(identity.index),
+      counts_others_(identity.counts_others && !files.front().trace->plan().is_snapshot),
+      files_(std::move(files)),
+      identity_(identity) {
   if (const auto& first = files_.front().first) {
     clock_ = first->stream->clock;
     has_packet_times_ = first->stream->has_packet_times;
@@ -14,23 +18,22 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
   } else {
     clock_ = files_.front().trace->plan().clock();  // no evidence of another boot
   }
-  if (files_.front().trace->plan().is_snapshot) identity_.counts_others = false;
   frame_.elements = &elements_;
   load_packet();
 }
 
 void StreamReader::emit(EventWriter& writer, Timestamp time, const EventBody& body) const {
   auto& event = writer.add();
-  event.head = {.time = time, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
-  if (packet_) event.head.cpu = packet_->cpu;
+  event.head = {.time = time, .stream = index_, .cpu = {}, .pid = {}, .tid = {}};
+  event.head.cpu = cpu_;
   event.body = body;
   writer.keep(event);
 }
 
 void StreamReader::emit_begin(EventWriter& writer) const {
   auto& event = writer.add();
-  event.head = {.time = {}, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
-  if (packet_) event.head.cpu = packet_->cpu;
+  event.head = {.time = {}, .stream = index_, .cpu = {}, .pid = {}, .tid = {}};
+  event.head.cpu = cpu_;
   const auto& trace = files_.front().trace->plan();
   const auto& first = files_.front().first;
   event.body = StreamBegin{.channel = identity_.channel,
@@ -93,6 +96,7 @@ bool StreamReader::take(const PacketScanner::Found& found) {
                   .reason = "a packet whose uuid is not its metadata's was read with it"});
   }
   packet_ = packet;
+  cpu_ = packet.cpu;
   packet_last_clock_ = found.last_clock;
   is_outside_ = found.is_outside;
   return true;
@@ -107,6 +111,7 @@ void StreamReader::note_position(std::uint64_t position) {
 // Finds the next good packet and what is missing before it.
 void StreamReader::load_packet() {
   packet_.reset();
+  cpu_.reset();
   cursor_.reset();
   gap_ = {};
   PacketScanner::Found found;
@@ -249,7 +254,7 @@ bool StreamReader::look_ahead() {
   auto* next = ahead_.data();
   const auto* const end = next + ahead_.size();
   std::uint64_t counted = 0;
-  const bool counts_others = identity_.counts_others;
+  const bool counts_others = counts_others_;
   const auto frequency = clock_.frequency;
   cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
     const auto time = time_of_cycles(found.clock, frequency);
@@ -263,7 +268,7 @@ bool StreamReader::look_ahead() {
     return true;
   });
   counted_ += counted;
-  end_ahead_ = static_cast<std::size_t>(next - ahead_.data());
+  end_ahead_ = static_cast<std::uint32_t>(next - ahead_.data());
   if (counted > 0 || end_ahead_ > 0) last_time_ = last;
   if (end_ahead_ == 0) return false;
   cursor_->prefetch();
@@ -292,15 +297,15 @@ void StreamReader::emit_event(EventWriter& writer) {
   pass(writer, time);
   if (!has_packet_times_ && !has_begun_) emit(writer, time, PacketBegin{});
   has_begun_ = true;
-  if (identity_.counts_others && cursor_->plan().is_other()) {
+  if (counts_others_ && cursor_->plan().is_other()) {
     ++counted_;
     find_event();
     return;
   }
   auto& event = writer.add();
   event.head.time = time;
-  event.head.stream = identity_.index;
-  event.head.cpu = packet_->cpu;
+  event.head.stream = index_;
+  event.head.cpu = cpu_;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);
   trace_->translate(cursor_->plan(), cursor_->payload(), shown_, event, writer.batch());
