@@ -14,9 +14,11 @@
 #include "trackers/registry.hpp"
 #include "trackers/thread_timeline.hpp"
 #include "trackers/window_cut.hpp"
+#include "vocabulary/translator.hpp"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -184,6 +186,7 @@ struct Analyzer::Pipeline {
   WindowPosition position = WindowPosition::before;  // of the last event
   std::array<std::uint64_t, std::variant_size_v<EventBody>> by_class{};
   Timestamp now;
+  std::unique_ptr<Translator> translator;  // of analyze()
 };
 
 }  // namespace cie::analysis

@@ -4,6 +4,7 @@
 #include "ctf/native_reader.hpp"
 #include "ctf/read_ahead.hpp"
 #include "model/clock_differences.hpp"
+#include "pipeline.hpp"
 #include "trackers/recording_tracker.hpp"
 #include "trackers/registry.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
@@ -137,8 +138,8 @@ AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path
                        const AnalysisOptions& options) {
   auto recordings = find_recordings(traces, options.is_content_checked);
   analyzer.add(recordings);
-  // Too large for untouched stack.
-  const auto translator = std::make_unique<EventTranslator>(std::move(recordings));
+  auto& translator = analyzer.pipeline_->translator;
+  translator = std::make_unique<EventTranslator>(std::move(recordings));
   read_for([&analyzer](const EventBatch& batch) { analyzer.consume(batch); }, traces,
            {.metadata_from = options.metadata_from,
             .progress = options.progress,

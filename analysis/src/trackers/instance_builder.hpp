@@ -194,8 +194,8 @@ class InstanceBuilder {
   void follow_grid(PendingInstance& pending);
   std::optional<TimerGrid::Release> follow_grid(HostIndex host,
                                                 const std::optional<ThreadIndex>& thread,
-                                                CallbackIndex index, const TimerStart& start,
-                                                bool is_inside);
+                                                CallbackIndex index, CallbackFacts& facts,
+                                                const TimerStart& start, bool is_inside);
   // The thread has looked for work since that time, when something ended, and did not wait for it.
   bool is_busy_since(HostIndex host, ThreadIndex index, Timestamp time, Timestamp now,
                      Duration prompt);

@@ -32,7 +32,7 @@ bool InstanceBuilder::is_busy_since(HostIndex host, ThreadIndex index, Timestamp
 
 void InstanceBuilder::follow_grid(PendingInstance& pending) {
   const auto release =
-      follow_grid(pending.host, pending.thread, pending.callback,
+      follow_grid(pending.host, pending.thread, pending.callback, *pending.callback_facts,
                   {.time = pending.start.time, .seq = pending.seq, .stream = pending.stream}, true);
   if (!release) return;
   pending.expiry = release->expiry;
@@ -41,12 +41,9 @@ void InstanceBuilder::follow_grid(PendingInstance& pending) {
   if (!release->is_prompt) pending.proven_by = pending.callback_facts->grid.prompt_starts + 1;
 }
 
-std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(HostIndex host,
-                                                               const std::optional<ThreadIndex>& on,
-                                                               CallbackIndex index,
-                                                               const TimerStart& started,
-                                                               bool is_inside) {
-  auto& facts = model_.callbacks[at(index)];
+std::optional<TimerGrid::Release> InstanceBuilder::follow_grid(
+    HostIndex host, const std::optional<ThreadIndex>& on, CallbackIndex index, CallbackFacts& facts,
+    const TimerStart& started, bool is_inside) {
   if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return std::nullopt;
   auto& callback = callbacks_[index];
   auto& grid = callback.grid;

@@ -29,8 +29,9 @@ void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
 
 void InstanceBuilder::pass_start(const EventHead& head, const Emitter& who, CallbackIndex callback,
                                  std::uint64_t seq) {
-  if (model_.callbacks[at(callback)].first_expiry) {
-    follow_grid(who.host, who.thread, callback,
+  auto& facts = model_.callbacks[at(callback)];
+  if (facts.first_expiry) {
+    follow_grid(who.host, who.thread, callback, facts,
                 {.time = head.time, .seq = seq, .stream = head.stream}, false);
   }
   note_start_on_thread(of_thread(who.thread), head.time);

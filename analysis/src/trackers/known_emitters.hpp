@@ -54,7 +54,7 @@ struct KnownEmitter {
   }
 };
 
-static_assert(sizeof(KnownEmitter) <= 96, "there are two for each thread");
+static_assert(sizeof(KnownEmitter) <= 96, "there are two for each of many threads");
 
 class KnownEmitters {
  public:
@@ -93,8 +93,9 @@ class KnownEmitters {
   void forget_all();
 
  private:
-  // Powers of two. There are twice as many places as threads, as long as that is not too many.
-  static constexpr std::size_t kFewest = 512;
+  // Powers of two. There are twice as many places as threads, as long as that is not too many; of few
+  // threads hardly two share one.
+  static constexpr std::size_t kFewest = 2048;
   static constexpr std::size_t kMost = std::size_t{1} << 16U;
 
   // Threads of one process have tids close to each other: they do not meet in one place.
