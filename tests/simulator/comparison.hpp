@@ -121,7 +121,7 @@ class Comparison {
   void compare_row(const InstanceTruth& instance, const Shown& shown, const Observed::Row& row);
   void add(const InstanceTruth& instance, const Shown& shown);
   void compare_callback(std::size_t index);
-  void compare_summary(const std::string& what, const std::optional<Summary>& said, Numbers meant);
+  void compare_summary(const std::string& what, const Rare<Summary>& said, Numbers meant);
   void compare_queue(std::size_t index, const std::optional<std::uint64_t>& said);
   void compare_threads();
   void compare_chains();

@@ -7,7 +7,7 @@
 
 namespace cie::sim {
 
-void Comparison::compare_summary(const std::string& what, const std::optional<Summary>& said,
+void Comparison::compare_summary(const std::string& what, const Rare<Summary>& said,
                                  Numbers meant) {
   equal(what + " is measured", said.has_value(), !meant.empty());
   if (!said || meant.empty()) return;

@@ -25,6 +25,7 @@ namespace {
 
 using analysis::CallbackReport;
 using analysis::ProcessIndex;
+using analysis::Rare;
 using analysis::Report;
 using analysis::ReportRows;
 using analysis::Summary;
@@ -121,7 +122,7 @@ Parameters parameters_of(const CallbackReport& callback, const ReportRows& rows)
   return found ? *found : unknown("the threads that it ran on are not in the trace");
 }
 
-void keep_most(std::optional<std::int64_t>& most, const std::optional<Summary>& summary) {
+void keep_most(std::optional<std::int64_t>& most, const Rare<Summary>& summary) {
   if (summary) most = std::max(most.value_or(summary->max), summary->max);
 }
 

@@ -19,7 +19,7 @@ using viewer_export::TextTable;
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::size_t kMaxThreads = 20;
 
-std::string duration_or_dash(const std::optional<analysis::Summary>& summary,
+std::string duration_or_dash(const analysis::Rare<analysis::Summary>& summary,
                              std::int64_t analysis::Summary::*field, bool is_exact) {
   if (!summary) return "-";
   return (is_exact ? "" : ">") + format_duration(*summary.*field);

@@ -11,6 +11,7 @@
 namespace cie::live {
 namespace {
 
+using analysis::Rare;
 using analysis::Summary;
 using viewer_export::display_width;
 using viewer_export::elide;
@@ -30,8 +31,7 @@ std::string left(const std::string& name, std::size_t width) {
   return text + std::string(width - std::min(width, display_width(text)), ' ');
 }
 
-std::string duration(const std::optional<Summary>& summary, std::int64_t Summary::*field,
-                     bool is_exact) {
+std::string duration(const Rare<Summary>& summary, std::int64_t Summary::*field, bool is_exact) {
   if (!summary) return "-";
   return (is_exact ? "" : ">") + format_duration(*summary.*field);
 }

@@ -1,6 +1,7 @@
 // Counts and response times of the last seconds, in memory that does not depend on the rate.
 #pragma once
 
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/time.hpp>
 
@@ -22,7 +23,7 @@ class Rolling {
     std::uint64_t instances = 0;
     std::uint64_t late = 0;
     std::uint64_t missed = 0;
-    std::optional<analysis::Summary> response;
+    analysis::Rare<analysis::Summary> response;
   };
 
   // An instance that ended at `end`. One older than the window is left out.

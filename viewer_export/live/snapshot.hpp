@@ -2,6 +2,7 @@
 // line of JSON (snapshot_json.hpp) from the process that reads the system.
 #pragma once
 
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/verdict.hpp>
@@ -63,13 +64,13 @@ struct CallbackView {
   std::uint64_t instances = 0;
   std::optional<std::uint64_t> late;    // empty: without a deadline
   std::optional<std::uint64_t> missed;  // releases; empty: no timer, or unknown
-  std::optional<analysis::Summary> response;
+  analysis::Rare<analysis::Summary> response;
   // Since the beginning.
   std::uint64_t total_instances = 0;
   std::optional<std::uint64_t> total_late;
   std::optional<std::uint64_t> total_missed;
-  bool is_missing_too_many = false;                 // more than it may (R2)
-  std::optional<analysis::Summary> total_response;  // the report's
+  bool is_missing_too_many = false;                  // more than it may (R2)
+  analysis::Rare<analysis::Summary> total_response;  // the report's
   bool is_exact = true;     // false: some release was not known, so response times are lower bounds
   ResponseCounts counts{};  // of all instances
   double response_sum_ns = 0;  // of all instances

@@ -28,7 +28,7 @@ struct Extreme {
   std::uint64_t seq = 0;
   EventRef start{};
   std::optional<EventRef> end{};
-  std::optional<Timestamp> release{};  // or the bound of it that the source names
+  OptionalTime release{};  // or the bound of it that the source names
   ReleaseSource release_source = ReleaseSource::exact;
 };
 
@@ -77,7 +77,7 @@ struct InstancesOutside {
   std::uint64_t count = 0;  // of which the window has no part
   // Of those that began and ended, also of those that an edge cuts: what is certain of them.
   std::optional<Extreme<Duration>> max_response{};
-  std::optional<Extreme<Duration>> max_execution{};
+  Rare<Extreme<Duration>> max_execution{};
 };
 
 // Of the instances that were the callback's own for certain, where others may be another one's (see
@@ -89,7 +89,7 @@ struct OwnInstances {
   std::uint64_t overwritten = 0;
   std::optional<Extreme<Duration>> max_response{};
   std::optional<Extreme<Duration>> max_response_lower{};
-  std::optional<Extreme<Duration>> max_execution{};
+  Rare<Extreme<Duration>> max_execution{};
 };
 
 // What every instance reads or writes comes first and together, so that it takes few cache lines.
@@ -228,8 +228,8 @@ struct alignas(64) CallbackFacts {
     EventRef end{};
   };
   Rare<EndElsewhere> first_end_elsewhere{};
-  std::vector<Move> moves{};                       // the first 1024
-  std::vector<RegisteredMove> registered_moves{};  // the first 1024
+  std::vector<Move> moves{};                             // the first 1024
+  Rare<std::vector<RegisteredMove>> registered_moves{};  // the first 1024
   std::uint64_t starts_without_tid = 0;
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
@@ -240,7 +240,7 @@ struct alignas(64) CallbackFacts {
   std::optional<Duration> longest_unmeasured{};
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
-  std::map<std::int64_t, Preemptor> preempted_by{};  // by tid
+  Rare<std::map<std::int64_t, Preemptor>> preempted_by{};  // by tid
   // The longest that threads outside callbacks preempted an instance. Empty: not measured.
   std::optional<Duration> max_preempted_outside{};
   std::uint64_t identity_failures = 0;
@@ -251,7 +251,7 @@ struct alignas(64) CallbackFacts {
   std::optional<Extreme<Duration>> max_response_lower{};  // what is certain of it
   std::optional<Extreme<Duration>> max_response_upper{};  // exact value or upper bound
   std::optional<Extreme<Duration>> max_duration{};
-  std::optional<Extreme<Duration>> max_execution{};
+  Rare<Extreme<Duration>> max_execution{};
   std::optional<Extreme<Duration>> max_duration_without_execution{};  // CPU time unknown
   // Inter-arrival of consecutive seqs, both exact; seq and start are the later one's.
   std::optional<Extreme<Duration>> min_inter_arrival{};
@@ -267,8 +267,8 @@ struct alignas(64) CallbackFacts {
   };
   Rare<ImpossibleReleases> impossible_releases{};
   std::uint64_t lost = 0;  // last running total of sample_lost
-  std::optional<EventRef> overwritten_at{};
-  std::optional<EventRef> lost_at{};
+  Rare<EventRef> overwritten_at{};
+  Rare<EventRef> lost_at{};
 
   bool has_grid_releases() const noexcept {
     return by_release_source[static_cast<std::size_t>(ReleaseSource::timer_grid)] != 0;

@@ -381,7 +381,7 @@ ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
   return {.least = std::max(least, all.min), .greatest = std::min(greatest, all.max)};
 }
 
-std::optional<Summary> Statistics::summary(bool with_buckets) const {
+Rare<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
   if (!values_->settled && !with_buckets) return summary_of_few();
   Settled scratch;

@@ -280,7 +280,7 @@ struct ThreadFacts {
   std::uint32_t fini_read_backs = 0;
   // Of a thread that is known only by a callback that started on its tid after this `thread_fini`
   // of the tid's last thread, and before any other `thread_init`.
-  std::optional<EventRef> former_fini{};
+  Rare<EventRef> former_fini{};
   std::optional<EventRef> kernel_exit{};  // sched_process_exit, or the switch that it died in
   std::string_view kernel_exit_event{};   // which of them
   bool is_tid_given_anew = false;         // a thread with its tid was created: it is gone
@@ -343,7 +343,7 @@ struct ThreadFacts {
 
   std::optional<std::int64_t> busy_ns{};  // on-CPU time; empty: not known without a hole
   // First of its own events on a CPU of which the kernel recorded nothing at that time.
-  std::optional<EventRef> ran_unrecorded{};
+  Rare<EventRef> ran_unrecorded{};
 };
 
 // The slice or clamp of a read-back if somebody asked for it, which shows when it is not the one

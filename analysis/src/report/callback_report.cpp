@@ -132,12 +132,12 @@ bool has_ended_unseen(const CallbackFacts& facts, const OpenInstance& open) {
   });
 }
 
-std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex index) {
+Rare<OpenRun> longest_open(const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
   const bool is_proven = has_unended(facts) && !context.proof.loss(index) &&
                          !context.proof.is_interrupted(facts.process);
-  std::optional<OpenRun> longest;
+  Rare<OpenRun> longest;
   for (const auto& open : facts.open) {
     if (has_ended_unseen(facts, open)) continue;
     const auto end = end_of_window(model, open.start.stream);
@@ -145,7 +145,7 @@ std::optional<OpenRun> longest_open(const RuleContext& context, CallbackIndex in
     const auto until_end = *end - open.start.time;
     if (longest && until_end <= longest->until_end) continue;
     const auto response = is_proven ? std::optional(*end - latest_release(open)) : std::nullopt;
-    longest.emplace(OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response});
+    longest = OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response};
   }
   return longest;
 }
@@ -239,9 +239,11 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.execution_time = facts.execution_time.summary(keep_buckets);
   report.preempted = facts.preempted.summary(keep_buckets);
   report.longest_preempted_outside = facts.max_preempted_outside;
-  for (const auto& [tid, preemptor] : facts.preempted_by)
-    report.preempted_by.push_back(preemptor);
-  std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
+  if (facts.preempted_by) {
+    for (const auto& [tid, preemptor] : *facts.preempted_by)
+      report.preempted_by.push_back(preemptor);
+    std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
+  }
   report.blocked = facts.blocked.summary(keep_buckets);
   report.wake_delay = facts.wake_delay.summary(keep_buckets);
   report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);

@@ -361,7 +361,7 @@ void fill(ChainReport& report, const Model& model, ChainIndex index) {
   report.clock_error = clock_error(model, facts);
   // Nothing of a chain without instances.
   const auto summary_at = [](const std::vector<Statistics>& cells, std::size_t i) {
-    return i < cells.size() ? cells[i].summary() : std::nullopt;
+    return i < cells.size() ? cells[i].summary() : Rare<Summary>();
   };
   const auto callback_at = [&facts](std::size_t i) {
     const auto& known = facts.last_callbacks;

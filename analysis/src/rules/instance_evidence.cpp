@@ -6,7 +6,7 @@ namespace {
 // ", released at 8 at the latest"; empty where the start is all that is known of it.
 std::string released(const Extreme<Duration>& extreme) {
   if (!extreme.release || extreme.release_source == ReleaseSource::start) return {};
-  auto at = ", released at " + std::to_string(extreme.release->ns);
+  auto at = ", released at " + std::to_string((*extreme.release).ns);
   switch (extreme.release_source) {
     case ReleaseSource::wakeup:
       return at + " at the latest";

@@ -33,7 +33,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   const auto allowed = most_allowed(context, callback, &SpecEntry::overwrites_allowed);
   const auto [lost, overwritten, are_totals_seen, is_at_least] = queue_losses(context, callback);
   judgement.check(std::max(callback.releases, callback.starts.count));
-  const auto where = [&callback](const std::optional<EventRef>& running) {
+  const auto where = [&callback](const Rare<EventRef>& running) {
     return running ? *running : callback.fini->at;
   };
   if (lost > 0) {

@@ -171,7 +171,8 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
 void judge_moves(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
   for (const auto& move : callback.moves)
     judge_move(context, callback, move, judgement);
-  for (const auto& move : callback.registered_moves)
+  if (!callback.registered_moves) return;
+  for (const auto& move : *callback.registered_moves)
     judge_registered_move(context, move, judgement);
 }
 

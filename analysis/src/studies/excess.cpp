@@ -9,11 +9,10 @@
 namespace cie::analysis {
 namespace {
 
-std::int64_t max_of(const std::optional<Summary>& summary) { return summary ? summary->max : 0; }
+std::int64_t max_of(const Rare<Summary>& summary) { return summary ? summary->max : 0; }
 
 // Of the longest response; else of any instance.
-std::int64_t known_or_longest(const std::optional<Duration>& known,
-                              const std::optional<Summary>& of_any) {
+std::int64_t known_or_longest(const std::optional<Duration>& known, const Rare<Summary>& of_any) {
   return known ? known->ns : max_of(of_any);
 }
 

@@ -92,7 +92,7 @@ OrderStatistics OrderStatistics::of(const Statistics& at_least, const Statistics
   return sample;
 }
 
-OrderStatistics OrderStatistics::of(const std::optional<Summary>& summary) {
+OrderStatistics OrderStatistics::of(const Rare<Summary>& summary) {
   OrderStatistics sample;
   if (!summary || summary->count == 0) return sample;
   sample.count = summary->count;

@@ -121,7 +121,7 @@ class EnforcementTracker {
     std::optional<bool> may_be_boosted_before;
     // Nothing has shown it at its own priority since the switch that its facts tell of.
     bool is_still_raised = false;
-    std::optional<ThreadTimeline::Mark> first_wait;
+    Rare<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     // When the trace that told of it first ended, or a later one that told of it since.
     Rare<Reading> record_end;

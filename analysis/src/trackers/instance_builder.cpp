@@ -219,7 +219,7 @@ void InstanceBuilder::note_missed(const PendingInstance& pending) {
                                    .seq = pending.seq,
                                    .start = pending.start,
                                    .end = std::nullopt,
-                                   .release = std::nullopt};
+                                   .release = {}};
   };
   auto& facts = *pending.callback_facts;
   note(facts.missed, facts.first_missed);
@@ -277,9 +277,10 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
                   .first_seq = first_seq};
   if (!is_registered_again) {
     if (facts.moves.size() < kMaxMoves) facts.moves.push_back(move);
-  } else if (facts.registered_moves.size() < kMaxMoves) {
-    facts.registered_moves.push_back({.move = move, .registered = *facts.last_init});
+    return;
   }
+  auto& moves = facts.registered_moves ? *facts.registered_moves : facts.registered_moves.emplace();
+  if (moves.size() < kMaxMoves) moves.push_back({.move = move, .registered = *facts.last_init});
 }
 
 inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback& callback) {

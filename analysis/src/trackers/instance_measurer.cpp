@@ -22,13 +22,15 @@ void keep_lower_apart(CallbackFacts& facts) {
 
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
 void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors) {
+  if (preemptors.empty()) return;
+  auto& all = facts.preempted_by ? *facts.preempted_by : facts.preempted_by.emplace();
   for (const auto& preemptor : preemptors) {
-    const auto found = facts.preempted_by.find(preemptor.tid);
-    if (found != facts.preempted_by.end()) {
+    const auto found = all.find(preemptor.tid);
+    if (found != all.end()) {
       found->second.time += preemptor.time;
       found->second.in_callbacks += preemptor.in_callbacks;
-    } else if (preemptor.is_idle() || facts.preempted_by.size() < kMaxPreemptors) {
-      facts.preempted_by.emplace(preemptor.tid, preemptor);
+    } else if (preemptor.is_idle() || all.size() < kMaxPreemptors) {
+      all.emplace(preemptor.tid, preemptor);
     }
   }
 }
@@ -269,7 +271,7 @@ inline Duration InstanceMeasurer::least_response(const PendingInstance& pending,
 
 void InstanceMeasurer::note_own(const PendingInstance& pending, const Measured& measured,
                                 OwnInstances& own) {
-  const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
+  const auto note = [&](auto& most, Duration value) {
     if (!most || most->value < value) most = extreme_of(pending, measured, value);
   };
   note(own.max_response_lower, least_response(pending, measured));
@@ -328,9 +330,9 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
       ++facts.late;
     }
     for (auto* extreme : longest_of(facts)) {
-      if (!*extreme || (*extreme)->seq != instance.seq) continue;
-      (*extreme)->release = instance.release;
-      (*extreme)->release_source = ReleaseSource::timer_grid;
+      if (extreme == nullptr || extreme->seq != instance.seq) continue;
+      extreme->release = instance.release;
+      extreme->release_source = ReleaseSource::timer_grid;
     }
     note_known(facts, bounds, instance, {});
     note_arrival(facts, index, unproven.host, instance, bounds);

@@ -229,10 +229,11 @@ class InstanceMeasurer {
   static bool is_unproven(const PendingInstance& pending) {
     return pending.proven_by > pending.callback_facts->grid.prompt_starts;
   }
-  // What was longest by more than responses alone: witnesses that may have any release.
-  static auto longest_of(CallbackFacts& facts) {
-    return std::array{&facts.max_response_lower, &facts.max_duration, &facts.max_execution,
-                      &facts.max_duration_without_execution};
+  // What was longest by more than responses alone: witnesses that may have any release. Null: none.
+  static std::array<Extreme<Duration>*, 4> longest_of(CallbackFacts& facts) {
+    const auto known = [](auto& extreme) { return extreme ? &*extreme : nullptr; };
+    return {known(facts.max_response_lower), known(facts.max_duration), known(facts.max_execution),
+            known(facts.max_duration_without_execution)};
   }
   // An instance with an upper bound by its message.
   void note_bounded(const PendingInstance& pending, const Measured& measured, Timestamp written,

@@ -18,7 +18,7 @@ bool may_be_wrong(const Extreme<Duration>& executed, const ThreadTimeline::Hole&
 }  // namespace
 
 void InstanceMeasurer::hole_was_told(HostIndex host, const ThreadTimeline::Hole& hole) {
-  const auto take_back = [&hole](std::optional<Extreme<Duration>>& most) {
+  const auto take_back = [&hole](Rare<Extreme<Duration>>& most) {
     if (most && may_be_wrong(*most, hole)) most.reset();
   };
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {

@@ -42,7 +42,7 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
                   .max_inter_arrival = {}};
   arrivals_[index] = {};
   for (auto* extreme : longest_of(facts)) {
-    if (*extreme) (*extreme)->release.reset();
+    if (extreme != nullptr) extreme->release = {};
   }
   auto* unproven = unproven_.find(index);
   if (unproven == nullptr) return;

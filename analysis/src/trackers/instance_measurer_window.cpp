@@ -48,7 +48,7 @@ void InstanceMeasurer::note_outside(const PendingInstance& pending, const Measur
   auto& outside = facts.outside ? *facts.outside : facts.outside.emplace();
   if (!has_part) ++outside.count;
   if (!is_witness) return;
-  const auto note = [&](std::optional<Extreme<Duration>>& most, Duration value) {
+  const auto note = [&](auto& most, Duration value) {
     if (!most || most->value < value) most = extreme_of(pending, measured, value);
   };
   const bool is_exact = measured.release_source == ReleaseSource::exact;

@@ -38,8 +38,8 @@ struct KnownEmitter {
   ContextNumber<std::int64_t> pid;
   ContextNumber<std::int64_t> tid;
   // Its last event, not yet in its facts and its process's; and which of all it was.
-  Timestamp last_time;
   ContextNumber<std::int32_t> last_cpu;
+  Timestamp last_time;
   std::uint64_t last_turn = 0;
   LastNamed<CallbackId, CallbackIndex> ran;
   CallbackFacts* ran_facts = nullptr;             // of that callback
@@ -54,7 +54,7 @@ struct KnownEmitter {
   }
 };
 
-static_assert(sizeof(KnownEmitter) <= 96, "there are two for each of many threads");
+static_assert(sizeof(KnownEmitter) <= 88, "there are two for each of many threads");
 
 class KnownEmitters {
  public:

@@ -7,7 +7,9 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -53,7 +55,13 @@ std::uint64_t count_apart(const std::string& directory) {
   return events;
 }
 
-void compare(const std::string& directory, std::uint64_t events, bool without_babeltrace2) {
+struct Options {
+  bool without_babeltrace2 = false;
+  double most_mib = std::numeric_limits<double>::infinity();
+};
+
+void compare(const std::string& directory, std::uint64_t events, const Options& options) {
+  const bool without_babeltrace2 = options.without_babeltrace2;
   const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
   std::printf("%-34s %8s %8s %9s %7s %8s %7s\n", "", "MiB", "CPU s", "ns/event",
               without_babeltrace2 ? "" : "times", "wall s", without_babeltrace2 ? "" : "times");
@@ -67,25 +75,27 @@ void compare(const std::string& directory, std::uint64_t events, bool without_ba
       measure([&directory, events] { ::_exit(count_events(directory) == events ? 0 : 1); });
   print("cie: decode and merge", decode, events, reference);
   print("cie instances", measure_program({cie, "instances", directory}), events, reference);
-  print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
-        reference);
+  const auto report = measure_program({cie, "report", "--format", "json", directory});
+  print("cie report", report, events, reference);
+  if (report.peak_mib > options.most_mib)
+    throw std::runtime_error("cie report takes more memory than --most-memory");
 }
 
-void compare(const TraceSize& size, const std::string& keep, bool without_babeltrace2) {
+void compare(const TraceSize& size, const std::string& keep, const Options& options) {
   std::optional<cie::test::TemporaryDirectory> scratch;
   const std::string directory = keep.empty() ? scratch.emplace().path().string() : keep;
   const auto events = write_trace(directory, size);
   std::printf("%ju events, %u callbacks, %u streams, packets of %u bytes\n\n",
               static_cast<std::uintmax_t>(events), 2 * size.streams * size.applications,
               size.streams, size.packet_bytes);
-  compare(directory, events, without_babeltrace2);
+  compare(directory, events, options);
 }
 
 int run(int argc, char** argv) {
   TraceSize size;
   std::vector<std::string> recordings;
   std::string directory;
-  bool without_babeltrace2 = false;
+  Options options;
   CLI::App app("Processor and elapsed time of reading one trace, by reader");
   app.add_option("recordings", recordings, "Read these in place of synthetic ones");
   app.add_option("--events", size.events, "About how many events (20000000)");
@@ -95,19 +105,20 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(1, 4096));
   app.add_option("--packet", size.packet_bytes, "Bytes of a packet (524288)");
   app.add_option("--keep", directory, "Write the trace there and leave it");
-  app.add_flag("--only-cie", without_babeltrace2, "Do not run babeltrace2");
+  app.add_flag("--only-cie", options.without_babeltrace2, "Do not run babeltrace2");
+  app.add_option("--most-memory", options.most_mib, "Fail if a report takes more MiB");
   CLI11_PARSE(app, argc, argv);
 
   for (const auto& recording : recordings) {
     const auto events = count_apart(recording);
     std::printf("%s: %ju events\n\n", recording.c_str(), static_cast<std::uintmax_t>(events));
-    compare(recording, events, without_babeltrace2);
+    compare(recording, events, options);
   }
   if (!recordings.empty()) return 0;
-  compare(size, directory, without_babeltrace2);
+  compare(size, directory, options);
   if (argc > 1) return 0;
   std::printf("\n");
-  compare(TraceSize{.events = 1'000'000, .streams = 4, .applications = 1250}, {}, false);
+  compare(TraceSize{.events = 1'000'000, .streams = 4, .applications = 1250}, {}, {});
   return 0;
 }
 

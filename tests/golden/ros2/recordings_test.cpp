@@ -180,7 +180,7 @@ void check_callbacks(const json& expected, const AnalysisResult& result,
   EXPECT_EQ(figures.size(), wanted.size());
 }
 
-void expect_equal(const std::optional<Summary>& seen, const json& wanted, const std::string& what) {
+void expect_equal(const Rare<Summary>& seen, const json& wanted, const std::string& what) {
   ASSERT_TRUE(seen) << what;
   EXPECT_EQ(seen->count, wanted["count"].get<std::uint64_t>()) << what;
   EXPECT_EQ(seen->min, wanted["min"].get<std::int64_t>()) << what;

@@ -18,10 +18,8 @@ ChainReport chain_of(const TextTrace& trace) {
   return report.chains.empty() ? ChainReport{} : report.chains.front();
 }
 
-std::int64_t sum_of(const std::optional<Summary>& summary) { return summary ? summary->sum : 0; }
-std::uint64_t count_of(const std::optional<Summary>& summary) {
-  return summary ? summary->count : 0;
-}
+std::int64_t sum_of(const Rare<Summary>& summary) { return summary ? summary->sum : 0; }
+std::uint64_t count_of(const Rare<Summary>& summary) { return summary ? summary->count : 0; }
 
 // plan is released at 10 and 40, last ends at 30 and 60. The first time it is not known when mid
 // was released.

@@ -2,6 +2,7 @@
 // of those of a snapshot (live/snapshot_fields.hpp).
 #pragma once
 
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/verdict_fields.hpp>
 #include <cie/tracepoints/schema.hpp>
@@ -56,8 +57,8 @@ class RowWriter {
   void derived(const char* name, const T& value) {
     (*this)(name, value);
   }
-  template <typename T>
-  void present(const char* name, const std::optional<T>& value) {
+  template <typename Optional>
+  void present(const char* name, const Optional& value) {
     if (value) (*this)(name, *value);
   }
   template <typename T>
@@ -112,6 +113,10 @@ class RowWriter {
   }
   template <typename T>
   void write(const std::optional<T>& value) {
+    value ? write(*value) : json_.null();
+  }
+  template <typename T>
+  void write(const analysis::Rare<T>& value) {
     value ? write(*value) : json_.null();
   }
   template <typename T>
@@ -222,6 +227,11 @@ class RowReader {
     T known{};
     read(json, known);
     value = std::move(known);
+  }
+  template <typename T>
+  static void read(const Json& json, analysis::Rare<T>& value) {
+    value.reset();
+    if (!json.is_null()) read(json, value.emplace());
   }
   template <typename T>
   static void read(const Json& json, std::vector<T>& values) {

@@ -24,6 +24,7 @@ namespace {
 
 using analysis::CallbackReport;
 using analysis::ChainReport;
+using analysis::Rare;
 using analysis::Report;
 using analysis::Summary;
 using analysis::ThreadReport;
@@ -31,7 +32,7 @@ using analysis::ThreadReport;
 // Beyond this many chains that no spec names only the slowest are printed; the JSON has all.
 constexpr std::size_t kChainsShown = 20;
 
-TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summary::*part) {
+TextCell duration_cell(const Rare<Summary>& summary, std::int64_t Summary::*part) {
   return summary ? TextCell{format_duration((*summary).*part)} : not_measured();
 }
 
@@ -126,14 +127,13 @@ std::string tables_by_process(std::string_view what, const Report& report, const
 }
 
 // With how many of `all` it is of, where not of all.
-std::string of_how_many(std::string_view name, const std::optional<Summary>& summary,
-                        std::uint64_t all) {
+std::string of_how_many(std::string_view name, const Rare<Summary>& summary, std::uint64_t all) {
   if (!summary || summary->count >= all) return std::string(name);
   return fmt::format("{} ({} of {})", name, summary->count, all);
 }
 
 // Nothing for what is not measured.
-void add_quantity(TextTable& table, std::string_view name, const std::optional<Summary>& summary) {
+void add_quantity(TextTable& table, std::string_view name, const Rare<Summary>& summary) {
   if (!summary) return;
   table.add({{std::string(name)},
              {fmt::format("{}", summary->count)},
@@ -227,7 +227,7 @@ std::string chain_table(const Report& report, const ChainReport& chain, const Ca
                    {"p99", ""},
                    {"max", ""}});
   const bool by_starts = is_by_starts(chain);
-  const auto add_latency = [&](std::string_view what, const std::optional<Summary>& latency) {
+  const auto add_latency = [&](std::string_view what, const Rare<Summary>& latency) {
     add_quantity(table, of_how_many(what, latency, chain.instances), latency);
   };
   add_latency("path latency", chain.path_latency);

@@ -18,6 +18,7 @@
 namespace cie::viewer_export {
 namespace {
 
+using analysis::Rare;
 using analysis::Report;
 using analysis::ReportRows;
 using analysis::Summary;
@@ -70,7 +71,7 @@ void add_summary_columns(std::vector<Column>& columns, std::string_view quantity
   fields(add, kNoSummary);
 }
 
-void add_summary(std::vector<Cell>& cells, const std::optional<Summary>& s) {
+void add_summary(std::vector<Cell>& cells, const Rare<Summary>& s) {
   const auto add = [&]<typename T>(const char*, const T& value) {
     if (!s) {
       cells.emplace_back();

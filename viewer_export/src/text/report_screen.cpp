@@ -31,10 +31,11 @@ namespace {
 using analysis::CallbackReport;
 using analysis::ChainReport;
 using analysis::Isolation;
+using analysis::Rare;
 using analysis::Report;
 using analysis::Summary;
 
-TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*part,
+TextCell time_cell(const Rare<Summary>& times, std::int64_t Summary::*part,
                    std::string_view mark = {}) {
   if (!times) return not_measured();
   return {std::string(mark) + compact_duration((*times).*part),
@@ -236,7 +237,7 @@ class ReportScreen {
 
   std::vector<TextCell> row_of(const ChainReport& chain, std::size_t extras) const {
     const auto row = times_of(chain, spec());
-    const auto times = row.times == nullptr ? std::nullopt : std::optional(*row.times);
+    const auto times = row.times == nullptr ? Rare<Summary>() : Rare<Summary>(*row.times);
     const std::string_view mark = chain.clock_error ? "~" : "";
     std::vector<TextCell> cells{{fmt::format("chain {}{}", judged_.names.of(chain), row.what)},
                                 {fmt::format("{}", chain.instances)},

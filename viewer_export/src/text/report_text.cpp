@@ -157,7 +157,7 @@ const CallbackReport* worst(const Report& report, Value value) {
   return result;
 }
 
-std::int64_t max_of(const std::optional<analysis::Summary>& summary) {
+std::int64_t max_of(const analysis::Rare<analysis::Summary>& summary) {
   return summary ? summary->max : 0;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/statistics.hpp>
 
@@ -48,7 +49,7 @@ struct OrderStatistics {
   // by one of `at_most`.
   static OrderStatistics of(const Statistics& at_least, const Statistics& at_most);
   // What a report keeps: extremes and four quantiles. Leaves most comparisons undecided.
-  static OrderStatistics of(const std::optional<Summary>& summary);
+  static OrderStatistics of(const Rare<Summary>& summary);
   // The same of a report's response times and start latencies: of all complete instances, whether
   // their release is known or bounded.
   static OrderStatistics of_response_time(const CallbackReport& callback);

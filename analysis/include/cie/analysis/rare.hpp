@@ -1,7 +1,8 @@
-// What most subjects do not have, in the room of a pointer.
+// What many subjects do not have, in the room of a pointer.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace cie::analysis {
@@ -11,8 +12,10 @@ template <typename T>
 class Rare {
  public:
   Rare() noexcept = default;
-  // NOLINTNEXTLINE(google-explicit-constructor): as std::optional's
+  // NOLINTBEGIN(google-explicit-constructor): as std::optional's
+  Rare(std::nullopt_t /*none*/) noexcept {}
   Rare(T value) : value_(std::make_unique<T>(std::move(value))) {}
+  // NOLINTEND(google-explicit-constructor)
   Rare(const Rare& other) : value_(other ? std::make_unique<T>(*other) : nullptr) {}
   Rare(Rare&& other) noexcept = default;
   Rare& operator=(const Rare& other) {
@@ -21,7 +24,11 @@ class Rare {
   }
   Rare& operator=(Rare&& other) noexcept = default;
   Rare& operator=(T value) {
-    value_ = std::make_unique<T>(std::move(value));
+    if (value_) {
+      *value_ = std::move(value);
+    } else {
+      value_ = std::make_unique<T>(std::move(value));
+    }
     return *this;
   }
   ~Rare() = default;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cie/analysis/identity.hpp>
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
@@ -227,7 +228,7 @@ struct CallbackReport {
   // The longest that a run may have executed or been blocked for of which that is not known, cut
   // ones included. Empty: it is known of all that ended. Not part of the JSON.
   std::optional<Duration> longest_unmeasured{};
-  std::optional<OpenRun> longest_open{};  // of those that are open; not part of the JSON
+  Rare<OpenRun> longest_open{};  // of those that are open; not part of the JSON
   // From its callback_init, unless that repeats what may be older, to its callback_fini, where they were
   // seen; not part of the JSON.
   TimeWindow lived{};
@@ -250,28 +251,28 @@ struct CallbackReport {
   // By how much calculated releases may be early, had a reset of the timer moved them unnoticed:
   // what all of some consecutive starts lie behind them. Empty: there are none.
   std::optional<Duration> release_error{};
-  std::optional<Summary> response_time;
+  Rare<Summary> response_time;
   ResponseParts longest_response{};  // of the longest of these; not part of the JSON
-  std::optional<Summary> response_time_lower;
-  std::optional<Summary> response_time_upper;
+  Rare<Summary> response_time_lower;
+  Rare<Summary> response_time_upper;
   // Of all instances, those of `response_time` and of `response_time_lower`: no quantile of the
   // response time is below this one's. Empty unless there are both.
-  std::optional<Summary> response_time_at_least{};
+  Rare<Summary> response_time_at_least{};
   // Whether its median is the response time's: whatever the instances took whose release is not
   // known, that lies within a bucket of it. Empty where it is.
   std::optional<bool> is_median_known{};
-  std::optional<Summary> start_latency;
-  std::optional<Summary> duration;
-  std::optional<Summary> inter_arrival;
-  std::optional<Summary> execution_time;
-  std::optional<Summary> preempted;
+  Rare<Summary> start_latency;
+  Rare<Summary> duration;
+  Rare<Summary> inter_arrival;
+  Rare<Summary> execution_time;
+  Rare<Summary> preempted;
   // Of an instance, by threads that ran no callback then; not part of the JSON. Empty: not measured.
   std::optional<Duration> longest_preempted_outside{};
   // Longest first, times of all instances. What these lack of `preempted` others took.
   std::vector<Preemptor> preempted_by;
-  std::optional<Summary> blocked;
-  std::optional<Summary> wake_delay;
-  std::optional<Summary> wakeup_latency;
+  Rare<Summary> blocked;
+  Rare<Summary> wake_delay;
+  Rare<Summary> wakeup_latency;
 
   bool is_isolated() const noexcept { return isolation == Isolation::isolated; }
   // Those of which a part was seen.
@@ -281,7 +282,7 @@ struct CallbackReport {
   // No instance was seen, and nothing proves that there was one.
   bool never_ran() const noexcept { return !has_run() && runs_not_seen == 0; }
   // Response times of all instances, with the lower bounds of those whose release is not known.
-  const std::optional<Summary>& response_time_or_bound() const noexcept {
+  const Rare<Summary>& response_time_or_bound() const noexcept {
     if (response_time_at_least) return response_time_at_least;
     return response_time ? response_time : response_time_lower;
   }
@@ -366,12 +367,12 @@ struct HopReport {
   // The two as ChainReport::callbacks has them; empty without an instance.
   std::optional<CallbackIndex> from_callback{};
   std::optional<CallbackIndex> to_callback{};
-  std::optional<Summary> processing;        // P - a, or F - a for the last; empty: no release known
-  std::optional<Summary> communication;     // empty also for the last
+  Rare<Summary> processing;                 // P - a, or F - a for the last; empty: no release known
+  Rare<Summary> communication;              // empty also for the last
   std::optional<ClockError> clock_error{};  // of communication, between hosts
   // What ROS 2's events tell, by starts in place of releases.
-  std::optional<Summary> start_to_publish{};  // to the end for the last
-  std::optional<Summary> publish_to_start{};  // empty also for the last
+  Rare<Summary> start_to_publish{};  // to the end for the last
+  Rare<Summary> publish_to_start{};  // empty also for the last
 };
 
 struct ChainReport {
@@ -382,20 +383,20 @@ struct ChainReport {
   std::vector<CallbackIndex> callbacks{};  // of each hop, in its last instance; empty without one
   bool is_specified = false;  // by the scheduling spec; listed even without an instance
   std::uint64_t instances = 0;
-  std::optional<Summary> path_latency;
-  std::optional<Summary> reaction_time;
-  std::optional<Summary> data_age;
+  Rare<Summary> path_latency;
+  Rare<Summary> reaction_time;
+  Rare<Summary> data_age;
   // What ROS 2's events tell: from the first callback's start, which is at least the latency and
   // the sum of start_to_publish and publish_to_start; and from what its release was not before.
-  std::optional<Summary> from_start{};
-  std::optional<Summary> path_latency_upper{};
+  Rare<Summary> from_start{};
+  Rare<Summary> path_latency_upper{};
   // From when the response of the service that ends the chain was sent to when the client took it.
-  std::optional<Summary> response{};
+  Rare<Summary> response{};
   std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
   // The sums of its cells and of what is undivided add up to the path latency's.
   std::vector<HopReport> hop_table;
   // Where a release of an instance is unknown: from the publish before it to the one after it.
-  std::optional<Summary> undivided{};
+  Rare<Summary> undivided{};
 };
 
 // Messages that a callback took from another one, as they were seen.
@@ -404,8 +405,8 @@ struct GraphEdge {
   CallbackIndex to{};
   std::string topic;
   std::uint64_t messages = 0;
-  std::optional<Summary> communication;       // publish to release; empty: none was exact
-  std::optional<Summary> publish_to_start{};  // of what ROS 2's events tell
+  Rare<Summary> communication;       // publish to release; empty: none was exact
+  Rare<Summary> publish_to_start{};  // of what ROS 2's events tell
   std::optional<ClockError> clock_error{};
 };
 

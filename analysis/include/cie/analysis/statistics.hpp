@@ -206,7 +206,7 @@ class Statistics {
   // Between which values that one lies, for certain.
   ValueRange range_at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
-  std::optional<Summary> summary(bool with_buckets = false) const;
+  Rare<Summary> summary(bool with_buckets = false) const;
 
  private:
   struct Settled {

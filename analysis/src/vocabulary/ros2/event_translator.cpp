@@ -402,6 +402,8 @@ void EventTranslator::finish(EventBatch& batch) {
       }
     }
   }
+  // The report needs as much memory as the messages.
+  links_.forget_messages();
 }
 
 }  // namespace cie::analysis

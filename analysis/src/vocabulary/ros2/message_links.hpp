@@ -60,6 +60,9 @@ class MessageLinks {
 
   bool has_any() const noexcept { return !topics_.empty(); }
 
+  // Nothing will be taken any more. References to topics are void afterwards.
+  void forget_messages() noexcept { topics_.clear(); }
+
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
 
