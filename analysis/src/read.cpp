@@ -177,19 +177,22 @@ std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path>
   model.recordings = find_recordings(traces, /*is_content_checked=*/false);
   Registry registry(model);
   RecordingTracker recording(model, registry);
-  ctf::read_traces(traces,
-                   [&recording](const Event& event) {
-                     const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
-                     std::visit(
-                         Overloaded{[&](const StreamBegin& e) { apply(e); },
-                                    [&](const StreamEnd& e) { apply(e); },
-                                    [&](const PacketBegin& e) { apply(e); },
-                                    [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
-                         event.body);
-                   },
-                   {.metadata_from = options.metadata_from,
-                    .progress = options.progress,
-                    .counts_others = true});
+  ctf::read_traces(
+      traces,
+      [&recording](const Event& event) {
+        const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
+        const auto note_run = [&] { recording.note_run(event.head.stream, event.head.time); };
+        std::visit(Overloaded{[&](const StreamBegin& e) { apply(e); },
+                              [&](const StreamEnd& e) { apply(e); },
+                              [&](const PacketBegin& e) { apply(e); },
+                              [&](const PacketEnd& e) { apply(e); },
+                              [&](const CallbackStart&) { note_run(); },
+                              [&](const CallbackEnd&) { note_run(); }, [](const auto&) {}},
+                   event.body);
+      },
+      {.metadata_from = options.metadata_from,
+       .progress = options.progress,
+       .counts_others = true});
   recording.finish();
   require_one_clock(model);
   if (!model.begin || !model.end) return std::nullopt;

@@ -53,6 +53,9 @@ struct StreamFacts {
   std::int64_t clock_offset_ns = 0;
   std::optional<Timestamp> begin{};  // first packet's begin
   std::optional<Timestamp> end{};    // last packet's end
+  // The first and last start or end of a callback that tells something of it; not each of all.
+  std::optional<Timestamp> first_run{};
+  std::optional<Timestamp> last_run{};
   // What the window of its channel is made of: empty of a stream that does not narrow it there.
   std::optional<Timestamp> covers_from{};
   std::optional<Timestamp> covers_to{};

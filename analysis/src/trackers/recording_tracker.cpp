@@ -143,6 +143,10 @@ void RecordingTracker::finish_streams() {
 }
 
 void RecordingTracker::finish_window() {
+  for (const auto& pair : model_.pairs) {
+    note_run(pair.first_start.stream, pair.first_start.time);
+    note_run(pair.last_activity.stream, pair.last_activity.time);
+  }
   model_.covered_by_any.reset();
   const auto& all_channels = windows_.channels();
   const bool has_user =
@@ -172,7 +176,7 @@ void RecordingTracker::finish_window() {
     if (has_callback_events) windows_.add_streams_of(channel, shift);
     // State counts wherever it is.
     const auto& first = model_.streams[channel.streams.front()];
-    if (first.is_descriptive && ends_apart(first)) continue;
+    if (first.is_descriptive && (ends_apart(first) || is_outlasted(channel))) continue;
     asked_for.add(channel.host, trace, window, shift);
     if (asked_) recorded.add(channel.host, trace, windows_.covered(channel), shift);
   }
@@ -186,6 +190,32 @@ void RecordingTracker::finish_window() {
   if (asked_) model_.recording_begin = recorded.result().begin;
   const bool is_known = model_.begin || asked_;
   if (!is_known && reference != nullptr) set_window_of_idle_streams(*reference);
+}
+
+void RecordingTracker::note_run(StreamIndex stream, Timestamp time) {
+  auto* facts = find_stream(model_, stream);
+  if (facts == nullptr) return;
+  facts->first_run = std::min(facts->first_run.value_or(time), time);
+  facts->last_run = std::max(facts->last_run.value_or(time), time);
+}
+
+// Instances count that lie behind its end or before its begin, in channels of their own: a consumer that
+// was killed had not read it as far as those.
+bool RecordingTracker::is_outlasted(const ChannelWindows::Channel& channel) const {
+  const auto& window = channel.window;
+  const auto is_less = [](const std::optional<Timestamp>& a, const std::optional<Timestamp>& b) {
+    return a && b && *a < *b;
+  };
+  for (std::uint32_t i = 0; i < model_.streams.size(); ++i) {
+    const auto& stream = model_.streams[i];
+    if (stream.trace != model_.streams[channel.streams.front()].trace) continue;
+    const auto& own = window_of(StreamIndex{i});
+    const bool is_after = is_less(window.end, stream.last_run) && is_less(window.end, own.end);
+    const bool is_before =
+        is_less(stream.first_run, window.begin) && is_less(own.begin, window.begin);
+    if (is_after || is_before) return true;
+  }
+  return false;
 }
 
 // A reader that does not know ahead what streams cover cannot leave any out.

@@ -93,6 +93,8 @@ class RecordingTracker {
   bool is_kernel(StreamIndex stream) const;
   // Of the streams of applications that are evidence.
   const LossTimes& loss_times() const noexcept { return losses_.times(); }
+  // A callback starts or ends. Who has the model's pairs need not tell: they do.
+  void note_run(StreamIndex stream, Timestamp time);
   void finish();
   // After that, and when all instances were measured.
   void finish_runs();
@@ -100,6 +102,8 @@ class RecordingTracker {
  private:
   // A stream that was taken for idle has an event after all.
   void wake(StreamIndex stream);
+  // It tells of state alone, and does not cover all instances that count.
+  bool is_outlasted(const ChannelWindows::Channel& channel) const;
   // See ends_with_last_packet().
   bool ends_apart(const StreamFacts& stream);
   // Of the streams of its trace.

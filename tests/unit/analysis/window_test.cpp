@@ -6,6 +6,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <trackers/recording_tracker.hpp>
+#include <trackers/registry.hpp>
 
 namespace cie::analysis {
 namespace {
@@ -369,7 +371,51 @@ class QuietStateOfLttng : public QuietState {
   QuietStateOfLttng() : QuietState(false) {}
 };
 
-TEST_F(QuietStateOfLttng, NarrowsIt) { EXPECT_EQ(window().to, Timestamp{10}) << "it was cut"; }
+TEST_F(QuietStateOfLttng, DoesNotNarrowItWhereInstancesCountBehindItsEnd) {
+  const auto whole = window();
+  EXPECT_EQ(whole.from, Timestamp{0});
+  EXPECT_EQ(whole.to, Timestamp{100}) << "the instance from 30 to 40 counts";
+}
+
+TEST_F(QuietStateOfLttng, NarrowsItWhereNoneDoes) {
+  push(0, 0, PacketBegin{});
+  push(5, 1, PacketBegin{});
+  start(6);
+  end(9);
+  push(10, 1, PacketEnd{});
+  push(10, 1, StreamEnd{});
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  const auto trace = analyzer_.finish().report.trace;
+  EXPECT_EQ(trace.begin, Timestamp{5});
+  EXPECT_EQ(trace.end, Timestamp{10});
+}
+
+// Who looks for the window alone has no instances.
+TEST_F(QuietStateOfLttng, IsOutlastedByWhatRanAsToldToTheTracker) {
+  const auto end_of = [](bool has_run) {
+    Model model;
+    Registry registry(model);
+    RecordingTracker recording(model, registry);
+    const auto head = [](std::int64_t time, std::uint32_t stream) {
+      return EventHead{
+          .time = {time}, .stream = StreamIndex{stream}, .cpu = 0, .pid = {}, .tid = {}};
+    };
+    recording.apply(head(0, 0), StreamBegin{});
+    recording.apply(head(0, 1), second(false));
+    recording.apply(head(0, 0), PacketBegin{});
+    recording.apply(head(5, 1), PacketBegin{});
+    recording.apply(head(10, 1), PacketEnd{});
+    recording.apply(head(10, 1), StreamEnd{});
+    if (has_run) recording.note_run(StreamIndex{0}, {40});
+    recording.apply(head(100, 0), PacketEnd{});
+    recording.apply(head(100, 0), StreamEnd{});
+    recording.finish();
+    return model.end;
+  };
+  EXPECT_EQ(end_of(true), Timestamp{100});
+  EXPECT_EQ(end_of(false), Timestamp{10});
+}
 
 TEST_F(QuietState, DoesNotNarrowTheWindowOfTheWhole) {
   const auto whole = window();
