@@ -6,6 +6,7 @@
 #include "instance_evidence.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
+#include "outlived_instances.hpp"
 #include "spec_questions.hpp"
 
 #include <cstdint>
@@ -60,6 +61,41 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
     judgement.doubt(evidence(
         "callback_fini", fini->at,
         counted(unended, "instance") + " never ended; when they were released is not known"));
+  }
+}
+
+// An instance that was still open when its process, which left no totals, told of itself last. What a
+// crash cut before its deadline is not judged.
+void judge_outlived(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
+                    std::int64_t deadline, Judgement& judgement) {
+  if (is_lost) return;
+  for (const auto& open : callback.open) {
+    const auto since = latest_release(open);
+    const auto outlived = analysis::outlived(context, callback, open);
+    if (!outlived || (outlived->last.time - since).ns <= deadline) continue;
+    const auto& window = context.options.window;
+    if (window && (window->to - since).ns <= deadline) continue;  // asked for up to there
+    const auto seq = "seq " + std::to_string(open.seq);
+    judgement.check();
+    if (outlived->doubt) {
+      judgement.doubt(outlived->doubt);
+      continue;
+    }
+    if ((outlived->until - since).ns <= deadline) {
+      judgement.doubt(evidence("window", moment(outlived->until),
+                               "a stream ends here, before the deadline of " + seq +
+                                   ", whose end may be missing with the rest"));
+      continue;
+    }
+    judgement.fail(evidence("callback_start", open.start,
+                            seq + " starts, released at " + std::to_string(since.ns) +
+                                " at the latest, and has no end"));
+    const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
+                       " later, as " + outlived->sign + "; the deadline is " +
+                       nanoseconds(deadline);
+    judgement.fail(outlived->until == outlived->last.time
+                       ? without_event(outlived->last, still)
+                       : evidence("window", moment(outlived->until), still));
   }
 }
 
@@ -142,6 +178,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judgement.doubt(loss);
         judgement.overrule(doubtful_ends(callback, loss));
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
+        judge_outlived(context, callback, loss.has_value(), deadline, judgement);
         judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
                    judgement);
         if (callback.outside && callback.outside->max_response) {
@@ -231,13 +268,15 @@ const Rule kDeadline{
         "Response times stay within the deadline: response_deadline of the spec, else the one the "
         "callback declared. Where a release is not known, FAIL needs the lower bound of the "
         "response time above the deadline and PASS the upper bound within it. An instance that "
-        "never ended fails when the window ends after its deadline; one outside of what all "
-        "streams cover is not counted, and fails if it was late.",
+        "never ended, as callback_fini tells, fails when the window ends after its deadline; without "
+        "that (a crash, or the recording stopped first) when an event of its process shows that it "
+        "went on beyond the deadline, and is not judged otherwise. One outside of what all streams "
+        "cover is not counted, and fails if it was late.",
     .why_it_matters = "A result after its deadline is a wrong result.",
     .inconclusive_when =
         "the bounds of a response time lie on both sides of the deadline, CLOCK_REALTIME was set "
-        "between the writing of a message and its taking (a clock_sync shows it), or instances "
-        "were lost.",
+        "between the writing of a message and its taking (a clock_sync shows it), instances were "
+        "lost, or the end of one that is open beyond its deadline may be missing.",
     .remedy =
         "the evidence names the instance: cie report tells what it waited for, cie analyze "
         "schedulability what it may have to wait for at worst.",

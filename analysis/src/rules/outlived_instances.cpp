@@ -1,0 +1,75 @@
+#include "outlived_instances.hpp"
+
+#include "judgement.hpp"
+#include "model/callback_questions.hpp"
+#include "model/recorded_parts.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+// No number and no total counts the end of the last instance, so what wrote the events has to say that
+// it lost none: LTTng counts what it discards, and who copies a trace may leave events out.
+std::optional<std::string> why_unseen(const Model& model, const CallbackFacts& callback,
+                                      const OpenInstance& open, const StreamFacts& stream) {
+  if (!callback.is_accounted) {
+    return "an exception may have ended it, which no event of ROS 2 tells";
+  }
+  if (callback.last_init && callback.last_init->time > open.start.time) {
+    return "its callback was registered again since: its end may be lost";
+  }
+  if (stream.writer != PacketWriter::lttng) {
+    return "no total counts its end, and the trace is not as LTTng wrote it: it may lack events";
+  }
+  for (const auto* recording : recordings_around(model.recordings, stream.path)) {
+    if (recording->manifest && !recording->manifest->problems.empty())
+      return "its end may not be recorded: " + recording->manifest->problems.front();
+  }
+  // A buffer of another CPU that was never written.
+  for (const auto& other : model.streams) {
+    if (other.channel == stream.channel && other.has_ended && other.packets == 0)
+      return "its end may not be recorded: " + other.path + " is empty";
+  }
+  return missing_user_part(model);
+}
+
+// Whose thread told its end was not open any more, whenever it ended.
+bool has_left_thread(const RuleContext& context, const OpenInstance& open, Timestamp until) {
+  const auto& threads = context.model.threads;
+  if (at(open.thread) >= threads.size()) return true;  // nor is any known
+  const auto since = open.start.time;
+  const auto& announced_again = threads[at(open.thread)].announced_again;
+  return threads[at(open.thread)].fini || (announced_again && *announced_again > since) ||
+         context.lives.is_tid_given_anew(open.thread, since, until);
+}
+
+}  // namespace
+
+std::optional<OutlivedInstance> outlived(const RuleContext& context, const CallbackFacts& callback,
+                                         const OpenInstance& open) {
+  const auto& model = context.model;
+  const auto& process = model.processes[at(callback.process)];
+  const auto* stream = find_stream(model, open.start.stream);
+  const auto window_end = end_of_window(model, open.start.stream);
+  const bool is_judged = context.proof.is_interrupted(callback.process) && !callback.fini &&
+                         !context.options.is_live && stream != nullptr && window_end &&
+                         process.last_seen;
+  if (!is_judged || has_left_thread(context, open, process.last_seen->time)) return std::nullopt;
+  OutlivedInstance outlived{.last = *process.last_seen, .sign = "an event of its process shows"};
+  const auto& thread = model.threads[at(open.thread)];
+  if (context.lives.of(open.thread).has_exited && thread.kernel_exit->time < outlived.last.time) {
+    outlived.last = *thread.kernel_exit;
+    outlived.sign = "the exit of its thread shows";
+  }
+  if (outlived.last.time <= open.start.time) return std::nullopt;
+  outlived.until = std::min(outlived.last.time, *window_end);
+  if (const auto why = why_unseen(model, callback, open, *stream)) {
+    outlived.doubt = evidence("callback_start", open.start,
+                              "seq " + std::to_string(open.seq) + " has no end; " + *why);
+  }
+  return outlived;
+}
+
+}  // namespace cie::analysis
