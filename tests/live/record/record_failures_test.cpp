@@ -18,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class FailingRecord : public Record {};
 
@@ -112,6 +113,16 @@ TEST_P(FailingRecord, FailsWhenNothingRegistered) {
   EXPECT_EQ(result.status, 4);
   EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
+}
+
+// Between two looks of the recorder's, before it would ask where everybody is.
+TEST_P(FailingRecord, MissesNobodyWhoCameAndWent) {
+  const Finished result =
+      sandbox_.run({CIE_RECORD, "-o", "rec", "--registration-timeout", "3", "--", "sh", "-c",
+                    "\"$@\"; sleep 4", "sh", CIE_TRACED_APP, "--instances", "5"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, Not(HasSubstr("has registered yet")));
+  EXPECT_EQ(manifest("rec")["processes"].size(), 1U);
 }
 
 TEST_P(FailingRecord, SaysThatTheKernelRefusesADeadlineThreadOthers) {

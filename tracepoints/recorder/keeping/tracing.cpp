@@ -131,7 +131,8 @@ void Tracing::note_processes() {
 
 void Tracing::look_for_applications(Target& target) {
   if (session_ && !is_daemon_lost_) {
-    registration_.look(*session_, target);
+    const bool is_any_told = processes_ && processes_->count() != 0;
+    registration_.look(*session_, target, is_any_told);
   }
   if (registration_.is_anybody() && !has_noted_first_) {
     has_noted_first_ = true;

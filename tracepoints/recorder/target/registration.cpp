@@ -46,7 +46,7 @@ std::string nobody_registered(const Target& target, bool is_ros2) {
 
 }  // namespace
 
-void Registration::look(const TracingSession& session, const Target& target) {
+void Registration::look(const TracingSession& session, const Target& target, bool is_any_told) {
   const auto now = std::chrono::steady_clock::now();
   if (is_anybody() || now < next_look_) {
     return;
@@ -57,7 +57,8 @@ void Registration::look(const TracingSession& session, const Target& target) {
   } catch (const RecordError&) {
     return;  // the daemon's own state is watched elsewhere
   }
-  if (!is_anybody() && !has_warned_of_nobody_ && target.age() > patience_) {
+  const bool is_nobody = !is_anybody() && !is_any_told;
+  if (is_nobody && !has_warned_of_nobody_ && target.age() > patience_) {
     has_warned_of_nobody_ = true;
     console_.warn(nobody_registered(target, is_ros2_));
   }

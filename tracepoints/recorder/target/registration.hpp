@@ -20,8 +20,9 @@ class Registration {
         patience_(options.registration_timeout),
         is_ros2_(options.ros2 == Ros2Events::applications) {}
 
-  // Asks until an application has registered: each question costs every one some time.
-  void look(const TracingSession& session, const Target& target);
+  // Asks until an application is registered at that moment: each question costs every one some time. `is_any_told`:
+  // one told that it begins, though it may be gone since, so nobody is missed.
+  void look(const TracingSession& session, const Target& target, bool is_any_told);
   // Of those that registered first: says so if one is none of the command's.
   void warn_of_others(const Target& target);
 
