@@ -11,6 +11,7 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Verdict;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -383,6 +384,39 @@ TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
       "     plan timer 20 ms  up to 289.4 us, releases as close as 100.0 us";
   EXPECT_THAT(text("callback_start"), StartsWith(of_several + "\n"));
   EXPECT_THAT(text("callback_end"), StartsWith(of_several + "; ended after the next release\n"));
+}
+
+// An executor that is refused parameters runs nothing.
+TEST(VerifyScreen, TellsOfRefusedParametersBeforeWhatNeverRanForThem) {
+  analysis::SubjectVerdict never_ran{
+      .subject = "callback a/b", .verdict = Verdict::fail, .checked = 1, .evidence = {}};
+  never_ran.about = {.kind = analysis::SubjectKind::callback, .index = 0, .process = {}};
+  auto refused = never_ran;
+  refused.subject = "thread 4008";
+  refused.about.kind = analysis::SubjectKind::thread;
+  const auto text = [&](const analysis::SubjectVerdict& missing, std::uint64_t instances) {
+    analysis::VerdictReport verdicts;
+    verdicts.verdict = Verdict::fail;
+    verdicts.rules = {{.id = "M1",
+                       .name = "specified-callback-seen",
+                       .verdict = Verdict::fail,
+                       .subjects = {missing}},
+                      {.id = "S1",
+                       .name = "parameters-as-specified",
+                       .verdict = Verdict::fail,
+                       .subjects = {refused}}};
+    analysis::Report report;
+    report.callbacks.emplace_back().instances = instances;
+    return screen_of(verdicts, report, {.columns = 400});
+  };
+  EXPECT_THAT(text(never_ran, 0),
+              AllOf(StartsWith("FAIL  1 of 1 thread did not run as specified\n"),
+                    HasSubstr("\n  -> look whether what configures the threads was refused")));
+  EXPECT_THAT(text(never_ran, 1), HasSubstr("  -> let the recording last until the callback has "
+                                            "run, or remove its entry\n"));
+  auto misspelt = never_ran;
+  misspelt.about.index.reset();
+  EXPECT_THAT(text(misspelt, 0), HasSubstr("  -> write the id that"));
 }
 
 TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {

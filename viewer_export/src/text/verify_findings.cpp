@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -264,6 +265,28 @@ std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {
   return fmt::format("{} of {}", some, counted(static_cast<std::uint64_t>(all), "callback"));
 }
 
+// Violating subjects of M1 that the trace names were registered; of others the id is in the spec alone.
+bool are_all_registered(const RuleVerdict& rule) {
+  return std::ranges::none_of(rule.subjects, [](const SubjectVerdict& subject) {
+    return counts(subject, Verdict::fail) && !subject.about.index;
+  });
+}
+
+bool has_run(const CallbackReport& callback) {
+  return callback.instances + callback.incomplete + callback.runs_not_seen > 0;
+}
+
+// Threads that did not get their parameters explain why nothing ran: an executor refuses to run so.
+void put_cause_first(const Judged& judged, std::vector<Finding>& findings) {
+  const auto cause = std::ranges::find_if(
+      findings, [](const Finding& finding) { return finding.rule->id == "S1"; });
+  const bool is_consequence = cause != findings.end() &&
+                              findings.front().rule->id == analysis::kSpecifiedCallbackSeenRule &&
+                              are_all_registered(*findings.front().rule) &&
+                              std::ranges::none_of(judged.report.callbacks, has_run);
+  if (is_consequence) std::rotate(findings.begin(), cause, std::next(cause));
+}
+
 }  // namespace
 
 std::string_view file_name(std::string_view path) {
@@ -301,6 +324,7 @@ std::vector<Finding> findings_of(const Judged& judged) {
   }
   std::ranges::stable_sort(findings, std::ranges::greater{},
                            [](const Finding& finding) { return gravity_of(finding.rule->id); });
+  put_cause_first(judged, findings);
   return findings;
 }
 
@@ -453,6 +477,8 @@ std::string unjudged_parameters(const analysis::VerdictReport& verdicts) {
 
 std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
+  if (id == analysis::kSpecifiedCallbackSeenRule && are_all_registered(*finding.rule))
+    return "let the recording last until the callback has run, or remove its entry";
   const auto executor = executor_of(*finding.rule, judged.report);
   // Groups of several callbacks do not explain it.
   const bool is_isolated = executor == ExecutorSeen::isolated;
