@@ -115,6 +115,7 @@ void fields(auto& visit, Is<RecordingManifest> auto& m) {
   visit.object("kernel", [&m](auto& kernel) {
     kernel.where(m.has_kernel_events, [&] { fields(kernel, m.kernel); });
     kernel.where(!m.has_kernel_events, [&] { kernel("reason", m.kernel_reason); });
+    kernel("problems", m.kernel.problems);
   });
   visit("session", m.session);
   visit("processes", m.processes);
@@ -299,6 +300,21 @@ std::string describe(const RecordedExit& exit) {
   const char* name = number > 0 ? sigdescr_np(number) : nullptr;  // no strsignal(): threads
   return "was killed by signal " + std::to_string(number) +
          (name != nullptr ? std::string(" (") + name + ')' : "");
+}
+
+std::vector<std::string> all_problems(const RecordingManifest& manifest) {
+  std::vector<std::string> all;
+  for (const auto* problems : {&manifest.problems, &manifest.kernel.problems}) {
+    for (const auto& problem : *problems)
+      add_problem(all, problem);
+  }
+  return all;
+}
+
+bool add_problem(std::vector<std::string>& problems, std::string problem) {
+  const bool is_told = std::find(problems.begin(), problems.end(), problem) != problems.end();
+  if (!is_told) problems.push_back(std::move(problem));
+  return !is_told;
 }
 
 std::string to_json(const RecordingManifest& manifest) {

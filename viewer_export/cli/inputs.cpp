@@ -27,9 +27,10 @@ void tell_of_recorders(const std::vector<std::filesystem::path>& traces) {
   for (const auto& trace : traces) {
     std::error_code ignored;
     if (std::filesystem::exists(trace / kRecordingClaimName, ignored)) {
-      tell(trace.string() +
-           " is still being recorded, or its recorder was killed: what follows is of what was "
-           "written so far");
+      tell(
+          trace.string() +
+          " is still being recorded, or its recorder was killed or its directory moved: what follows "
+          "is of what was written so far");
     }
   }
 }

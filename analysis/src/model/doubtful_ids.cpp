@@ -107,7 +107,8 @@ void doubt_numbered_ids(Model& model) {
     }
   }
   if (processes.empty()) return;
-  const bool is_part_missing = missing_user_part(model).has_value();
+  const bool is_part_missing =
+      missing_user_part(model).has_value() || !recorder_failures(model).empty();
   const UserLosses losses(model);
   for (auto& [index, callbacks] : processes) {
     const auto& process = model.processes[at(index)];

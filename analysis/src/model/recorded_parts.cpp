@@ -36,14 +36,17 @@ bool is_host_of(const RecordingManifest& manifest, const HostFacts& host) {
          (!manifest.boot_id.empty() && host.clock_uuid == manifest.boot_id);
 }
 
+// Whose streams tell of another host than its recorder does is known by its processes.
+bool is_host_known(const Model& model, const RecordingManifest& manifest) {
+  return std::ranges::any_of(
+      model.hosts, [&manifest](const HostFacts& host) { return is_host_of(manifest, host); });
+}
+
 bool is_seen(const Model& model, const RecordingManifest& manifest,
              const RecordedProcess& recorded) {
-  // Whose streams tell of another host than its recorder does is known by its processes.
-  const bool is_host_known = std::ranges::any_of(
-      model.hosts, [&](const HostFacts& host) { return is_host_of(manifest, host); });
+  const bool is_known = is_host_known(model, manifest);
   return std::ranges::any_of(model.processes, [&](const ProcessFacts& process) {
-    const bool is_other_host =
-        is_host_known && !is_host_of(manifest, model.hosts[at(process.host)]);
+    const bool is_other_host = is_known && !is_host_of(manifest, model.hosts[at(process.host)]);
     const bool is_other_start =
         process.start_ns && recorded.start_ns && *process.start_ns != *recorded.start_ns;
     return process.pid == recorded.pid && !is_other_host && !is_other_start;
@@ -120,22 +123,25 @@ RecordingReport report_of(const Recording& recording) {
                          .first_chunk = std::nullopt,
                          .begin = manifest.begin,
                          .end = manifest.end,
-                         .problems = manifest.problems};
+                         .problems = all_problems(manifest)};
   return report;
 }
 
 // The whole's problems name those of its chunks.
+bool is_told(const std::vector<std::string>& problems, const std::string& problem) {
+  return std::ranges::any_of(problems, [&problem](const std::string& told) {
+    return told.find(problem) != std::string::npos;
+  });
+}
+
 void add_chunks(const Chunks& chunks, RecordingReport& report) {
   const auto& [number, first] = *chunks.begin();
   report.first_chunk = number;
   report.begin = first->manifest->begin;
   report.end = chunks.rbegin()->second->manifest->end;
   for (const auto& [unused, chunk] : chunks) {
-    for (const auto& problem : chunk->manifest->problems) {
-      const bool is_told = std::ranges::any_of(report.problems, [&problem](const auto& told) {
-        return told.find(problem) != std::string::npos;
-      });
-      if (!is_told) report.problems.push_back(problem);
+    for (const auto& problem : all_problems(*chunk->manifest)) {
+      if (!is_told(report.problems, problem)) report.problems.push_back(problem);
     }
   }
 }
@@ -180,6 +186,38 @@ std::optional<std::string> missing_user_part(const Model& model) {
     if (part.kind != PartKind::kernel) return part.note;
   }
   return std::nullopt;
+}
+
+std::vector<RecorderFailure> recorder_failures(const Model& model) {
+  std::vector<RecorderFailure> failures;
+  std::vector<std::string> told;
+  for (const auto& recording : model.recordings) {
+    RecorderFailure failure{.recording = &recording, .problems = {}};
+    const auto add = [&](const std::string& problem) {
+      if (is_told(failure.problems, problem)) return;
+      const bool is_of_chunk = recording.manifest && recording.manifest->chunk;
+      if (is_of_chunk && is_told(told, problem)) return;
+      failure.problems.push_back(problem);
+    };
+    if (recording.is_unfinished)
+      add("it goes on, its recorder was killed, or its directory was moved");
+    if (recording.manifest) std::ranges::for_each(recording.manifest->problems, add);
+    if (failure.problems.empty()) continue;
+    told.insert(told.end(), failure.problems.begin(), failure.problems.end());
+    failures.push_back(std::move(failure));
+  }
+  return failures;
+}
+
+std::string in_words(const RecorderFailure& failure, const std::string& problem) {
+  return (failure.recording->is_unfinished ? "the recording is not finished: "
+                                           : "cie record says: ") +
+         problem + in_recording(*failure.recording);
+}
+
+bool may_be_of(const Model& model, const Recording& recording, const ProcessFacts& process) {
+  return !recording.manifest || !is_host_known(model, *recording.manifest) ||
+         is_host_of(*recording.manifest, model.hosts[at(process.host)]);
 }
 
 std::optional<std::string> missing_kernel_part(const Model& model) {

@@ -27,6 +27,19 @@ std::vector<UnseenPart> unseen_parts(const Model& model);
 // Why events of user space may be missing that were recorded; empty: nothing says so.
 std::optional<std::string> missing_user_part(const Model& model);
 
+// A recording whose recorder had problems, or did not end: how much of what applications emitted it did not
+// write, it does not know.
+struct RecorderFailure {
+  const Recording* recording = nullptr;
+  std::vector<std::string> problems;  // what it says itself, each once; at least one
+};
+std::vector<RecorderFailure> recorder_failures(const Model& model);
+// "cie record says: the disk was full (run1)".
+std::string in_words(const RecorderFailure& failure, const std::string& problem);
+
+// The process may be one that was recorded there.
+bool may_be_of(const Model& model, const Recording& recording, const ProcessFacts& process);
+
 // The same of all events of the kernel.
 std::optional<std::string> missing_kernel_part(const Model& model);
 

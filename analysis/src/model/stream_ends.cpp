@@ -26,7 +26,7 @@ bool is_of_sound_chunk(std::span<const Recording> recordings, const std::string&
   bool is_of_chunk = false;
   for (const auto* recording : recordings_around(recordings, file)) {
     if (!recording->manifest) continue;
-    if (!recording->manifest->problems.empty()) return false;
+    if (!all_problems(*recording->manifest).empty()) return false;
     is_of_chunk = is_of_chunk || recording->manifest->chunk;
   }
   if (is_of_chunk) return true;

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <system_error>
 
@@ -165,6 +166,7 @@ std::string_view label(FileDoubtKind kind) noexcept {
 
 std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is_content_checked) {
   std::vector<Recording> recordings;
+  std::vector<Recording> unfinished;
   std::vector<fs::path> undescribed;
   std::set<fs::path> known;  // traces may be named twice
   const auto is_new = [&known](const fs::path& directory) {
@@ -179,6 +181,10 @@ std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is
       auto recording = recording_at(directory, is_content_checked);
       if (recording) recordings.push_back(*std::move(recording));
     }
+    for (const auto& directory : with_file(directories, kRecordingClaimName)) {
+      if (!std::ranges::binary_search(described, directory) && is_new(directory))
+        unfinished.push_back({.name = directory.string(), .is_unfinished = true});
+    }
     const auto is_described = [&described](const fs::path& directory) {
       return std::ranges::any_of(described, [&directory](const fs::path& recording) {
         return recording == directory || is_below(directory, recording);
@@ -188,6 +194,7 @@ std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is
       if (!is_described(directory) && is_new(directory)) undescribed.push_back(directory);
     }
   }
+  std::ranges::move(unfinished, std::back_inserter(recordings));
   add_traces(undescribed, recordings);
   return recordings;
 }

@@ -81,7 +81,8 @@ std::optional<OutsideWindow> outside_window(const Model& model) {
   return outside;
 }
 
-TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
+TraceSummary summary_of(const RuleContext& context, const VerdictReport& verdicts) {
+  const auto& model = context.model;
   TraceSummary trace;
   trace.paths = model.paths;
   trace.begin = model.begin;
@@ -105,6 +106,7 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
       *trace.lost_events += *loss.count;
     }
   }
+  if (!context.proof.recorder_losses().empty()) trace.lost_events.reset();
   trace.complete = is_pass(verdicts, kNoLoss) && is_pass(verdicts, kSeqContiguous) &&
                    is_pass(verdicts, kRunComplete) && !missing_user_part(model) &&
                    std::ranges::none_of(recording_reports(model), begins_late);
@@ -432,7 +434,7 @@ std::string_view label(ReleaseSource source) noexcept {
 Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto& model = context.model;
   Report report;
-  report.trace = summary_of(model, verdicts);
+  report.trace = summary_of(context, verdicts);
   report.defects = trace_defects(model, context.lives);
   report.hosts = hosts_of(model);
 

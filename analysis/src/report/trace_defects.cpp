@@ -199,6 +199,11 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
              "recorded files are missing or changed; cie verify names them (T1)");
   for (const auto& part : unseen_parts(model))
     add_defect(defects, defect_of(part.kind), Severity::loss, 1, part.note);
+  for (const auto& failure : recorder_failures(model)) {
+    if (!failure.recording->is_unfinished) continue;
+    add_defect(defects, DefectKind::recorder_problem, Severity::error, 1,
+               in_words(failure, failure.problems.front()));
+  }
   for (const auto& recording : recording_reports(model)) {
     for (const auto& problem : recording.problems) {
       add_defect(defects, DefectKind::recorder_problem, Severity::error, 1,

@@ -70,6 +70,18 @@ Evidence unseen_end(const Model& model, const ProcessFacts& process) {
   return end;
 }
 
+// The recorder failed, which is no crash of the process.
+Evidence unrecorded_end(const ProcessFacts& process, const RecorderFailure& failure) {
+  const auto& manifest = failure.recording->manifest;
+  const bool has_exited_well = manifest && manifest->exit && manifest->exit->code == 0;
+  return without_event(
+      process.last_seen.value_or(EventRef{}),
+      (has_exited_well ? "no run_end, though the command " + describe(*manifest->exit)
+                       : std::string("no run_end")) +
+          ": what followed this last event of it was not recorded; " +
+          in_words(failure, failure.problems.front()));
+}
+
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
@@ -91,8 +103,11 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
     if (!process.run_end && !(is_of_ros2 && context.lives.has_exited(index))) {
-      auto note = unseen_end(model, process);
-      if (context.options.allow_crash || outlives_window) {
+      const auto* failure = is_of_ros2 ? nullptr : proof.lost_end(index);
+      auto note =
+          failure != nullptr ? unrecorded_end(process, *failure) : unseen_end(model, process);
+      const bool is_crash_allowed = context.options.allow_crash && failure == nullptr;
+      if (is_crash_allowed || outlives_window) {
         judgement.remark(std::move(note));
       } else {
         judgement.doubt(std::move(note));
@@ -417,8 +432,8 @@ const Rule kRunComplete{
     .inconclusive_when =
         "run_begin or run_end is missing (the process was still running when the recording ended, "
         "as in snapshots, chunks and where it was attached to; or it crashed), or a total differs "
-        "from what was seen. --allow-crash accepts a process without a run_end; the other rules "
-        "judge what was seen.",
+        "from what was seen. --allow-crash accepts a process without a run_end, unless its recorder "
+        "failed; the other rules judge what was seen.",
     .remedy =
         "start the recording before the application and end the application before the recording, "
         "or judge with --allow-crash; where it crashed, find out why.",

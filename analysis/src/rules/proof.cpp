@@ -2,7 +2,6 @@
 
 #include "judgement.hpp"
 #include "kernel_holes.hpp"
-#include "model/recorded_parts.hpp"
 #include "numbered_events.hpp"
 
 #include <algorithm>
@@ -49,6 +48,36 @@ Proof::Proof(const Model& model, const ThreadLives& lives, const UserLossesOfPro
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     compare_totals_of(ProcessIndex{static_cast<std::uint32_t>(i)});
   }
+  find_recorder_losses();
+}
+
+void Proof::find_recorder_losses() {
+  for (auto& failure : recorder_failures(model_)) {
+    if (!is_proven_whole(*failure.recording)) recorder_losses_.push_back(std::move(failure));
+  }
+  if (missing_user_part_ || recorder_losses_.empty()) return;
+  const auto& first = recorder_losses_.front();
+  missing_user_part_ = in_words(first, first.problems.front());
+}
+
+bool Proof::is_proven_whole(const Recording& recording) const {
+  if (recording.is_unfinished || !recording.manifest->names_all_processes) return false;
+  for (std::size_t i = 0; i < model_.processes.size(); ++i) {
+    const auto& process = model_.processes[i];
+    if (!process.has_cie_events || !may_be_of(model_, recording, process)) continue;
+    if (!is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) return false;
+  }
+  return true;
+}
+
+const RecorderFailure* Proof::lost_end(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  const auto found = std::ranges::find_if(recorder_losses_, [&](const RecorderFailure& failure) {
+    const auto& manifest = failure.recording->manifest;
+    const bool was_killed = manifest && manifest->exit && manifest->exit->signal;
+    return !was_killed && may_be_of(model_, *failure.recording, facts);
+  });
+  return found == recorder_losses_.end() ? nullptr : &*found;
 }
 
 bool Proof::is_interrupted(ProcessIndex process) const {

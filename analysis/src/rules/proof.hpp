@@ -5,6 +5,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include "model/facts.hpp"
+#include "model/recorded_parts.hpp"
 #include "thread_lives.hpp"
 #include "user_losses_of_processes.hpp"
 
@@ -75,6 +76,12 @@ class Proof {
     return processes_[at(process)].threads_announced;
   }
 
+  // Recorders that failed where totals do not prove that everything is here all the same: each process began and
+  // ended in the recording and nothing of it is missing, and no other can have begun unseen.
+  const std::vector<RecorderFailure>& recorder_losses() const noexcept { return recorder_losses_; }
+  // The one that leaves unknown how the process ended; null: there is none, or its command was killed.
+  const RecorderFailure* lost_end(ProcessIndex process) const;
+
   // Some subject lost its proof.
   bool is_anything_lost() const noexcept { return is_anything_lost_; }
 
@@ -106,6 +113,8 @@ class Proof {
   void compare_totals_of(const PublisherFacts& publisher);
   void compare_totals_of(ThreadIndex index);
   void compare_totals_of(ProcessIndex index);
+  void find_recorder_losses();
+  bool is_proven_whole(const Recording& recording) const;
   // When all threads of its process were counted.
   void find_unseen_spin(ThreadIndex index);
   // A number is missing among those of the ends, and not of an instance that never ended or was
@@ -120,7 +129,8 @@ class Proof {
   const Model& model_;
   const ThreadLives& lives_;
   const UserLossesOfProcesses& user_losses_;
-  const std::optional<std::string> missing_user_part_;
+  std::optional<std::string> missing_user_part_;
+  std::vector<RecorderFailure> recorder_losses_;
   std::vector<ProcessProof> processes_;
   // Of those that lost something.
   std::map<CallbackIndex, std::optional<Evidence>> callbacks_;

@@ -162,8 +162,7 @@ bool has_totals(const Model& model, const Subject& subject) {
 void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
                         std::vector<SubjectVerdict>& subjects) {
   if (context.options.spec == nullptr && rule.needs.spec) return;
-  const auto doubt = evidence("missing_part", moment(context.model.begin),
-                              "not all that was recorded is here: " + missing);
+  const auto doubt = evidence("missing_part", moment(context.model.begin), missing);
   if (rule.needs.whole_recording || rule.needs.totals) {
     for (auto& subject : subjects) {
       if (subject.verdict != Verdict::fail) continue;
@@ -180,12 +179,23 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   conclude(std::move(judgement), subjects);
 }
 
+std::optional<std::string> not_all_is_here(const std::optional<std::string>& missing) {
+  return missing ? std::optional("not all that was recorded is here: " + *missing) : std::nullopt;
+}
+
+std::optional<std::string> not_all_was_recorded(const std::vector<RecorderFailure>& losses) {
+  if (losses.empty()) return std::nullopt;
+  return "not all that happened may be recorded: " +
+         in_words(losses.front(), losses.front().problems.front());
+}
+
 }  // namespace
 
 SharedDoubts::SharedDoubts(const RuleContext& context)
     : context_(context),
-      missing_{.of_user = missing_user_part(context.model),
-               .of_kernel = missing_kernel_part(context.model)},
+      missing_{.of_user = not_all_is_here(missing_user_part(context.model)),
+               .of_kernel = not_all_is_here(missing_kernel_part(context.model)),
+               .of_recorder = not_all_was_recorded(context.proof.recorder_losses())},
       early_ends_(context.model),
       shared_(shared_pids(context.model)) {}
 

@@ -23,13 +23,17 @@ struct SharedPids {
   std::optional<Evidence> any;
 };
 
-// Of what manifests say was recorded.
+// Of what manifests say was recorded, or was not: why nobody knows what a rule would say of the rest.
 struct MissingParts {
   std::optional<std::string> of_user;
   std::optional<std::string> of_kernel;
+  std::optional<std::string>
+      of_recorder;  // what it did not write is no fault of the traces that are here
 
   const std::optional<std::string>& for_rule(const Rule& rule) const {
-    return of_user || !rule.needs.kernel ? of_user : of_kernel;
+    if (of_user) return of_user;
+    if (of_recorder && !rule.needs.is_about_trace) return of_recorder;
+    return rule.needs.kernel ? of_kernel : of_user;
   }
 };
 

@@ -121,6 +121,23 @@ std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
   return only(std::move(judgement));
 }
 
+// What recorders say of themselves. Where totals prove that nothing is missing, it is named alone.
+void doubt_recorders(const RuleContext& context, Judgement& judgement) {
+  const auto& losses = context.proof.recorder_losses();
+  for (const auto& failure : recorder_failures(context.model)) {
+    const bool is_lossy =
+        std::ranges::find(losses, failure.recording, &RecorderFailure::recording) != losses.end();
+    for (const auto& problem : failure.problems) {
+      auto item = evidence("recorder_problem", begin_of(context.model), in_words(failure, problem));
+      if (is_lossy) {
+        judgement.doubt(std::move(item));
+      } else {
+        judgement.remark(std::move(item));
+      }
+    }
+  }
+}
+
 std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   const auto& model = context.model;
   Judgement judgement(NamedSubject::trace());
@@ -149,6 +166,7 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
     judgement.doubt(
         evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
   }
+  doubt_recorders(context, judgement);
   return only(std::move(judgement));
 }
 
@@ -284,7 +302,8 @@ const Rule kNoLoss{
     .inconclusive_when =
         "events or packets of applications were discarded, or nobody recorded them between two "
         "sessions, and some subject of a rule lost its proof with them; or when nothing was seen "
-        "of a process, a chunk or the kernel's events that the recording's manifest names.",
+        "of a process, a chunk or the kernel's events that the recording's manifest names; or when "
+        "its recorder failed or has not ended, and no totals prove that nothing is missing.",
     .remedy =
         "where applications lost events, larger or more sub-buffers (cie record --subbuf-size, "
         "--num-subbuf); where the kernel's were lost, larger buffers of theirs (cie record "

@@ -311,7 +311,13 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
   // A record is complete although events were discarded that no run needs.
   if (!record.is_complete) {
     for (const auto& defect : defects) {
-      if (may_cost_runs(defect)) record.losses.push_back({defect.kind, defect.count});
+      if (!may_cost_runs(defect)) continue;
+      const auto known = std::ranges::find(record.losses, defect.kind, &RecordLoss::kind);
+      if (known == record.losses.end()) {
+        record.losses.push_back({defect.kind, defect.count});
+      } else {
+        known->count += defect.count;
+      }
     }
   }
   if (trace.begin && trace.end && trace.hosts.size() <= 1)

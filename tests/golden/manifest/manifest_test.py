@@ -186,6 +186,21 @@ class Manifest(unittest.TestCase):
         (trace / "manifest.json").write_text('{"name": "of something else"}')
         self.assertEqual(self.verify(trace)[0], 0)
 
+    def test_what_a_recorder_that_failed_or_did_not_end_lost_is_unknown(self):
+        for said in ({"problems": ["the session daemon ended"], "names_all_processes": False}, None):
+            with self.subTest(manifest=said):
+                trace = self.recording(**(said or {}))
+                if said is None:
+                    (trace / "manifest.json").rename(trace / ".cie-record")
+                code, told, verdicts = self.verify(trace, "--allow-crash", "--require-lossless")
+                self.assertEqual((code, verdicts["T1"], verdicts["T2"]), (3, "PASS", "INCONCLUSIVE"))
+                self.assertIn("ended" if said else "not finished", " ".join(self.notes(told, "T2")))
+                self.assertIsNone(cie.json("report", trace)["trace"]["lost_events"])
+                for command in ("report", "verify"):
+                    text = cie.run(command, trace).stdout
+                    self.assertNotIn("nothing lost", text)
+                    self.assertIn("losses unknown", text)
+
     def test_what_the_recorder_wrote_down_is_told(self):
         trace = self.recording(exit={"status": 3}, problems=["LTTng did not end the session\n\x1b[31m"])
         for command in "report", "verify":

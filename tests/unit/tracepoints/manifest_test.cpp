@@ -91,5 +91,16 @@ TEST(Manifest, OfTheKernelSaysWhatWasMeasuredAndHowLargeTheBuffersAre) {
   EXPECT_EQ(manifest.kernel, expected);
 }
 
+TEST(Manifest, KeepsWhatIsWrongWithTheKernelsPartApart) {
+  RecordingManifest manifest;
+  manifest.kernel.problems = {"its clock is not known"};
+  note_kernel({.route = "bpf", .events = 1}, manifest);
+  const auto read = parse_recording_manifest(to_json(manifest));
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->problems.empty());
+  EXPECT_EQ(read->kernel.problems, manifest.kernel.problems);
+  EXPECT_EQ(all_problems(*read), manifest.kernel.problems);
+}
+
 }  // namespace
 }  // namespace cie::record

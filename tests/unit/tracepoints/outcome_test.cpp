@@ -146,6 +146,17 @@ TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {
   EXPECT_THAT(summary(kept), HasSubstr("what there is stands at desk:1:\n"));
 }
 
+TEST(Summary, OfAFailureTellsWhatIsWrongOnceAndTheKernelsPartToo) {
+  Outcome kept = outcome();
+  kept.manifest.problems = {"a daemon died", "a daemon died"};
+  kept.manifest.kernel.problems = {"a buffer cannot be read"};
+  EXPECT_THAT(summary(kept), HasSubstr("stands in /rec:\n"
+                                       "  a daemon died\n"
+                                       "  a buffer cannot be read\n"));
+  kept.manifest.problems.clear();
+  EXPECT_EQ(exit_status(kept), 4);
+}
+
 TEST(ExitStatusOfTheRecorder, IsTheCommandsOnlyWhereThatWasAskedForAndTheRecordingSucceeded) {
   Outcome kept = outcome();
   kept.manifest.exit = RecordedExit{.code = 3, .signal = std::nullopt};

@@ -154,6 +154,27 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
             "  look: cie view 'recordings/run 1'\n");
 }
 
+// What it did not write nobody knows: that is never said to be nothing.
+TEST(VerifyScreen, SaysWhatTheRecorderSaysAndNotThatNothingIsLost) {
+  auto report = test::sample_report();
+  report.defects = {{.kind = analysis::DefectKind::recorder_problem,
+                     .severity = analysis::Severity::error,
+                     .count = 1,
+                     .advice = "cie record says: the disk was full"}};
+  analysis::VerdictReport verdicts{
+      .verdict = Verdict::inconclusive,
+      .rules = {{.id = "T2", .name = "no-loss", .verdict = Verdict::inconclusive, .subjects = {}}}};
+  report.trace.lost_events.reset();
+  EXPECT_THAT(
+      screen_of(verdicts, report),
+      AllOf(HasSubstr("14 instances, losses unknown"), HasSubstr("recorder-problem (cie record"),
+            HasSubstr("-> record again"), Not(HasSubstr("nothing lost"))));
+  report.trace.lost_events = 0;  // totals prove that all is here
+  verdicts.verdict = verdicts.rules[0].verdict = Verdict::pass;
+  EXPECT_THAT(screen_of(verdicts, report),
+              AllOf(HasSubstr("1 problem of the recorder"), Not(HasSubstr("nothing lost"))));
+}
+
 analysis::SubjectVerdict judged(analysis::SubjectKind kind, const char* subject, Verdict verdict) {
   return {.about = {.kind = kind},
           .subject = subject,

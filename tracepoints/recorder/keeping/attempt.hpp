@@ -2,19 +2,21 @@
 // worth keeping.
 #pragma once
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include <exception>
 #include <string>
 #include <vector>
 
 namespace cie::record {
 
-// Adds what went wrong in `step` to the problems.
+// Adds what went wrong in `step` to the problems, once.
 template <typename Step>
 void attempt(std::vector<std::string>& problems, const Step& step) {
   try {
     step();
   } catch (const std::exception& error) {
-    problems.emplace_back(error.what());
+    add_problem(problems, error.what());
   }
 }
 

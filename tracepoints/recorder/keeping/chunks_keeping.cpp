@@ -5,9 +5,9 @@
 #include "keeping/kernel_beside.hpp"
 #include "keeping/manifest.hpp"
 
-#include <algorithm>
 #include <exception>
-#include <iterator>
+#include <string>
+#include <utility>
 
 namespace cie::record {
 
@@ -53,15 +53,15 @@ void ChunksKeeping::poll_rotation() {
   try {
     rotation_->poll(tracing_.manifest);
   } catch (const std::exception& error) {
-    tracing_.console.warn(error.what());
-    tracing_.manifest.problems.emplace_back(error.what());
+    const bool is_news = add_problem(tracing_.manifest.problems, error.what());
+    if (is_news) tracing_.console.warn(error.what());
   }
 }
 
 void ChunksKeeping::end_rotation() {
   RecordingManifest& manifest = tracing_.manifest;
-  std::ranges::move(rotation_->finish(manifest, tracing_.ending()),
-                    std::back_inserter(manifest.problems));
+  for (std::string& problem : rotation_->finish(manifest, tracing_.ending()))
+    add_problem(manifest.problems, std::move(problem));
   if (!rotation_->has_events()) {
     tracing_.note_nothing_recorded();
   }

@@ -70,19 +70,26 @@ Outcome DirectoryKeeping::finish(const std::optional<ExitStatus>& exit) {
 void DirectoryKeeping::check_files() {
   namespace fs = std::filesystem;
   const fs::path& directory = tracing_.options().directory;
-  std::vector<std::string>& problems = tracing_.manifest.problems;
+  RecordingManifest& manifest = tracing_.manifest;
+  std::vector<std::string>& problems = manifest.problems;
+  const auto problems_of = [&](const fs::path& file) -> std::vector<std::string>& {
+    const bool is_of_kernel = file.parent_path() == directory / kKernelDirectory;
+    return is_of_kernel ? manifest.kernel.problems : problems;
+  };
   for (const fs::path& file : empty_metadata(directory)) {
-    problems.push_back(in_quotes(file) +
-                       " is empty: its streams cannot be read (is the disk full?)");
+    problems_of(file).push_back(in_quotes(file) +
+                                " is empty: its streams cannot be read (is the disk full?)");
   }
   std::vector<StreamSummary> of_applications;
   for (const StreamSummary& stream : check_streams(directory)) {
     if (stream.file.parent_path() != directory / kKernelDirectory)
       of_applications.push_back(stream);
-    if (auto why = incompleteness_of(stream); !why.empty()) problems.push_back(std::move(why));
+    if (auto why = incompleteness_of(stream); !why.empty())
+      problems_of(stream.file).push_back(std::move(why));
     if (stream.lost_packets > 0) {
-      problems.push_back(
-          fmt::format("{} lacks {} packets", in_quotes(stream.file), stream.lost_packets));
+      problems_of(stream.file)
+          .push_back(
+              fmt::format("{} lacks {} packets", in_quotes(stream.file), stream.lost_packets));
     }
   }
   // Buffers are written out for who registered, whether it emitted anything or not.

@@ -32,13 +32,15 @@ std::unique_ptr<KernelRecording> start_kernel(const fs::path& directory, Tracing
 
 void adopt_clock(KernelRecording* kernel, Tracing& tracing) {
   if (kernel != nullptr) {
-    attempt(tracing.manifest.problems, [&] { kernel->adopt_clock(tracing.options().directory); });
+    attempt(tracing.manifest.kernel.problems,
+            [&] { kernel->adopt_clock(tracing.options().directory); });
   }
 }
 
 void end_kernel(std::unique_ptr<KernelRecording> kernel, Tracing& tracing) {
   if (kernel) {
-    attempt(tracing.manifest.problems, [&] { note_kernel(kernel->finish(), tracing.manifest); });
+    attempt(tracing.manifest.kernel.problems,
+            [&] { note_kernel(kernel->finish(), tracing.manifest); });
     adopt_clock(kernel.get(), tracing);
   }
 }

@@ -73,6 +73,7 @@ RecordingManifest manifest_of(const Options& options) {
 
 void note_kernel(RecordedKernel measured, RecordingManifest& manifest) {
   measured.buffer_size = manifest.kernel.buffer_size;
+  measured.problems = std::move(manifest.kernel.problems);
   manifest.kernel = std::move(measured);
   manifest.has_kernel_events = true;
 }

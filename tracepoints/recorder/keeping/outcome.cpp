@@ -135,7 +135,7 @@ std::string failure(const Outcome& outcome) {
   std::string text = fmt::format("THE RECORDING FAILED; what there is stands {}:\n",
                                  options.relay ? "at " + options.relay->text()
                                                : "in " + shell_quoted(options.directory.string()));
-  for (const std::string& problem : outcome.manifest.problems) {
+  for (const std::string& problem : all_problems(outcome.manifest)) {
     text += fmt::format("  {}\n", problem);
   }
   return text;
@@ -154,7 +154,7 @@ std::string summary(const Outcome& outcome) {
   return text + std::visit([&](const auto& kept) { return result(outcome, kept); }, outcome.kept);
 }
 
-int exit_status(const Outcome& outcome) noexcept {
+int exit_status(const Outcome& outcome) {
   constexpr int kKilled = 128;
   if (!outcome.is_success()) return kFailed;
   const auto& exit = outcome.manifest.exit;

@@ -30,7 +30,7 @@ struct Outcome {
   std::variant<KeptInDirectory, KeptInChunks, KeptInSnapshots, KeptElsewhere> kept;
 
   // Everything was recorded, or what was lost is only discarded events, which are counted.
-  bool is_success() const noexcept { return manifest.problems.empty(); }
+  bool is_success() const { return all_problems(manifest).empty(); }
 };
 
 // For people, in lines: how the command ended, what was lost, where the recording is and what to do
@@ -39,6 +39,6 @@ std::string summary(const Outcome& outcome);
 
 // Of the recorder: 0 or kFailed. Of what succeeded with --preserve-status the command's own, 128 + N if
 // signal N killed it, as shells and timeout(1) have it.
-int exit_status(const Outcome& outcome) noexcept;
+int exit_status(const Outcome& outcome);
 
 }  // namespace cie::record

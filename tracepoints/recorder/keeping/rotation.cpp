@@ -49,6 +49,7 @@ RecordingManifest part_of(RecordingManifest whole) {
   whole.has_kernel_events = false;
   whole.channels.clear();
   whole.problems.clear();
+  whole.kernel.problems.clear();
   return whole;
 }
 

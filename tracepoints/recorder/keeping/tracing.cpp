@@ -13,7 +13,6 @@
 #include <csignal>
 #include <filesystem>
 #include <future>
-#include <iterator>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -231,7 +230,8 @@ std::vector<std::string> Tracing::end_session() {
 void Tracing::end() {
   begin_end();
   if (!is_daemon_lost_) {
-    std::ranges::move(end_session(), std::back_inserter(manifest.problems));
+    for (std::string& problem : end_session())
+      add_problem(manifest.problems, std::move(problem));
   }
   manifest.end = now();
 }
@@ -267,7 +267,7 @@ void Tracing::note_nothing_recorded() {
 
 void Tracing::close() {
   if (processes_) {
-    manifest.names_all_processes = !processes_->has_missed();
+    manifest.names_all_processes = !processes_->has_missed() && !is_daemon_lost_;
     processes_->stop();
   }
   session_.reset();

@@ -206,8 +206,11 @@ std::string counts_of_runs(const analysis::Report& report) {
   }
   const auto& lost = report.trace.lost_events;
   auto missing = missing_of(report);
-  if (!lost) missing.emplace_back("whole packets lost");
+  if (!lost) missing.emplace_back(unknown_losses(report));
   if (lost.value_or(0) > 0) missing.push_back(counted(*lost, "event") + " lost");
+  const auto problems = count_of(report, analysis::DefectKind::recorder_problem);
+  if (missing.empty() && problems > 0)
+    missing.push_back(counted(problems, "problem") + " of the recorder");
   if (missing.empty()) missing.emplace_back("nothing lost");
   auto text = counted(instances, "instance");
   for (const auto& part : missing)

@@ -58,7 +58,7 @@ std::string window_text(const Report& report, const std::optional<analysis::Time
                                                   counted(trace.streams, "stream"));
   text += trace.lost_events
               ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
-              : std::string(", whole packets lost (events in them unknown)");
+              : fmt::format(", {}", unknown_losses(report));
   if (report.callbacks.empty()) {
     return text;  // nothing that could be complete
   }

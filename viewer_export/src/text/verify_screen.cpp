@@ -4,6 +4,7 @@
 #include "headline.hpp"
 #include "screen.hpp"
 #include "verify_findings.hpp"
+#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 
@@ -263,6 +264,14 @@ class VerifyScreen {
            std::ranges::any_of(judged_.report.defects, is_of_full_buffers);
   }
 
+  bool has_recorder_failed() const {
+    const auto open = head_.rules_with(Verdict::inconclusive);
+    const auto& defects = judged_.report.defects;
+    return std::ranges::find(open, analysis::kNoLossRule) != open.end() &&
+           std::ranges::find(defects, analysis::DefectKind::recorder_problem,
+                             &analysis::TraceDefect::kind) != defects.end();
+  }
+
   // Of rules that are undecided, when none is violated.
   std::string_view way_to_a_decision() const {
     const auto open = head_.rules_with(Verdict::inconclusive);
@@ -275,6 +284,10 @@ class VerifyScreen {
     if (is_any_discarded()) {
       return "record again with larger or more sub-buffers (cie record --subbuf-size, "
              "--num-subbuf), or fewer events";
+    }
+    if (has_recorder_failed()) {
+      return "record again, or where the recording goes on, read it when it has ended; "
+             "--inconclusive=warn exits with 0 whatever stays undecided";
     }
     if (is_any_without_end()) {
       return "of processes that did not end in the recording --allow-crash judges what was seen; "
@@ -385,8 +398,7 @@ class VerifyScreen {
     std::string defects;
     for (const auto& defect : judged_.report.defects) {
       if (defect.severity == analysis::Severity::info) continue;
-      defects += fmt::format("{}{} x {}", defects.empty() ? "" : ", ", analysis::label(defect.kind),
-                             defect.count);
+      defects += (defects.empty() ? "" : ", ") + name_of_defect(defect);
     }
     return defects.empty() ? Lines{} : Lines{defects_of_trace(defects)};
   }

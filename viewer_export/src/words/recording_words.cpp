@@ -98,6 +98,23 @@ std::optional<bool> is_complete(const analysis::Report& report) {
   return is_known ? std::optional(false) : std::nullopt;
 }
 
+std::string name_of_defect(const analysis::TraceDefect& defect) {
+  if (defect.kind == analysis::DefectKind::recorder_problem)
+    return fmt::format("{} ({})", analysis::label(defect.kind), printable(defect.advice));
+  return fmt::format("{} x {}", analysis::label(defect.kind), defect.count);
+}
+
+std::string_view unknown_losses(const analysis::Report& report) {
+  const auto has = [&report](analysis::DefectKind kind) {
+    return std::ranges::find(report.defects, kind, &analysis::TraceDefect::kind) !=
+           report.defects.end();
+  };
+  const bool is_of_recorder = has(analysis::DefectKind::recorder_problem) &&
+                              !has(analysis::DefectKind::discarded_packets) &&
+                              !has(analysis::DefectKind::damaged_packets);
+  return is_of_recorder ? "losses unknown" : "whole packets lost";
+}
+
 std::string window_words(const analysis::TimeWindow& window) {
   return fmt::format("the window {}..{} ns ({}) alone", window.from.ns, window.to.ns,
                      format_duration((window.to - window.from).ns));

@@ -32,6 +32,13 @@ inline constexpr std::string_view kNoCallbackSeen =
 // "the window 983990000000..985990000000 ns (2.000 s) alone": what of the recording was asked for.
 std::string window_words(const analysis::TimeWindow& window);
 
+// "discarded-events x 5"; of a problem of the recorder, what it says.
+std::string name_of_defect(const analysis::TraceDefect& defect);
+
+// Where the number of lost events is not known: "whole packets lost", or "losses unknown" where the recorder
+// failed.
+std::string_view unknown_losses(const analysis::Report& report);
+
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);
 

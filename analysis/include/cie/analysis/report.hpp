@@ -121,7 +121,7 @@ struct TraceSummary {
   std::uint64_t events = 0;
   std::uint64_t streams = 0;
   std::vector<std::string> hosts;
-  std::optional<std::uint64_t> lost_events = 0;  // empty: of whole packets nobody knows
+  std::optional<std::uint64_t> lost_events = 0;  // empty: nobody knows, as of whole packets
   // T2 to T4 pass, nothing of a manifest is missing, and it is there from its first chunk on.
   bool complete = false;
 

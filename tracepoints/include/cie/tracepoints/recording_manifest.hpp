@@ -68,6 +68,8 @@ struct RecordedKernel {
   // Switches that the kernel did not tell although no buffer overran: the thread that leaves a CPU
   // is not the one that entered it last.
   std::uint64_t untold_switches = 0;
+  std::vector<std::string>
+      problems{};  // why they are not what was asked for; no event of applications is lost by them
 
   bool operator==(const RecordedKernel&) const = default;
 };
@@ -132,6 +134,11 @@ struct RecordingManifest {
 
   bool operator==(const RecordingManifest&) const = default;
 };
+
+// Of the applications' events and of the kernel's, each once.
+std::vector<std::string> all_problems(const RecordingManifest& manifest);
+// Adds it; false: it is there already.
+bool add_problem(std::vector<std::string>& problems, std::string problem);
 
 // As the file has it. What is no UTF-8 (names and arguments are bytes) becomes replacement
 // characters.
