@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -89,6 +90,22 @@ TEST(Manifest, OfTheKernelSaysWhatWasMeasuredAndHowLargeTheBuffersAre) {
   RecordedKernel expected = measured;
   expected.buffer_size = 4096;
   EXPECT_EQ(manifest.kernel, expected);
+}
+
+// A chunk that could not be begun may be where its events would be.
+TEST(NothingRecorded, IsNotSaidOfAnApplicationWhoseEventsCouldNotBeWritten) {
+  Options options;
+  options.command = {"./app"};
+  const auto problems = [&options](std::vector<std::string> before, bool is_anybody) {
+    RecordingManifest manifest;
+    manifest.problems = std::move(before);
+    note_nothing_recorded(options, is_anybody, manifest);
+    return manifest.problems;
+  };
+  ASSERT_EQ(problems({}, true).size(), 1U);
+  EXPECT_NE(problems({}, true)[0].find("emitted no event of cie:*"), std::string::npos);
+  EXPECT_EQ(problems({"cannot begin a chunk"}, true).size(), 1U);
+  EXPECT_EQ(problems({"the disk was full"}, false).size(), 2U) << "nobody registered all the same";
 }
 
 TEST(Manifest, KeepsWhatIsWrongWithTheKernelsPartApart) {

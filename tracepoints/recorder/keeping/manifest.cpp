@@ -52,6 +52,27 @@ std::vector<RecordedFile> files_of(const fs::path& directory, const std::vector<
 
 }  // namespace
 
+void note_nothing_recorded(const Options& options, bool is_anybody, RecordingManifest& manifest) {
+  // What could not be written may have been its events.
+  if (is_anybody && !manifest.problems.empty()) return;
+  const std::string events = joined(event_patterns(options));
+  const std::string why =
+      options.is_attach()
+          ? ". One that runs already may take some 5 s to find a session daemon that was just "
+            "started: wait longer (--registration-timeout 15)"
+          : "";
+  const std::string of_ros2 =
+      options.ros2 == Ros2Events::no ? ". Of applications of ROS 2: --ros2" : "";
+  add_problem(
+      manifest.problems,
+      is_anybody
+          ? "nothing was recorded: an application registered with the session daemon, and emitted "
+            "no event of " +
+                events
+          : "nothing was recorded: no application with events of " + events +
+                " registered with the session daemon" + why + of_ros2);
+}
+
 RecordingManifest manifest_of(const Options& options) {
   RecordingManifest manifest;
   manifest.tool_version = kToolVersion;

@@ -16,6 +16,10 @@ RecordingManifest manifest_of(const Options& options);
 // There are kernel events, of which this was measured.
 void note_kernel(RecordedKernel measured, RecordingManifest& manifest);
 
+// A problem, unless others may be why: what could not be written may be what was emitted. `is_anybody`: some
+// application registered with the session daemon.
+void note_nothing_recorded(const Options& options, bool is_anybody, RecordingManifest& manifest);
+
 // Hashes every file of the recording (of one that is divided into chunks: their manifests, which
 // hash the rest) and writes DIRECTORY/manifest.json, whole or not at all. Throws RecordError,
 // std::system_error or std::filesystem::filesystem_error.

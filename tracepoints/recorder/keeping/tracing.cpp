@@ -248,21 +248,7 @@ bool Tracing::is_nobody_told_of() {
 }
 
 void Tracing::note_nothing_recorded() {
-  const std::string events = joined(event_patterns(options()));
-  const std::string why =
-      options().is_attach()
-          ? ". One that runs already may take some 5 s to find a session daemon that was just "
-            "started: wait longer (--registration-timeout 15)"
-          : "";
-  const std::string of_ros2 =
-      options().ros2 == Ros2Events::no ? ". Of applications of ROS 2: --ros2" : "";
-  manifest.problems.push_back(
-      registration_.is_anybody()
-          ? "nothing was recorded: an application registered with the session daemon, and emitted "
-            "no event of " +
-                events
-          : "nothing was recorded: no application with events of " + events +
-                " registered with the session daemon" + why + of_ros2);
+  record::note_nothing_recorded(options(), registration_.is_anybody(), manifest);
 }
 
 void Tracing::close() {
