@@ -6,6 +6,7 @@
 #include "base/machine.hpp"
 #include "lttng/session_channels.hpp"
 #include "support/temporary_directory.hpp"
+#include "system/directory_claim.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -117,6 +118,20 @@ TEST(Manifest, KeepsWhatIsWrongWithTheKernelsPartApart) {
   EXPECT_TRUE(read->problems.empty());
   EXPECT_EQ(read->kernel.problems, manifest.kernel.problems);
   EXPECT_EQ(all_problems(*read), manifest.kernel.problems);
+}
+
+TEST(DirectoryClaim, IsInPlaceUntilTheDirectoryIsRenamedOrRemoved) {
+  const test::TemporaryDirectory around;
+  const auto directory = around.path() / "run1";
+  DirectoryClaim claim(directory);
+  EXPECT_TRUE(claim.is_in_place());
+  fs::rename(directory, around.path() / "run2");
+  EXPECT_FALSE(claim.is_in_place());
+  fs::create_directory(directory);
+  EXPECT_FALSE(claim.is_in_place()) << "another one of its name";
+  write_file(directory / kRecordingClaimName, "");
+  claim.release();
+  EXPECT_TRUE(fs::exists(directory / kRecordingClaimName)) << "another recorder's";
 }
 
 }  // namespace

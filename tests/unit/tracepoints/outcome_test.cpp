@@ -157,6 +157,13 @@ TEST(Summary, OfAFailureTellsWhatIsWrongOnceAndTheKernelsPartToo) {
   EXPECT_EQ(exit_status(kept), 4);
 }
 
+TEST(Summary, OfADirectoryThatIsGoneSaysNotThatSomethingStandsThere) {
+  Outcome kept = outcome();
+  kept.manifest.problems = {"\"/rec\" was removed or renamed"};
+  kept.is_directory_there = false;
+  EXPECT_THAT(summary(kept), HasSubstr("THE RECORDING FAILED:\n  \"/rec\" was removed"));
+}
+
 TEST(ExitStatusOfTheRecorder, IsTheCommandsOnlyWhereThatWasAskedForAndTheRecordingSucceeded) {
   Outcome kept = outcome();
   kept.manifest.exit = RecordedExit{.code = 3, .signal = std::nullopt};

@@ -47,7 +47,7 @@ void ChunksKeeping::poll(Target& target) {
 }
 
 void ChunksKeeping::poll_rotation() {
-  if (tracing_.is_daemon_lost()) {
+  if (tracing_.is_daemon_lost() || !tracing_.is_directory_there()) {
     return;
   }
   try {
@@ -76,11 +76,15 @@ Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
   end_kernel(std::move(kernel_), tracing_);
   tracing_.poll_processes();
   tracing_.close();
-  attempt(manifest.problems, [this] { end_rotation(); });
-  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+  const bool is_there = tracing_.is_directory_there();
+  if (is_there) {
+    attempt(manifest.problems, [this] { end_rotation(); });
+    attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+  }
   tracing_.release_directory();
   return {.options = tracing_.options(),
           .manifest = manifest,
+          .is_directory_there = is_there,
           .kept = KeptInChunks{.sealed = rotation_->sealed(), .removed = rotation_->removed()}};
 }
 

@@ -61,10 +61,16 @@ Outcome DirectoryKeeping::finish(const std::optional<ExitStatus>& exit) {
   end_kernel(std::move(kernel_), tracing_);
   tracing_.note_processes();
   tracing_.close();
-  attempt(manifest.problems, [this] { check_files(); });
-  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+  const bool is_there = tracing_.is_directory_there();
+  if (is_there) {
+    attempt(manifest.problems, [this] { check_files(); });
+    attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+  }
   tracing_.release_directory();
-  return {.options = tracing_.options(), .manifest = manifest, .kept = KeptInDirectory{}};
+  return {.options = tracing_.options(),
+          .manifest = manifest,
+          .is_directory_there = is_there,
+          .kept = KeptInDirectory{}};
 }
 
 void DirectoryKeeping::check_files() {

@@ -132,9 +132,11 @@ std::string losses(const RecordingManifest& manifest) {
 
 std::string failure(const Outcome& outcome) {
   const Options& options = outcome.options;
-  std::string text = fmt::format("THE RECORDING FAILED; what there is stands {}:\n",
-                                 options.relay ? "at " + options.relay->text()
-                                               : "in " + shell_quoted(options.directory.string()));
+  const std::string where = options.relay ? "at " + options.relay->text()
+                                          : "in " + shell_quoted(options.directory.string());
+  std::string text = outcome.is_directory_there
+                         ? "THE RECORDING FAILED; what there is stands " + where + ":\n"
+                         : "THE RECORDING FAILED:\n";
   for (const std::string& problem : all_problems(outcome.manifest)) {
     text += fmt::format("  {}\n", problem);
   }

@@ -27,6 +27,7 @@ struct KeptElsewhere {};  // at a relay daemon, or shown live
 struct Outcome {
   Options options;
   RecordingManifest manifest;
+  bool is_directory_there = true;  // false: it was removed or renamed meanwhile
   std::variant<KeptInDirectory, KeptInChunks, KeptInSnapshots, KeptElsewhere> kept;
 
   // Everything was recorded, or what was lost is only discarded events, which are counted.

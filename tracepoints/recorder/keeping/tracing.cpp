@@ -251,6 +251,16 @@ void Tracing::note_nothing_recorded() {
   record::note_nothing_recorded(options(), registration_.is_anybody(), manifest);
 }
 
+bool Tracing::is_directory_there() {
+  if (claim_.is_in_place()) return true;
+  add_problem(
+      manifest.problems,
+      in_quotes(options().directory) +
+          " was removed or renamed while it was recorded into: what LTTng wrote is where it "
+          "is now");
+  return false;
+}
+
 void Tracing::close() {
   if (processes_) {
     manifest.names_all_processes = !processes_->has_missed() && !is_daemon_lost_;

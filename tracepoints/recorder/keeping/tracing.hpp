@@ -66,6 +66,8 @@ class Tracing {
   // that there is to tell.
   bool is_nobody_told_of();
   void note_nothing_recorded();
+  // Still the one that was claimed; a problem of the manifest, if not. Then nothing can be looked at or written there.
+  bool is_directory_there();
   // Lets the daemon go, and the session if there still is one.
   void close();
   void release_directory() noexcept { claim_.release(); }

@@ -53,14 +53,28 @@ DirectoryClaim::DirectoryClaim(const fs::path& directory) : directory_(directory
                      " is another recorder's, or was that of one that was killed: choose another "
                      "-o DIR, or remove it");
   }
+  struct stat status {};
+  if (stat(directory.c_str(), &status) != 0)
+    throw system_error("cannot write to " + in_quotes(directory), errno);
+  identity_ = {.device = status.st_dev, .inode = status.st_ino};
   is_held_ = true;
   if (has_nothing_but_claim(directory)) return;
   release();  // somebody's recording was there, and over, before this claim
   throw taken();
 }
 
+bool DirectoryClaim::is_in_place() const noexcept {
+  struct stat status {};
+  return is_held_ && stat(directory_.c_str(), &status) == 0 &&
+         identity_ == Identity{.device = status.st_dev, .inode = status.st_ino};
+}
+
 void DirectoryClaim::release() noexcept {
   if (!is_held_) return;
+  if (!is_in_place()) {
+    is_held_ = false;
+    return;
+  }
   std::error_code ignored;  // it is empty, and hides nothing
   fs::remove(directory_ / DirectoryClaim::kFileName, ignored);
   is_held_ = false;

@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include <sys/types.h>
+
 namespace cie::record {
 
 class DirectoryClaim {
@@ -20,13 +22,23 @@ class DirectoryClaim {
   DirectoryClaim(const DirectoryClaim&) = delete;
   DirectoryClaim& operator=(const DirectoryClaim&) = delete;
 
+  // Whether the directory is still where it was: false if it was removed, or renamed.
+  bool is_in_place() const noexcept;
   // When the recording is there, with its manifest: they keep others out.
   void release() noexcept;
   // When there is none: a directory that was created here is removed with all that is in it.
   void withdraw() noexcept;
 
  private:
+  // Another directory may have its name later.
+  struct Identity {
+    dev_t device = 0;
+    ino_t inode = 0;
+    bool operator==(const Identity&) const = default;
+  };
+
   std::filesystem::path directory_;
+  Identity identity_;
   bool is_created_ = false;
   bool is_held_ = false;
 };
