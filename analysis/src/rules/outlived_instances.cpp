@@ -23,9 +23,9 @@ std::optional<std::string> why_unseen(const Model& model, const CallbackFacts& c
   if (stream.writer != PacketWriter::lttng) {
     return "no total counts its end, and the trace is not as LTTng wrote it: it may lack events";
   }
-  for (const auto* recording : recordings_around(model.recordings, stream.path)) {
-    if (recording->manifest && !recording->manifest->problems.empty())
-      return "its end may not be recorded: " + recording->manifest->problems.front();
+  for (const auto& failure : recorder_failures(model)) {
+    if (may_be_of(model, *failure.recording, model.processes[at(callback.process)]))
+      return "its end may not be recorded: " + in_words(failure, failure.problems.front());
   }
   // A buffer of another CPU that was never written.
   for (const auto& other : model.streams) {

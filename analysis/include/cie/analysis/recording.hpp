@@ -36,9 +36,10 @@ struct Recording {
 };
 
 // The recordings at and below what the user named, each with a manifest, in order of their names: a
-// recording in chunks and each of its chunks. Behind them, those without a manifest: that a recorder did not
-// finish, and traces of which files are missing. Files are held against the manifest by their sizes; also by their SHA-256 if
-// `is_content_checked`, which reads all of them. What is wrong is a doubt, never an exception.
+// recording in chunks and each of its chunks. Behind them, those without a manifest: that a recorder
+// did not finish, and traces of which files are missing. Files are held against the manifest by their
+// sizes; also by their SHA-256 if `is_content_checked`, which reads all of them. What is wrong is a
+// doubt, never an exception.
 std::vector<Recording> find_recordings(std::span<const std::filesystem::path> traces,
                                        bool is_content_checked);
 
