@@ -98,11 +98,11 @@ class Flight(unittest.TestCase):
         self.assertEqual(manifest_of(snapshot)["snapshot"]["reason"], "on command")
         held = manifest_of(snapshot)["snapshot"]["held_ns"]
         report = cie.json("report", snapshot)
-        # Readers' window ends with the first channel to end; what is held, with the first stream of hot events.
-        begin, end = window_of(snapshot, "events_*")
-        self.assertEqual(held, end - begin)
-        begin, end = window_of(snapshot, "*_[0-9]*")
-        self.assertEqual((report["trace"]["begin_ns"], report["trace"]["end_ns"]), (begin, end))
+        # What is held ends with the first stream of hot events. Readers' window does, too, if instances count behind the end
+        # of the channel of state, which LTTng saves a moment before; else it ends with that.
+        hot = window_of(snapshot, "events_*")
+        self.assertEqual(held, hot[1] - hot[0])
+        self.assertIn((report["trace"]["begin_ns"], report["trace"]["end_ns"]), (hot, window_of(snapshot, "*_[0-9]*")))
         # Whoever asks may say why; control characters do not reach the terminal.
         saved = cie.run("record", "--save", directory, "--reason", "the brake, \x1b[1m late\nsecond line")
         self.assertEqual(saved.returncode, 0, saved.stderr)
