@@ -12,8 +12,9 @@ namespace {
 
 // No number and no total counts the end of the last instance, so what wrote the events has to say that
 // it lost none: LTTng counts what it discards, and who copies a trace may leave events out.
-std::optional<std::string> why_unseen(const Model& model, const CallbackFacts& callback,
+std::optional<std::string> why_unseen(const RuleContext& context, const CallbackFacts& callback,
                                       const OpenInstance& open, const StreamFacts& stream) {
+  const auto& model = context.model;
   if (!callback.is_accounted) {
     return "an exception may have ended it, which no event of ROS 2 tells";
   }
@@ -23,7 +24,7 @@ std::optional<std::string> why_unseen(const Model& model, const CallbackFacts& c
   if (stream.writer != PacketWriter::lttng) {
     return "no total counts its end, and the trace is not as LTTng wrote it: it may lack events";
   }
-  for (const auto& failure : recorder_failures(model)) {
+  for (const auto& failure : context.proof.recorder_losses()) {
     if (may_be_of(model, *failure.recording, model.processes[at(callback.process)]))
       return "its end may not be recorded: " + in_words(failure, failure.problems.front());
   }
@@ -65,7 +66,7 @@ std::optional<OutlivedInstance> outlived(const RuleContext& context, const Callb
   }
   if (outlived.last.time <= open.start.time) return std::nullopt;
   outlived.until = std::min(outlived.last.time, *window_end);
-  if (const auto why = why_unseen(model, callback, open, *stream)) {
+  if (const auto why = why_unseen(context, callback, open, *stream)) {
     outlived.doubt = evidence("callback_start", open.start,
                               "seq " + std::to_string(open.seq) + " has no end; " + *why);
   }

@@ -6,6 +6,7 @@
 
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie::record {
@@ -18,6 +19,12 @@ void attempt(std::vector<std::string>& problems, const Step& step) {
   } catch (const std::exception& error) {
     add_problem(problems, error.what());
   }
+}
+
+// Adds what went wrong in several steps, each once.
+inline void add_problems(std::vector<std::string>& problems, std::vector<std::string> more) {
+  for (std::string& problem : more)
+    add_problem(problems, std::move(problem));
 }
 
 }  // namespace cie::record

@@ -60,8 +60,7 @@ void ChunksKeeping::poll_rotation() {
 
 void ChunksKeeping::end_rotation() {
   RecordingManifest& manifest = tracing_.manifest;
-  for (std::string& problem : rotation_->finish(manifest, tracing_.ending()))
-    add_problem(manifest.problems, std::move(problem));
+  add_problems(manifest.problems, rotation_->finish(manifest, tracing_.ending()));
   if (!rotation_->has_events()) {
     tracing_.note_nothing_recorded();
   }

@@ -128,8 +128,7 @@ void RelayKeeping::end_last_session() {
   const bool is_open = tracing_.session() != nullptr;
   if (is_open && !link_->is_connected()) sessions().back().lost = now();
   if (is_open && !tracing_.is_daemon_lost()) {
-    for (std::string& problem : tracing_.end_session())
-      add_problem(manifest.problems, std::move(problem));
+    add_problems(manifest.problems, tracing_.end_session());
   }
   const Instant end = now();
   if (is_open) sessions().back().end = end;

@@ -230,8 +230,7 @@ std::vector<std::string> Tracing::end_session() {
 void Tracing::end() {
   begin_end();
   if (!is_daemon_lost_) {
-    for (std::string& problem : end_session())
-      add_problem(manifest.problems, std::move(problem));
+    add_problems(manifest.problems, end_session());
   }
   manifest.end = now();
 }

@@ -272,18 +272,15 @@ bool are_all_registered(const RuleVerdict& rule) {
   });
 }
 
-bool has_run(const CallbackReport& callback) {
-  return callback.instances + callback.incomplete + callback.runs_not_seen > 0;
-}
-
 // Threads that did not get their parameters explain why nothing ran: an executor refuses to run so.
 void put_cause_first(const Judged& judged, std::vector<Finding>& findings) {
   const auto cause = std::ranges::find_if(
       findings, [](const Finding& finding) { return finding.rule->id == "S1"; });
-  const bool is_consequence = cause != findings.end() &&
-                              findings.front().rule->id == analysis::kSpecifiedCallbackSeenRule &&
-                              are_all_registered(*findings.front().rule) &&
-                              std::ranges::none_of(judged.report.callbacks, has_run);
+  const bool is_consequence =
+      cause != findings.end() &&
+      findings.front().rule->id == analysis::kSpecifiedCallbackSeenRule &&
+      are_all_registered(*findings.front().rule) &&
+      std::ranges::all_of(judged.report.callbacks, &CallbackReport::never_ran);
   if (is_consequence) std::rotate(findings.begin(), cause, std::next(cause));
 }
 

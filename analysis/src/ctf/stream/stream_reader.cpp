@@ -24,16 +24,14 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
 
 void StreamReader::emit(EventWriter& writer, Timestamp time, const EventBody& body) const {
   auto& event = writer.add();
-  event.head = {.time = time, .stream = index_, .cpu = {}, .pid = {}, .tid = {}};
-  event.head.cpu = cpu_;
+  event.head = {.time = time, .stream = index_, .cpu = cpu_, .pid = {}, .tid = {}};
   event.body = body;
   writer.keep(event);
 }
 
 void StreamReader::emit_begin(EventWriter& writer) const {
   auto& event = writer.add();
-  event.head = {.time = {}, .stream = index_, .cpu = {}, .pid = {}, .tid = {}};
-  event.head.cpu = cpu_;
+  event.head = {.time = {}, .stream = index_, .cpu = cpu_, .pid = {}, .tid = {}};
   const auto& trace = files_.front().trace->plan();
   const auto& first = files_.front().first;
   event.body = StreamBegin{.channel = identity_.channel,

@@ -1,0 +1,86 @@
+// The line of the verify screen that says what to do next.
+#include "sample_report.hpp"
+#include "verify_screens.hpp"
+
+#include <cstdint>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Verdict;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// An executor that is refused parameters runs nothing.
+TEST(VerifyScreen, TellsOfRefusedParametersBeforeWhatNeverRanForThem) {
+  analysis::SubjectVerdict never_ran{
+      .subject = "callback a/b", .verdict = Verdict::fail, .checked = 1, .evidence = {}};
+  never_ran.about = {.kind = analysis::SubjectKind::callback, .index = 0, .process = {}};
+  auto refused = never_ran;
+  refused.subject = "thread 4008";
+  refused.about.kind = analysis::SubjectKind::thread;
+  const auto text = [&](const analysis::SubjectVerdict& missing, std::uint64_t instances) {
+    analysis::VerdictReport verdicts;
+    verdicts.verdict = Verdict::fail;
+    verdicts.rules = {{.id = "M1",
+                       .name = "specified-callback-seen",
+                       .verdict = Verdict::fail,
+                       .subjects = {missing}},
+                      {.id = "S1",
+                       .name = "parameters-as-specified",
+                       .verdict = Verdict::fail,
+                       .subjects = {refused}}};
+    analysis::Report report;
+    report.callbacks.emplace_back().instances = instances;
+    return screen_of(verdicts, report, {.columns = 400});
+  };
+  EXPECT_THAT(text(never_ran, 0),
+              AllOf(StartsWith("FAIL  1 of 1 thread did not run as specified\n"),
+                    HasSubstr("\n  -> look whether what configures the threads was refused")));
+  EXPECT_THAT(text(never_ran, 1), HasSubstr("  -> let the recording last until the callback has "
+                                            "run, or remove its entry\n"));
+  auto misspelt = never_ran;
+  misspelt.about.index.reset();
+  EXPECT_THAT(text(misspelt, 0), HasSubstr("  -> write the id that"));
+}
+
+TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.verdict = Verdict::inconclusive;
+  std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
+  const TextStyle wide{.columns = 200};
+  auto& evidence = verdicts.rules[1].subjects[0].evidence[0];
+  evidence.note = "no run_begin of this process";
+  EXPECT_THAT(screen_of(verdicts, test::sample_report(), wide),
+              HasSubstr("  -> where these rules may stay undecided: --inconclusive=warn"));
+  // T4, of an application that was still running.
+  evidence.note = "no run_end: this is its last event";
+  evidence.is_without_run_end = true;
+  EXPECT_THAT(
+      screen_of(verdicts, test::sample_report(), wide),
+      HasSubstr("  -> of processes that did not end in the recording --allow-crash judges "
+                "what was seen; --inconclusive=warn exits with 0 whatever stays undecided\n"));
+  // T2, of events for which the tracer had no room.
+  auto report = test::sample_report();
+  report.defects = {{.kind = analysis::DefectKind::discarded_events,
+                     .severity = analysis::Severity::loss,
+                     .count = 7,
+                     .advice = {}}};
+  verdicts.rules.push_back(
+      {.id = "T2", .name = "no-loss", .verdict = Verdict::inconclusive, .subjects = {}});
+  EXPECT_THAT(screen_of(verdicts, report, wide),
+              HasSubstr("  -> record again with larger or more sub-buffers (cie record "
+                        "--subbuf-size, --num-subbuf), or fewer events\n"));
+  EXPECT_THAT(
+      screen_of(verdicts, {}, wide),
+      HasSubstr("  -> it holds nothing to judge: record again, with what T5 asks for, while the "
+                "application runs\n"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export
