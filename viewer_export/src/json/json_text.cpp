@@ -33,7 +33,7 @@ void JsonText::make_room(std::size_t size) {
   end_ = at_ + text_.size();
 }
 
-char* JsonText::begin_line(bool has_comma, std::size_t size) {
+[[gnu::always_inline]] inline char* JsonText::begin_line(bool has_comma, std::size_t size) {
   const auto line = line_size();
   auto* at = room(1 + kLine.size() + line + size);
   *at = ',';
@@ -45,9 +45,13 @@ char* JsonText::begin_line(bool has_comma, std::size_t size) {
   return at + line;
 }
 
-char* JsonText::separate(std::size_t size) {
+[[gnu::always_inline]] inline char* JsonText::separate(std::size_t size) {
   return begin_line(!std::exchange(is_empty_, false), size);
 }
+
+void JsonText::begin_last_line() { at_ = begin_line(false, 0); }
+
+void JsonText::element() { at_ = separate(0); }
 
 void JsonText::key(std::string_view name) {
   constexpr std::size_t kMarks = 4;

@@ -30,8 +30,8 @@ class JsonText {
   void array(const Elements& elements) {
     nest('[', ']', elements);
   }
-  void key(std::string_view name);       // before each member's value
-  void element() { at_ = separate(0); }  // before each element of an array
+  void key(std::string_view name);  // before each member's value
+  void element();                   // before each element of an array
 
   void null() { verbatim("null"); }
   void value(std::same_as<bool> auto value) { verbatim(value ? "true" : "false"); }
@@ -58,10 +58,10 @@ class JsonText {
     is_empty_ = true;
     inside();
     --depth_;
-    auto* at = is_empty_ ? room(1) : begin_line(false, 1);
+    if (!is_empty_) begin_last_line();
     is_empty_ = false;
-    *at = end;
-    at_ = at + 1;
+    *room(1) = end;
+    ++at_;
   }
   // Where that many bytes may be written; whoever does moves `at_` behind them.
   char* room(std::size_t size) {
@@ -71,12 +71,13 @@ class JsonText {
   }
   void make_room(std::size_t size);
   // Writes what comes before a member or an element. The place behind it has that many bytes.
-  char* separate(std::size_t size);
+  inline char* separate(std::size_t size);
+  void begin_last_line();
   std::size_t line_size() const noexcept {
     return indentation_ == kOneLine ? 0 : 1 + depth_ * static_cast<std::size_t>(indentation_);
   }
   // Writes what comes before a line, if there are lines. The place behind it has that many bytes.
-  char* begin_line(bool has_comma, std::size_t size);
+  inline char* begin_line(bool has_comma, std::size_t size);
 
   std::ostream& out_;
   int indentation_;

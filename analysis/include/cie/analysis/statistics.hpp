@@ -113,9 +113,8 @@ class LogLinearHistogram {
     static constexpr auto kNowhere = std::numeric_limits<std::int16_t>::max();
     template <typename Visit>
     void each_few(const Visit& visit) const {
-      auto sorted = few_;
+      const auto sorted = sorted_few();
       const auto* const end = sorted.data() + few_count_;
-      std::sort(sorted.data(), sorted.data() + few_count_);
       for (const auto* at = sorted.data(); at != end;) {
         const auto* const first = at;
         while (at != end && *at == *first)
@@ -123,6 +122,7 @@ class LogLinearHistogram {
         if (!visit(std::size_t{*first}, static_cast<std::uint64_t>(at - first))) return;
       }
     }
+    std::array<std::uint16_t, kFew> sorted_few() const;
     void count_few();  // from now on by counters
     bool has_block(std::size_t block) const noexcept {
       const auto near = block - first_block_;  // very large if it lies before
