@@ -1,6 +1,8 @@
 // Hash tables for look-ups per event: one array of slots, probed one after the other.
 #pragma once
 
+#include "model/spread_bits.hpp"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,14 +11,6 @@
 #include <vector>
 
 namespace cie::analysis {
-
-// Spreads numbers over all 64 bits (Knuth: The Art of Computer Programming 3, 6.4).
-struct SpreadBits {
-  template <typename Number>
-  std::uint64_t operator()(Number number) const noexcept {
-    return static_cast<std::uint64_t>(number) * 0x9e3779b97f4a7c15U;
-  }
-};
 
 // Keys are small and copied, values default-constructible. Nothing is ever erased. References and
 // pointers to values are void after an insertion. `Hash` must spread well over the upper bits.

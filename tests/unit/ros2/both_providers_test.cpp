@@ -241,6 +241,62 @@ TEST(BothProviders, AProcessOfRos2AloneTakesWhatThisProjectPublishes) {
   }
 }
 
+// As long as nobody of ROS 2 speaks, nobody asks for messages. Whoever does then takes the same ones as
+// if it had spoken before; what lies too far back is forgotten either way.
+TEST(BothProviders, WhatWasPublishedBeforeRos2SpokeIsTaken) {
+  constexpr int kMessages = 1'100;  // some more than are remembered of a topic
+  std::string publisher = R"(
+  2 cie:run_begin pid=1 contract_version=1 executor=isolated host=h boot_id=b moment=start
+  2 cie:node_init pid=1 node_id=0 name=/n
+  2 cie:group_init pid=1 group_id=0 node_id=0 type=mutually_exclusive
+  2 cie:callback_init pid=1 callback_id=0 node_id=0 group_id=0 kind=timer logical_id=/n@Timer(7) period_ns=7 next_seq=0
+  2 cie:publisher_init pid=1 publisher_id=0 node_id=0 topic=/t writer_gid=77 next_seq=0
+  2 cie:publisher_init pid=1 publisher_id=1 node_id=0 topic=/t writer_gid=78 next_seq=0)";
+  for (int i = 0; i < kMessages; ++i) {
+    const auto number = std::to_string(i);
+    const auto time = 10 * (i + 1);
+    const auto id = std::to_string(i % 2);
+    publisher += "\n " + std::to_string(time) +
+                 " cie:callback_start pid=1 tid=1 callback_id=0 seq=" + number +
+                 " release_kind=timer release_ns=" + std::to_string(time) + "\n " +
+                 std::to_string(time + 1) + " cie:publish pid=1 tid=1 publisher_id=" + id +
+                 " seq=" + std::to_string(i / 2) +
+                 " source_timestamp_realtime_ns=" + std::to_string(1'000'000 + time + 1) + "\n " +
+                 std::to_string(time + 2) +
+                 " cie:callback_end pid=1 tid=1 callback_id=0 seq=" + number + " status=ok";
+  }
+  const auto subscription_at = [](const std::string& time) {
+    std::string text;
+    for (
+        const auto* event :
+        {"rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/",
+         "rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1",
+         "rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40",
+         "rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50"})
+      text.append("\n ").append(time).append(" ").append(event);
+    return text;
+  };
+  const auto taking = [](int time, int message) {
+    const auto stamp = std::to_string(1'000'000 + 10 * (message + 1) + 1);
+    return "\n " + std::to_string(time) + " rmw_take pid=2 tid=2 source_timestamp=" + stamp +
+           " taken=1\n " + std::to_string(time + 1) +
+           " callback_start pid=2 tid=2 callback=0x50\n " + std::to_string(time + 2) +
+           " callback_end pid=2 tid=2 callback=0x50";
+  };
+  const auto ran =
+      taking(12'000, 10) + taking(12'010, kMessages - 2) + taking(12'020, kMessages - 1);
+  const auto early = analyze_ros2(subscription_at("2") + publisher + ran);
+  const auto late = analyze_ros2(publisher + subscription_at("11900") + ran);
+  for (const auto* result : {&early, &late}) {
+    EXPECT_THAT(result->chains(), ElementsAre("/n@Timer(7) -> /b@Subscription(/t): 2"));
+    std::vector<bool> known;
+    for (const auto& instance : result->instances) {
+      if (instance.start > 12'000) known.push_back(instance.is_from_known_publisher);
+    }
+    EXPECT_EQ(known, (std::vector{false, true, true})) << "the first one is forgotten";
+  }
+}
+
 // Nobody declares a deadline to rclcpp: its callback's is unknown, be it restarted with one or without.
 TEST(BothProviders, ARestartUnderThisProjectIsNotComparedByDeadline) {
   const std::string plain = R"(

@@ -267,6 +267,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
   const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
   is_ros2_told_ = true;
+  link_messages();
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) {

@@ -9,6 +9,7 @@
 #include <cie/analysis/recording.hpp>
 
 #include "message_links.hpp"
+#include "model/spread_bits.hpp"
 #include "process_state.hpp"
 #include "publications.hpp"
 #include "ros2_event.hpp"
@@ -99,7 +100,7 @@ class EventTranslator final : public Translator {
   static_assert(sizeof(EmittingThread) == 32);
   static constexpr std::size_t kEmitting = 2048;  // a power of two
   // The same of the publisher of an own event.
-  struct KnownPublisher {
+  struct alignas(32) KnownPublisher {
     const Host* host = nullptr;  // null: none
     std::int64_t pid = 0;
     PublisherId id{};
@@ -124,6 +125,17 @@ class EventTranslator final : public Translator {
   void apply(const EventHead& head, const PublisherInit& event);
   // Processes that only ROS 2's events tell of may take it.
   void apply(const EventHead& head, const Publish& event);
+  // Its place among those that are known. Requires a pid.
+  KnownPublisher& known_publisher(const EventHead& head, PublisherId id) noexcept {
+    // Processes give the same ids.
+    const auto mixed = static_cast<std::uint64_t>(id) + (SpreadBits{}(*head.pid) >> 32U);
+    return own_publishers_[mixed & (own_publishers_.size() - 1)];
+  }
+  // The event comes soon; then: sooner.
+  void prefetch(const Event& event) noexcept;
+  void prefetch_next(const Event& event) noexcept;
+  // Somebody may ask which publication a message is: from now on topics have them all.
+  void link_messages();
   // Callbacks that ROS 2's events tell of, and none of this project's.
   void tell_beside_own(const Event& run_end, EventBatch& batch);
   // An instance of this project's starts or ends.
@@ -229,8 +241,10 @@ class EventTranslator final : public Translator {
   Begun begun_;
   std::map<std::string, Host> hosts_;  // by name and clock
   std::array<std::pair<const Host*, std::int64_t>, 64>
-      own_{};                                         // by pid: some that note_own() knows
-  std::array<KnownPublisher, 256> own_publishers_{};  // by id: some
+      own_{};  // by pid: some that note_own() knows
+  std::vector<KnownPublisher> own_publishers_ = std::vector<KnownPublisher>(256);  // some
+  std::size_t own_publisher_count_ = 0;
+  bool are_messages_linked_ = false;  // see link_messages()
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
   ros2::Services services_;

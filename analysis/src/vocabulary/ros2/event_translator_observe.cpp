@@ -1,5 +1,6 @@
 // What other events tell it: of streams and losses, and this project's own of their processes.
 #include "event_translator.hpp"
+#include "model/prefetch.hpp"
 #include "model/stream_ends.hpp"
 
 #include <algorithm>
@@ -17,7 +18,8 @@ namespace cie::analysis {
 void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
   constexpr auto kTold = kinds<StreamBegin, StreamEnd, PacketBegin, PacketEnd, RunBegin, ThreadInit,
                                CallbackInit, PublisherInit, Discarded, DamagedPacket>();
-  const bool may_tell = may_have_copies_ || is_ros2_told_ || links_.has_any();
+  const bool may_tell =
+      may_have_copies_ || is_ros2_told_ || links_.has_any() || own_publisher_count_ > 0;
   if (!may_tell && (batch.kinds_kept() & kTold) == 0) {
     if ((batch.kinds_kept() & kinds<CallbackStart>()) == 0) return;
     for (const auto& event : events) {
@@ -27,7 +29,12 @@ void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
   }
   auto heeded = kTold | kinds<RunEnd, Publish, CallbackStart>();
   if (is_ros2_told_) heeded |= kinds<CallbackEnd>();
-  for (auto& event : events) {
+  constexpr std::size_t kFar = 8;
+  constexpr std::size_t kNear = 4;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (i + kFar < events.size()) prefetch(events[i + kFar]);
+    if (i + kNear < events.size()) prefetch_next(events[i + kNear]);
+    auto& event = events[i];
     if (may_have_copies_ && leave_copy(event)) continue;
     if ((heeded >> event.body.index() & 1) == 0) continue;  // most of them
     const auto& head = event.head;
@@ -133,13 +140,47 @@ void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
   process.own_topics.emplace(event.topic);
   auto& publisher = process.own_publishers[event.publisher];
   if (publisher.gid == event.writer_gid && publisher.topic == event.topic) return;  // told again
-  publisher = {.topic = std::string(event.topic), .gid = event.writer_gid};
+  if (publisher.messages != nullptr) ros2::pass_on(std::array{&publisher}, *publisher.messages);
+  publisher = {};
+  publisher.gid = event.writer_gid;
+  publisher.topic = event.topic;
+  constexpr std::size_t kMostKnown = std::size_t{1} << 16U;
+  ++own_publisher_count_;
+  if (2 * own_publisher_count_ > own_publishers_.size() && own_publishers_.size() < kMostKnown)
+    own_publishers_.assign(2 * own_publishers_.size(), {});
+}
+
+void EventTranslator::prefetch(const Event& event) noexcept {
+  const auto* publication = std::get_if<Publish>(&event.body);
+  if (publication == nullptr || !event.head.pid) return;
+  prefetch_to_write(&known_publisher(event.head, publication->publisher));
+}
+
+void EventTranslator::prefetch_next(const Event& event) noexcept {
+  const auto* publication = std::get_if<Publish>(&event.body);
+  if (publication == nullptr || !event.head.pid) return;
+  const auto* publisher = known_publisher(event.head, publication->publisher).publisher;
+  if (publisher != nullptr) prefetch_lines(publisher, &publisher->gid);
+}
+
+void EventTranslator::link_messages() {
+  if (std::exchange(are_messages_linked_, true)) return;
+  std::map<ros2::MessageTopic*, std::vector<ros2::OwnPublisher*>> by_topic;
+  for (auto& [name, host] : hosts_) {
+    for (auto& [pid, process] : host.processes) {
+      for (auto& [id, publisher] : process.own_publishers) {
+        if (publisher.messages != nullptr) by_topic[publisher.messages].push_back(&publisher);
+      }
+    }
+  }
+  for (const auto& [topic, publishers] : by_topic)
+    ros2::pass_on(publishers, *topic);
 }
 
 void EventTranslator::apply(const EventHead& head, const Publish& event) {
   if (!head.pid || head.is_derived) return;
   const auto& stream = stream_of(head);
-  auto& known = own_publishers_[static_cast<std::size_t>(event.publisher) % own_publishers_.size()];
+  auto& known = known_publisher(head, event.publisher);
   const bool is_it =
       known.host == stream.host && known.pid == *head.pid && known.id == event.publisher;
   if (!is_it) {
@@ -155,8 +196,12 @@ void EventTranslator::apply(const EventHead& head, const Publish& event) {
     publisher.messages->add_publisher(publisher.gid);
   }
   publisher.messages->tell_in(stream.channel, publisher.told_in);
-  publisher.messages->add(
-      {.gid = publisher.gid, .stamp = event.source_timestamp_realtime_ns, .is_exact = true});
+  const auto stamp = event.source_timestamp_realtime_ns;
+  if (are_messages_linked_) {
+    publisher.messages->add({.gid = publisher.gid, .stamp = stamp, .is_exact = true});
+  } else {
+    publisher.keep(stamp);
+  }
 }
 
 namespace {
@@ -245,6 +290,7 @@ void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBa
     complete_in_process(emitting, event);
   }
   if (is_in_process) return;
+  link_messages();
   const auto& process = host.processes[*head.pid];
   const auto found = process.own_subscriptions.find(event.callback);
   if (found == process.own_subscriptions.end()) return;

@@ -3,6 +3,7 @@
 
 #include "model/recent.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -71,6 +72,8 @@ class WrittenRef {
 
 class MessageTopic {
  public:
+  static constexpr std::size_t kMost = 1024;  // waiting to be taken
+
   WrittenRef add(const WrittenMessage& publication,
                  const std::optional<AgnocastMessage>& agnocast = std::nullopt);
   // By the number that add() gave it.
@@ -110,6 +113,9 @@ class MessageTopic {
   std::int64_t known_from() const;
   // The first of those that there is no room for any more was written then, or later.
   std::int64_t forgotten_from() const noexcept { return forgotten_from_; }
+  void forget_from(std::int64_t stamp) noexcept {
+    forgotten_from_ = std::min(forgotten_from_, stamp);
+  }
   // Messages used to fit publications. This one fits none, as those before it, and the latest
   // publications are those of no message: a clock was set.
   bool has_come_apart(std::int64_t source_timestamp);
@@ -132,8 +138,6 @@ class MessageTopic {
   }
 
  private:
-  static constexpr std::size_t kMost = 1024;  // waiting to be taken
-
   struct alignas(64) Written {
     WrittenMessage message;
     // Neither this message nor one before it was written later. Only of settled ones.

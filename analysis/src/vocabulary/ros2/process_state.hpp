@@ -6,6 +6,7 @@
 #include "copies.hpp"
 #include "directory.hpp"
 #include "message_links.hpp"
+#include "own_publisher.hpp"
 #include "taken_messages.hpp"
 #include "vocabulary/event_batch.hpp"
 
@@ -169,13 +170,6 @@ struct OwnSubscription {
   std::string topic{};
   bool is_queue_told =
       false;  // it was given what a buffer did, so far as anything within the process
-};
-
-struct OwnPublisher {
-  std::string topic{};
-  std::uint64_t gid = 0;
-  MessageTopic* messages = nullptr;        // of its topic, once it was seen to publish
-  std::optional<std::uint32_t> told_in{};  // the channel of its latest publication that was linked
 };
 
 struct Process {
