@@ -158,27 +158,45 @@ bool Analyzer::Pipeline::is_worth_prefetching() const noexcept {
   return is_foretold && model.pairs.size() > kInCache;
 }
 
-inline void Analyzer::Pipeline::prefetch(const Event& event) const noexcept {
-  if (is_foretelling(event)) registry.prefetch(event.head);
-}
+// What an event takes is on its way into the processor's cache when its turn comes. Each of the three
+// finds what it asks for in what the one before it asked for.
+struct Analyzer::Pipeline::Hints {
+  const Pipeline& pipeline;
 
-inline void Analyzer::Pipeline::prefetch_next(const Event& event) const noexcept {
-  if (!is_foretelling(event)) return;
-  const auto* emitter = registry.known_emitter_of(event.head);
-  if (emitter == nullptr) return;
-  if (std::holds_alternative<Publish>(event.body)) {
-    registry.prefetch_publication(*emitter);
-  } else {
-    enforcement.prefetch(emitter->thread);
-    instances->prefetch(*emitter);
+  void far(const Event& event) const noexcept {
+    if (is_foretelling(event)) pipeline.registry.prefetch(event.head);
   }
-}
+  void near(const Event& event) const noexcept {
+    const auto* emitter = emitter_of(event);
+    if (emitter == nullptr) return;
+    if (std::holds_alternative<Publish>(event.body)) {
+      pipeline.registry.prefetch_publication(*emitter);
+      pipeline.chains->prefetch_publication(*emitter);
+    } else {
+      pipeline.enforcement.prefetch(emitter->thread);
+      pipeline.instances->prefetch(*emitter);
+    }
+  }
+  void next(const Event& event) const noexcept {
+    const auto* emitter = emitter_of(event);
+    if (emitter == nullptr) return;
+    if (std::holds_alternative<Publish>(event.body)) {
+      pipeline.chains->prefetch_message(*emitter);
+    } else {
+      pipeline.instances->prefetch_start(*emitter);
+    }
+  }
+
+ private:
+  const KnownEmitter* emitter_of(const Event& event) const noexcept {
+    return is_foretelling(event) ? pipeline.registry.known_emitter_of(event.head) : nullptr;
+  }
+};
 
 void Analyzer::consume(const EventBatch& batch) {
   auto& pipeline = *pipeline_;
   if (pipeline.is_worth_prefetching()) {
-    batch.each([&pipeline](const Event& event) { pipeline.prefetch(event); },
-               [&pipeline](const Event& event) { pipeline.prefetch_next(event); },
+    batch.each(Pipeline::Hints{pipeline},
                [&pipeline](const Event& event) { pipeline.consume_apart(event); });
   } else {
     batch.each([&pipeline](const Event& event)

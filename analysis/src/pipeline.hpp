@@ -60,13 +60,10 @@ struct Analyzer::Pipeline {
   // is looked at for each of the two. False: it was not consumed.
   inline bool consume_at_once(const EventHead& head, const CallbackStart& start);
 
-  // Hints: the event will be consumed after some others, and in the second case after a few. What it
-  // takes to do so is on its way into the processor's cache meanwhile. They cost more than they gain
-  // unless so many callbacks run that what is known of them does not stay there.
+  // Hints of events to come cost more than they gain unless so many callbacks run that what is known of
+  // them does not stay in the processor's cache.
   bool is_worth_prefetching() const noexcept;
-  // First what is known of the thread, then what is touched because of it.
-  inline void prefetch(const Event& event) const noexcept;
-  inline void prefetch_next(const Event& event) const noexcept;
+  struct Hints;
 
   void count(const Event& event) {
     count_only(event);

@@ -100,38 +100,34 @@ struct alignas(64) CallbackFacts {
   // What is certain of the response times of those whose release is not known is the duration of
   // every one, most often, as of callbacks of ROS 2. Then `response_time_lower` has none.
   bool is_lower_duration = true;
-  bool is_reordered = false;  // one was released before that of the number before
+  bool is_reordered = false;            // one was released before that of the number before
+  bool is_identified = true;            // its first callback_init told its logical id in full
+  bool may_be_another = false;          // of that id: see doubt_numbered_ids()
+  bool is_beside_partly_known = false;  // another one is known in part only, and may be of that id
+  bool is_after_rcl_init = false;       // see InferredCallback
   std::optional<CallbackKind> kind{};
   std::optional<EventRef> registered{};  // first callback_init; empty: never seen
-  bool is_identified = true;             // that told its logical id in full
-  bool may_be_another = false;           // of that id: see doubt_numbered_ids()
-  bool is_beside_partly_known = false;   // another one is known in part only, and may be of that id
-  bool is_after_rcl_init = false;        // see InferredCallback
-  Timestamp made{};                      // or registered, where only that is told
-  // The least number of one of its id that was not seen since this one was made: see doubt_numbered_ids().
-  std::uint32_t least_number = 0;    // 0: there is none
-  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
-  // Of samples.
-  std::uint64_t releases = 0;
-  std::optional<std::uint64_t> first_release{};  // the least release_seq seen
-  std::uint64_t last_release = 0;                // and the largest
-  std::uint64_t overwritten = 0;                 // last running total of callback_release
-  // Running totals when the first event that tells them was seen, that of lost samples just before it: at
-  // most so many were counted before the recording, or the window. Empty: no event did.
-  std::optional<std::uint64_t> overwritten_at_first{};
-  std::optional<std::uint64_t> lost_at_first{};
-  // That were released and not overwritten, and whose instance had not started: the most.
-  std::uint64_t longest_queue = 0;
-  // That were released and not overwritten before the first callback_init and start: the most.
-  std::uint64_t left_unregistered = 0;
+  Rare<OwnInstances> own{};              // empty: all are its own
+
   SequenceFacts starts{};
-  SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
-  std::vector<CallbackOnThread*> ran_on{};  // of the model's pairs, by first start
-  std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
-  std::optional<Duration>
-      response_deadline{};   // to be kept: that of the spec, else the declared one
+  Timestamp made{};          // or registered, where only that is told
+  SequenceFacts ended{};     // missing: of instances from the first start seen to the last end seen
   std::uint64_t missed = 0;  // skipped periods, those before open instances included
-  Rare<OwnInstances> own{};  // empty: all are its own
+
+  // Complete instances in the window, by what their release is known from.
+  std::uint64_t instances = 0;
+  std::uint64_t exact_instances = 0;                 // their release is known
+  std::uint64_t messages_told = 0;                   // of which it is told what they took
+  std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
+  Statistics response_time{};
+  Statistics start_latency{};
+  Statistics duration{};
+  Statistics inter_arrival{};
+  std::optional<Duration>
+      response_deadline{};                  // to be kept: that of the spec, else the declared one
+  std::uint64_t late = 0;                   // certainly beyond response_deadline
+  std::uint64_t late_by_duration = 0;       // of these, those whose duration alone is
+  std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
   struct Overlap {
     std::uint64_t first_seq = 0;
     EventRef first_start{};
@@ -139,8 +135,7 @@ struct alignas(64) CallbackFacts {
     std::uint64_t second_seq = 0;
     EventRef second_start{};
   };
-  Rare<Overlap> overlap{};           // the first one did end: proven
-  Rare<Overlap> overlap_unproven{};  // it never ended
+  Rare<Overlap> overlap{};  // the first one did end: proven
   // R1 directly: release of k+1 at or before the end of k.
   struct ReleaseBeforeEnd {
     std::uint64_t seq = 0;
@@ -150,6 +145,26 @@ struct alignas(64) CallbackFacts {
     EventRef next_start{};
   };
   Rare<ReleaseBeforeEnd> release_before_end{};
+
+  // Of samples.
+  std::uint64_t releases = 0;
+  std::uint64_t overwritten = 0;                 // last running total of callback_release
+  std::optional<std::uint64_t> first_release{};  // the least release_seq seen
+  std::uint64_t last_release = 0;                // and the largest
+  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
+  // That were released and not overwritten, and whose instance had not started: the most.
+  std::uint64_t longest_queue = 0;
+  // That were released and not overwritten before the first callback_init and start: the most.
+  std::uint64_t left_unregistered = 0;
+  // Running totals when the first event that tells them was seen, that of lost samples just before it: at
+  // most so many were counted before the recording, or the window. Empty: no event did.
+  std::optional<std::uint64_t> overwritten_at_first{};
+  std::optional<std::uint64_t> lost_at_first{};
+
+  // The least number of one of its id that was not seen since this one was made: see doubt_numbered_ids().
+  std::uint32_t least_number = 0;           // 0: there is none
+  std::vector<CallbackOnThread*> ran_on{};  // of the model's pairs, by first start
+  Rare<Overlap> overlap_unproven{};         // the first one never ended
   // Of a timer with `first_expiry`.
   struct Grid {
     std::uint64_t unresolved =
@@ -162,21 +177,11 @@ struct alignas(64) CallbackFacts {
   };
   Grid grid{};
 
-  // Complete instances in the window, by what their release is known from.
-  std::uint64_t instances = 0;
-  std::uint64_t exact_instances = 0;      // their release is known
-  std::uint64_t messages_told = 0;        // of which it is told what they took
-  std::uint64_t late = 0;                 // certainly beyond response_deadline
-  std::uint64_t late_by_duration = 0;     // of these, those whose duration alone is
+  // Of complete instances in the window.
   std::uint64_t without_status = 0;       // whose end does not tell
   std::uint64_t exceptions = 0;           // that an exception ended
   std::uint64_t without_upper_bound = 0;  // inexact, no upper bound
   std::uint64_t with_doubtful_bound = 0;  // of these: CLOCK_REALTIME may have been set meanwhile
-  std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
-  Statistics response_time{};
-  Statistics start_latency{};
-  Statistics duration{};
-  Statistics inter_arrival{};
   Statistics response_time_lower{};
   Statistics response_time_upper{};
   Statistics execution_time{};
@@ -292,19 +297,20 @@ struct alignas(64) CallbackFacts {
   }
 };
 
-struct PublisherFacts {
+// What every publication reads or writes comes first and together, so that it takes few cache lines.
+struct alignas(64) PublisherFacts {
   ProcessIndex process{};
   PublisherId id{};
   std::optional<EventRef> registered{};
+  bool is_accounted = true;                 // its recorder numbers publications and counts them
+  OptionalTime awaited_since{};             // it published, and was not announced yet
+  std::int64_t first_source_timestamp = 0;  // of those that tell one; 0: none did
+  SequenceFacts published{};
   std::uint64_t first_next_seq = 0;
   std::string topic{};
   std::uint64_t writer_gid = 0;
   std::optional<NodeId> node{};
-  bool is_accounted = true;  // its recorder numbers publications and counts them
-  SequenceFacts published{};
-  OptionalTime awaited_since{};  // it published, and was not announced yet
   std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
-  std::optional<std::int64_t> first_source_timestamp{};
 };
 
 // Messages that instances of one callback took from another, or from outside any callback seen.
@@ -328,14 +334,23 @@ struct ChainExtreme {
 // By message of a chain: from which host to which, if they are two.
 using HostRoute = std::vector<std::optional<HostPair>>;
 
+// What every instance reads or writes comes first and together, so that it takes few cache lines.
 struct ChainFacts {
+  std::uint64_t instances = 0;
+  Statistics path_latency{};
+  Statistics reaction_time{};
+  Statistics data_age{};
+  // The hop table. Of instances with a path latency, each cell those whose releases it needs are
+  // known of; the rest of their path latency is undivided, so that all together add up.
+  Statistics undivided{};
+  std::vector<Statistics> processing{};     // one per hop
+  std::vector<Statistics> communication{};  // one fewer
   std::string name{};
   bool specified = false;
   std::vector<std::string> hops{};
   std::vector<CallbackIndex> last_callbacks{};  // resolved hops of the last instance seen
   std::optional<ProcessIndex> process{};        // empty when it spans processes or never ran
-  std::uint64_t instances = 0;
-  std::uint64_t incomplete = 0;  // a hop's publish is unseen without excuse
+  std::uint64_t incomplete = 0;                 // a hop's publish is unseen without excuse
   std::optional<EventRef> first_incomplete{};
   // Of instances that may be of it nobody knew by then which callback they were of, or who wrote what they
   // took: that was announced too late. How many, at least.
@@ -347,9 +362,6 @@ struct ChainFacts {
   std::uint64_t unrelated = 0;             // the clocks of their hosts cannot be related
   EventRef first_unrelated{};              // its end
   std::set<CallbackIndex> bounded_from{};  // first callbacks of those with an upper bound
-  Statistics path_latency{};
-  Statistics reaction_time{};
-  Statistics data_age{};
   // Of what ROS 2's events tell, where releases are most often not known: by starts in their place.
   Statistics from_start{};             // of the first callback, to the end: at least the latency
   Statistics path_latency_upper{};     // from what its first release was not before
@@ -365,12 +377,7 @@ struct ChainFacts {
     Timestamp last{};
   };
   std::optional<Unanswered> unanswered{};
-  // The hop table. Of instances with a path latency, each cell those whose releases it needs are
-  // known of; the rest of their path latency is undivided, so that all together add up.
-  Statistics undivided{};
-  std::vector<Statistics> processing{};     // one per hop
-  std::vector<Statistics> communication{};  // one fewer
-  std::set<HostRoute> routes{};             // taken; one unless callbacks changed hosts
+  std::set<HostRoute> routes{};  // taken; one unless callbacks changed hosts
   std::optional<ChainExtreme> max_path_latency{};
   std::optional<ChainExtreme> max_path_latency_lower{};  // of inexact ones: from the first start
   std::optional<ChainExtreme> max_path_latency_upper{};  // from what the release was not before

@@ -33,6 +33,10 @@ class Recent {
   void prefetch_oldest(AddressOf address_of) const {
     if (size() == kCapacity) prefetch_to_write(address_of(values_[next_]));
   }
+  // Brings into the cache where the next value goes.
+  void prefetch_place() const noexcept {
+    prefetch_lines(values_.data() + next_, values_.data() + next_ + 1);
+  }
   std::size_t size() const noexcept { return size_; }
   // 0: the latest; below size().
   const T& newest(std::size_t age) const noexcept {

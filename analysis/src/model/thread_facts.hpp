@@ -201,13 +201,13 @@ struct alignas(64) CallbackOnThread {
   ThreadIndex thread{};
   std::uint64_t starts = 0;
   std::uint64_t instances = 0;  // complete, in the window
-  EventRef last_activity{};     // last start or end of it there
-  EventRef first_start{};       // without starts: the end that alone tells of it
+  bool is_certain =
+      false;  // some run there was the callback's own: see CallbackStart::may_be_another
+  EventRef last_activity{};  // last start or end of it there
+  EventRef first_start{};    // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
   // Where that end's instance had started, on another thread. Empty: that was not seen.
   Rare<EventRef> first_begun_elsewhere{};
-  bool is_certain =
-      false;  // some run there was the callback's own: see CallbackStart::may_be_another
   // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
   // `last_activity`.
   std::vector<UsedCpu> cpus{};
@@ -263,18 +263,19 @@ struct FormerAnnouncement {
 };
 
 // One thread incarnation: (process, tid, creation). What every instance looks at comes first.
-struct ThreadFacts {
+// What every instance on it reads comes first and together, so that it takes few cache lines.
+struct alignas(64) ThreadFacts {
+  std::optional<EventRef> announced{};  // first thread_init; empty: never announced
+  std::optional<EventRef> fini{};
   ProcessIndex process{};
   std::optional<ThreadRole> role{};
+  bool is_known_to_kernel = true;  // its events name the thread by this tid
   std::int64_t tid = 0;
-  bool is_known_to_kernel = true;           // its events name the thread by this tid
-  std::optional<EventRef> announced{};      // first thread_init; empty: never announced
-  std::uint64_t announcements_at_init = 0;  // of its process, at that one
-  std::optional<EventRef> fini{};
-  std::vector<CallbackOnThread*> ran{};  // of the model's pairs, by first start
-  std::optional<CallbackId> callback{};  // as announced last; empty: none
-  std::optional<GroupId> group{};
+  std::optional<CallbackId> callback{};      // as announced last; empty: none
   std::vector<FormerAnnouncement> former{};  // capped at kMostFormer, keeping the first
+  std::optional<GroupId> group{};
+  std::uint64_t announcements_at_init = 0;  // of its process, at the first thread_init
+  std::vector<CallbackOnThread*> ran{};     // of the model's pairs, by first start
   std::string name{};
   std::optional<std::int64_t> start_ns{};
   std::uint32_t fini_read_backs = 0;

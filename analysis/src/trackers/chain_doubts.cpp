@@ -78,8 +78,8 @@ void ChainTracker::tell_unlinked(const Chain& chain, ChainFacts& facts) const {
     }
     const auto publisher = registry_.publisher_by_gid(unlinked.host, unlinked.writer_gid);
     if (!publisher) return false;
-    const auto& first = model_.publishers[*publisher].first_source_timestamp;
-    return first && *first <= unlinked.last_written;
+    const auto first = model_.publishers[*publisher].first_source_timestamp;
+    return first != 0 && first <= unlinked.last_written;
   };
   for (const auto& unlinked : chain.unlinked) {
     if (!is_known_since(unlinked)) continue;

@@ -8,7 +8,7 @@ namespace cie::analysis {
 
 void ChainTracker::on_publish_unseen(std::uint32_t publisher, std::int64_t source_timestamp) {
   auto& facts = model_.publishers[publisher];
-  if (!facts.first_source_timestamp && source_timestamp > 0)
+  if (facts.first_source_timestamp == 0 && source_timestamp > 0)
     facts.first_source_timestamp = source_timestamp;
 }
 
@@ -96,9 +96,9 @@ void ChainTracker::resolve(ChainNode& node) {
       node.link = ChainNode::Link::unseen;
       return;
     }
-    const auto& first = model_.publishers[*publisher].first_source_timestamp;
-    node.link = !first || node.source_timestamp < *first ? ChainNode::Link::before
-                                                         : ChainNode::Link::unseen;
+    const auto first = model_.publishers[*publisher].first_source_timestamp;
+    node.link = first == 0 || node.source_timestamp < first ? ChainNode::Link::before
+                                                            : ChainNode::Link::unseen;
     return;
   }
   node.published = found->time;
@@ -115,6 +115,18 @@ void ChainTracker::resolve(ChainNode& node) {
   if (parent.depth >= 2 * most_hops_) found->node = nodes_.copy_of_last(parent, most_hops_);
   node.parent = found->node;
   node.depth = node.parent->depth + 1;
+}
+
+void ChainTracker::prefetch_start(CallbackIndex callback) const noexcept {
+  const auto* last = lately_.find(callback);
+  if (last == nullptr) return;
+  prefetch_to_write(last->edge.facts);
+  if (last->path == nullptr) return;
+  prefetch_head(last->path);
+  const auto& [facts, hops, first, progress, others, goes_on, unproven, unlinked] =
+      last->path->second;
+  prefetch_lines(&facts.instances, &facts.name);
+  prefetch_lines(&hops, &others);
 }
 
 void ChainTracker::link(ChainNode& node) {

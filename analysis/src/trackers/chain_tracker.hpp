@@ -42,8 +42,22 @@ class ChainTracker {
                   ChainNodeRef node);
   // The same where an instance may publish that nobody saw begin.
   void on_publish_unseen(std::uint32_t publisher, std::int64_t source_timestamp);
-  // An instance of the callback will begin soon.
-  void prefetch(CallbackIndex callback) const noexcept { prefetch_to_write(reads_.find(callback)); }
+  // An instance of the callback will begin soon; then: now.
+  void prefetch(CallbackIndex callback) const noexcept {
+    prefetch_to_write(reads_.find(callback));
+    prefetch_to_write(lately_.find(callback));
+  }
+  void prefetch_start(CallbackIndex callback) const noexcept;
+  // The same of a publication of the last publisher.
+  void prefetch_publication(const KnownEmitter& publisher) const noexcept {
+    if (publisher.published.is_any())
+      prefetch_to_write(publishers_.find(publisher.published.index));
+  }
+  void prefetch_message(const KnownEmitter& publisher) const noexcept {
+    if (!publisher.published.is_any()) return;
+    const auto* known = publishers_.find(publisher.published.index);
+    if (known != nullptr) known->messages.prefetch_place();
+  }
   // An instance began in the window. Returns the number of its read.
   std::uint64_t add_read(CallbackIndex callback, Timestamp start) {
     return reads_[callback].add(start);
@@ -87,14 +101,15 @@ class ChainTracker {
     Timestamp time;
     mutable ChainNodeRef node;  // a copy takes its place when too much lies behind it
   };
-  struct OfPublisher {
+  // These three: what is touched for every instance lies in one cache line.
+  struct alignas(64) OfPublisher {
     Recent<Message, kMaxMessages> messages;
     HostIndex host{};
   };
   // When instances of one callback started, the last few, numbered from 0. Which of them begin a
   // chain is seen only when its last callback ends, so every one is kept of a callback that
   // publishes. Of one that never did, those are that may have begun since the first that will.
-  class Reads {
+  class alignas(64) Reads {
    public:
     std::uint64_t add(Timestamp read) {
       if (is_publishing_) {
@@ -121,9 +136,9 @@ class ChainTracker {
    private:
     static constexpr std::size_t kBefore = 64;  // a thread has no more instances open
     Recent<Timestamp, kMaxReads> times_;
-    Recent<Timestamp, kBefore> before_;
-    bool is_publishing_ = false;
     std::uint64_t count_ = 0;
+    bool is_publishing_ = false;
+    Recent<Timestamp, kBefore> before_;
   };
   struct Progress {
     bool has_last = false;
@@ -165,7 +180,7 @@ class ChainTracker {
   using Paths = std::map<Path, Chain>;
   using Nodes = std::vector<const ChainNode*>;
   // What a callback's last instance was of, as the next one most often is.
-  struct Lately {
+  struct alignas(64) Lately {
     Paths::value_type* path = nullptr;  // that it ended; null: none yet
     Path not_kept;                      // that it ended, when there were too many
     struct Edge {

@@ -45,7 +45,6 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event) {
   if (!who.thread) return;
-  if (who.known != nullptr && who.known->ran.is_any()) prefetch_start(who.known->ran.index);
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
@@ -58,22 +57,29 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Thr
   on_thread.waited_since = on_thread.last_activity;
 }
 
-// What lies where only that tells which prefetch() asked for.
-inline void InstanceBuilder::prefetch_start(CallbackIndex index) const noexcept {
-  const auto* callback = callbacks_.find(index);
-  if (callback != nullptr && callback->last_on != nullptr) prefetch_head(callback->last_on);
-  chains_.prefetch(index);
-}
-
 void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
-  prefetch_head(threads_.find(runner.thread));
+  prefetch_to_write(threads_.find(runner.thread));
   // Up to the first members that few instances touch.
-  prefetch_lines(runner.thread_facts, &runner.thread_facts->callback);
+  prefetch_lines(runner.thread_facts, &runner.thread_facts->group);
   if (!runner.ran.is_any()) return;
   const auto callback = runner.ran.index;
-  prefetch_lines(runner.ran_facts, &runner.ran_facts->response_time_lower);
-  prefetch_head(callbacks_.find(callback));
+  const auto& facts = *runner.ran_facts;
+  prefetch_head(&facts);
+  prefetch_head(&facts.starts);
+  prefetch_head(&facts.ended);
+  prefetch_lines(&facts.instances, &facts.releases);
+  prefetch_to_write(callbacks_.find(callback));
   measurer_.prefetch(callback);
+  chains_.prefetch(callback);
+}
+
+void InstanceBuilder::prefetch_start(const KnownEmitter& runner) const noexcept {
+  if (!runner.ran.is_any()) return;
+  const auto index = runner.ran.index;
+  const auto* callback = callbacks_.find(index);
+  if (callback == nullptr) return;
+  if (callback->last_on != nullptr) prefetch_to_write(callback->last_on);
+  chains_.prefetch_start(index);
 }
 
 [[gnu::always_inline]] inline std::unique_ptr<PendingInstance> InstanceBuilder::begin(
@@ -335,7 +341,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (thread && !undecided_.empty()) [[unlikely]]
     decide(*thread, pending.get());
   auto& callback = callbacks_[index];
-  std::erase(callback.open, pending.get());
+  callback.open.remove(pending.get());
   pending->end = here;
   pending->status = event.status;
   if (thread && has_kernel(*pending)) {
@@ -347,9 +353,9 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     if (pending->is_nested) pending->preempted_by.clear();  // the list is the outer one's
     if (!pending->is_nested) {
       if (pending->parts) {
-        on_thread.inside += pending->parts->execution;
+        inside_[*thread].time += pending->parts->execution;
       } else {
-        on_thread.is_inside_known = false;
+        inside_[*thread].is_known = false;
       }
     }
   }
@@ -410,8 +416,8 @@ bool InstanceBuilder::end_elsewhere(const EventRef& here, ThreadIndex thread, Ca
   auto pending = std::move(*place);
   former.open.erase(place);
   callback.open.erase(found);
-  former.is_inside_known = false;
-  threads_[thread].is_inside_known = false;
+  inside_[*begun->thread].is_known = false;
+  inside_[thread].is_known = false;
   pending->end = here;
   pending->status = event.status;
   if (has_kernel(*pending)) timeline_.end_watch(pending->host, *pending->start.tid, here.time);
@@ -461,11 +467,11 @@ const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,
                                                           Timestamp now) {
-  auto& on_thread = of_thread(thread);
-  if (!on_thread.is_inside_known) return std::nullopt;
-  auto inside = on_thread.inside;
-  if (!on_thread.open.empty()) {
-    const auto& outermost = *on_thread.open.front();
+  auto [inside, is_known] = inside_[thread];
+  if (!is_known) return std::nullopt;
+  const auto& open = threads_[thread].open;
+  if (!open.empty()) {
+    const auto& outermost = *open.front();
     const auto parts = ThreadTimeline::between(
         outermost.mark, timeline_.mark(host, model_.threads[at(thread)].tid, now));
     if (!parts) return std::nullopt;

@@ -11,6 +11,7 @@
 #include "instance_measurer.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/few.hpp"
 #include "model/optional_time.hpp"
 #include "model/recent.hpp"
 #include "pending_instance.hpp"
@@ -90,8 +91,10 @@ class InstanceBuilder {
   // Finalises instances that nothing later in the trace can change any more.
   void advance(const EventHead& head) { ended_.advance(head); }
   void finish();
-  // The thread will run its callback soon: what that takes will be in the cache.
+  // The thread will run its callback soon: what that takes will be in the cache. First what is found by
+  // index, then what lies where only that tells.
   void prefetch(const KnownEmitter& runner) const noexcept;
+  void prefetch_start(const KnownEmitter& runner) const noexcept;
 
   // On-CPU time of a thread inside its instances so far; empty where its record is broken.
   std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
@@ -101,16 +104,20 @@ class InstanceBuilder {
 
   // What every instance touches lies in one cache line: here, and of a callback.
   struct alignas(64) OfThread {
-    std::vector<std::unique_ptr<PendingInstance>> open;  // a stack: nested starts lie above
+    Few<std::unique_ptr<PendingInstance>> open;  // a stack: nested starts lie above
     OptionalTime wakeup;
     OptionalTime nothing_until;  // it woke up then and found nothing to do
     OptionalTime last_activity;  // the latest start or end
     Timestamp busy_since;        // until then: that instances followed each other at once
     OptionalTime waited_since;   // its executor looked for work then, before it did last
+    std::uint32_t unseen = 0;    // instances that began before the window and have not ended
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
-    bool is_inside_known = true;
-    std::uint32_t unseen = 0;  // instances that began before the window and have not ended
-    Duration inside;           // on-CPU time inside outermost instances that ended
+  };
+  static_assert(sizeof(OfThread) == 64);
+  // On-CPU time of a thread inside outermost instances that ended.
+  struct Inside {
+    Duration time;
+    bool is_known = true;
   };
   // It is of this instance if that ends after it.
   struct UndecidedPublication {
@@ -131,7 +138,7 @@ class InstanceBuilder {
     StreamIndex stream{};
   };
   struct alignas(64) OfCallback {
-    std::vector<PendingInstance*> open;
+    Few<PendingInstance*> open;
     CallbackOnThread* last_on = nullptr;  // where it did something last
     Recent<Ended, kRecentEnds> recent;    // for second ends
     std::unique_ptr<TimerGrid> grid;
@@ -143,8 +150,6 @@ class InstanceBuilder {
   [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
-  // The callback will begin at once.
-  inline void prefetch_start(CallbackIndex index) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(PendingInstance& pending);
   // The innermost instance that its thread runs, as far as is seen; null: none.
@@ -242,6 +247,7 @@ class InstanceBuilder {
   EndedInstances ended_;
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
+  ByIndex<ThreadIndex, Inside> inside_;
   // At the thread's last end, where the kernel's record has it.
   ByIndex<ThreadIndex, ThreadTimeline::Mark> left_;
   ByIndex<CallbackIndex, OfCallback> callbacks_;

@@ -89,7 +89,7 @@ void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
   if (pending->thread && has_kernel(*pending))
     timeline_.end_watch(pending->host, *pending->start.tid, pending->start.time);  // or later
   auto& callback = callbacks_[pending->callback];
-  std::erase(callback.open, pending.get());
+  callback.open.remove(pending.get());
   auto& facts = *pending->callback_facts;
   if (pending->first_overlapping && !facts.overlap_unproven) {
     facts.overlap_unproven = overlap_of(*pending);

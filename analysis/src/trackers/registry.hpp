@@ -213,11 +213,14 @@ class Registry {
   // It will publish soon, as it did last, and release what it released then.
   void prefetch_publication(const KnownEmitter& publisher) const noexcept {
     if (publisher.published.is_any()) {
-      prefetch_to_write(&model_.publishers[publisher.published.index]);
+      const auto& facts = model_.publishers[publisher.published.index];
+      prefetch_lines(&facts, &facts.published.first);
     }
     if (publisher.released.is_any()) {
-      const auto& released = model_.callbacks[at(publisher.released.index)];
-      prefetch_lines(&released, &released.ended);
+      const auto& facts = model_.callbacks[at(publisher.released.index)];
+      prefetch_head(&facts);
+      prefetch_head(&facts.starts);
+      prefetch_head(&facts.releases);
     }
   }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }

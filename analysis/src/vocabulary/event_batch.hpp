@@ -127,15 +127,14 @@ class EventBatch {
   // cache.
   template <typename Consume>
   void each(const Consume& consume) const {
-    each([](const Event& /*event*/) {}, [](const Event& /*event*/) {}, consume);
+    each(NoHints{}, consume);
   }
-  // The same; calls `prefetch` with an event of the batch some events before `consume`, and
-  // `prefetch_next` a few before.
-  template <typename Prefetch, typename PrefetchNext, typename Consume>
-  void each(const Prefetch& prefetch, const PrefetchNext& prefetch_next,
-            const Consume& consume) const {
-    constexpr std::ptrdiff_t kNext = 4;
-    constexpr std::ptrdiff_t kPrefetched = 8;
+  // The same; tells `hints` of an event of the batch three times before its turn, ever later.
+  template <typename Hints, typename Consume>
+  void each(const Hints& hints, const Consume& consume) const {
+    constexpr std::ptrdiff_t kNext = 3;
+    constexpr std::ptrdiff_t kNear = 6;
+    constexpr std::ptrdiff_t kFar = 9;
     constexpr std::ptrdiff_t kAhead = 12;
     constexpr std::ptrdiff_t kCacheLine = 64;
     auto derived = derived_.begin();
@@ -155,8 +154,9 @@ class EventBatch {
              at += kCacheLine)
           __builtin_prefetch(line + at);
         const auto left = next_ - event;
-        if (left > kPrefetched) prefetch(event[kPrefetched]);
-        if (left > kNext) prefetch_next(event[kNext]);
+        if (left > kFar) hints.far(event[kFar]);
+        if (left > kNear) hints.near(event[kNear]);
+        if (left > kNext) hints.next(event[kNext]);
       }
       consume(*event);  // in one place: it may be inlined
     }
@@ -166,6 +166,11 @@ class EventBatch {
   std::span<Event> events() noexcept { return {events_.get(), next_}; }
 
  private:
+  struct NoHints {
+    void far(const Event& /*event*/) const noexcept {}
+    void near(const Event& /*event*/) const noexcept {}
+    void next(const Event& /*event*/) const noexcept {}
+  };
   struct Derived {
     const Event* cause = nullptr;
     Event event;

@@ -1,7 +1,10 @@
 // The containers of the analyzer's hot path.
 #include <cie/analysis/context_number.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -11,6 +14,7 @@
 
 #include <gtest/gtest.h>
 #include <model/by_index.hpp>
+#include <model/few.hpp>
 #include <model/recent.hpp>
 #include <model/sort_rows.hpp>
 #include <trackers/flat_map.hpp>
@@ -140,6 +144,65 @@ TEST(ContextNumber, StandsForAnOptional) {
 TEST(ContextNumber, HoldsWhatTheKernelNumbers) {
   EXPECT_FALSE(ContextNumber<std::int64_t>(std::int64_t{1} << 31U));
   EXPECT_TRUE(ContextNumber<std::int64_t>((std::int64_t{1} << 31U) - 1));
+}
+
+// The same as of a vector, which is what moves into one when a second comes.
+TEST(Few, KeepsWhatAVectorKeeps) {
+  std::mt19937_64 random(2);
+  std::vector<int> numbers(8);
+  Few<int*> few;
+  std::vector<int*> expected;
+  for (int i = 0; i < 2'000; ++i) {
+    auto* const number = &numbers[random() % numbers.size()];
+    switch (random() % 8) {
+      case 0:
+      case 1:
+      case 2:
+        few.push_back(number);
+        expected.push_back(number);
+        break;
+      case 3:
+        if (expected.empty()) break;
+        {
+          const auto place = static_cast<std::ptrdiff_t>(random() % expected.size());
+          const auto* next = few.erase(few.begin() + place);
+          expected.erase(expected.begin() + place);
+          EXPECT_EQ(next, few.begin() + place);
+        }
+        break;
+      case 4:
+      case 5:
+        few.remove(number);
+        std::erase(expected, number);
+        break;
+      case 6:
+        if (i % 20 != 0) break;
+        few.clear();
+        expected.clear();
+        break;
+      default:
+        break;
+    }
+    ASSERT_EQ(few.size(), expected.size());
+    EXPECT_EQ(few.empty(), expected.empty());
+    ASSERT_TRUE(std::equal(few.begin(), few.end(), expected.begin(), expected.end()));
+    ASSERT_TRUE(std::equal(few.rbegin(), few.rend(), expected.rbegin(), expected.rend()));
+    if (expected.empty()) continue;
+    EXPECT_EQ(few.front(), expected.front());
+    EXPECT_EQ(few.back(), expected.back());
+  }
+}
+
+TEST(Few, OwnsWhatItIsGiven) {
+  Few<std::unique_ptr<int>> few;
+  few.push_back(std::make_unique<int>(1));
+  few.push_back(std::make_unique<int>(2));
+  auto second = std::move(few.back());
+  few.erase(few.end() - 1);
+  EXPECT_EQ(*second, 2);
+  ASSERT_EQ(few.size(), 1U);
+  auto moved = std::move(few);
+  EXPECT_EQ(*moved.front(), 1);
 }
 
 }  // namespace

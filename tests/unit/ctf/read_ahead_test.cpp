@@ -188,24 +188,39 @@ TEST(EventBatch, SaysWhichEventsFollow) {
     event.head.time = {time};
     batch.keep(event);
   }
-  std::set<std::int64_t> expected;
-  std::set<std::int64_t> expected_next;
+  using Times = std::set<std::int64_t>;
   std::int64_t now = 0;
-  batch.each(
-      [&](const analysis::Event& event) {
-        EXPECT_GT(event.head.time.ns, now);
-        expected.insert(event.head.time.ns);
-      },
-      [&](const analysis::Event& event) {
-        EXPECT_GT(event.head.time.ns, now);
-        expected_next.insert(event.head.time.ns);
-        const bool is_early = event.head.time.ns < 8;  // which follow at once
-        EXPECT_EQ(expected.contains(event.head.time.ns), !is_early) << event.head.time.ns;
-      },
-      [&](const analysis::Event& event) { EXPECT_EQ(event.head.time.ns, now++); });
+  struct Hints {
+    const std::int64_t& now;
+    Times& all_far;
+    Times& all_near;
+    Times& all_next;
+
+    void far(const analysis::Event& event) const { note(event, all_far, nullptr); }
+    void near(const analysis::Event& event) const { note(event, all_near, &all_far); }
+    void next(const analysis::Event& event) const { note(event, all_next, &all_near); }
+
+   private:
+    // Once, before its turn, and not before it was told of the time before.
+    void note(const analysis::Event& event, Times& told, const Times* before) const {
+      const auto time = event.head.time.ns;
+      EXPECT_GT(time, now);
+      EXPECT_TRUE(told.insert(time).second) << time;
+      const bool is_early = time < 9;  // which follow at once
+      if (before != nullptr && !is_early) {
+        EXPECT_TRUE(before->contains(time)) << time;
+      }
+    }
+  };
+  Times far;
+  Times near;
+  Times next;
+  batch.each(Hints{now, far, near, next},
+             [&](const analysis::Event& event) { EXPECT_EQ(event.head.time.ns, now++); });
   EXPECT_EQ(now, kEvents);
-  EXPECT_EQ(expected.size(), 12U);
-  EXPECT_EQ(expected_next.size(), 16U);
+  EXPECT_EQ(far.size(), 11U);
+  EXPECT_EQ(near.size(), 14U);
+  EXPECT_EQ(next.size(), 17U);
 }
 
 TEST(TaskName, IsACopyOfWhatTheKernelHasRoomFor) {
