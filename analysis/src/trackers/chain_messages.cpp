@@ -123,10 +123,9 @@ void ChainTracker::prefetch_start(CallbackIndex callback) const noexcept {
   prefetch_to_write(last->edge.facts);
   if (last->path == nullptr) return;
   prefetch_head(last->path);
-  const auto& [facts, hops, first, progress, others, goes_on, unproven, unlinked] =
-      last->path->second;
-  prefetch_lines(&facts.instances, &facts.name);
-  prefetch_lines(&hops, &others);
+  const auto& chain = last->path->second;
+  prefetch_lines(&chain.facts.instances, &chain.facts.name);
+  prefetch_lines(&chain.longest, &chain.others);
 }
 
 void ChainTracker::link(ChainNode& node) {

@@ -9,10 +9,11 @@ namespace {
 constexpr std::uint32_t kMaxHops = 32;
 constexpr std::size_t kMaxPaths = 4096;
 
-void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const EventRef& start,
-                 const EventRef& end) {
-  if (extreme && extreme->value >= value) return;
-  extreme = ChainExtreme{.value = value, .first_start = start, .last_end = end};
+// `longest`: what the extreme is.
+void keep_larger(std::optional<ChainExtreme>& extreme, Greatest& longest, Duration value,
+                 const EventRef& start, const EventRef& end) {
+  if (longest.rise(value)) [[unlikely]]
+    extreme = ChainExtreme{.value = value, .first_start = start, .last_end = end};
 }
 
 HostRoute route_of(std::span<const ChainNode* const> nodes) {
@@ -257,8 +258,9 @@ std::optional<Duration> ChainTracker::to_last(const Nodes& nodes) {
 
 // What is known of the way: where a release is not, the time from one publish to the next (or to
 // the end) stays undivided.
-void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+void ChainTracker::note_latency(Chain& chain, const Nodes& nodes, const EventRef& end,
                                 Duration to_last) {
+  auto& facts = chain.facts;
   const auto latency = end.time - (*nodes.front()->release + to_last);
   auto undivided = latency;
   bool is_divided = true;
@@ -278,7 +280,8 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
   }
   if (!is_divided) facts.undivided.add(undivided);
   facts.path_latency.add(latency);
-  keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
+  keep_larger(facts.max_path_latency, chain.longest.path_latency, latency, nodes.front()->start,
+              end);
 }
 
 // Of an instance whose path latency is not known.
@@ -288,15 +291,15 @@ void ChainTracker::note_bounds(Chain& chain, const Nodes& nodes, const EventRef&
   const auto& first = *nodes.front();
   ++facts.inexact;
   if (to_last) {
-    keep_larger(facts.max_path_latency_lower, end.time - (first.start.time + *to_last), first.start,
-                end);
+    keep_larger(facts.max_path_latency_lower, chain.longest.path_latency_lower,
+                end.time - (first.start.time + *to_last), first.start, end);
   }
   if (!to_last || !first.earliest || model_.callbacks[at(first.callback)].grid.is_refuted) {
     ++facts.without_upper_bound;
     return;
   }
-  keep_larger(facts.max_path_latency_upper, end.time - (*first.earliest + *to_last), first.start,
-              end);
+  keep_larger(facts.max_path_latency_upper, chain.longest.path_latency_upper,
+              end.time - (*first.earliest + *to_last), first.start, end);
   facts.bounded_from.insert(first.callback);
 }
 
@@ -323,6 +326,7 @@ void ChainTracker::forget_releases(CallbackIndex callback) {
     if (!chain.facts.bounded_from.contains(callback)) return;
     chain.facts.path_latency_upper = {};
     chain.facts.max_path_latency_upper.reset();
+    chain.longest.path_latency_upper = {};
     chain.facts.without_upper_bound = chain.facts.inexact;
   };
   std::ranges::for_each(specified_, forget);
@@ -355,7 +359,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   const auto& first = *nodes.front();
   const auto shift = to_last(nodes);
   if (first.release && shift) {
-    note_latency(facts, nodes, end, *shift);
+    note_latency(chain, nodes, end, *shift);
   } else {
     note_bounds(chain, nodes, end, shift);
   }
@@ -372,7 +376,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   if (progress.has_last && !has_hole(nodes, progress)) {
     const auto age = end.time - (progress.last_start.time + *shift);
     facts.data_age.add(age);
-    keep_larger(facts.max_data_age, age, progress.last_start, end);
+    keep_larger(facts.max_data_age, chain.longest.data_age, age, progress.last_start, end);
     answer(chain, first, end, *shift);
   } else {
     progress.newest_start = first.start;
@@ -397,7 +401,8 @@ void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& 
   const auto oldest = std::min(reads.oldest(), first.read);
   // The read that has waited longest is that of a chain instance, which is known in any case.
   const auto longest = reaction_to(progress.newest_start.time);
-  keep_larger(facts.max_reaction_time, longest, progress.newest_start, end);
+  keep_larger(facts.max_reaction_time, chain.longest.reaction_time, longest, progress.newest_start,
+              end);
   if (progress.unanswered < oldest) {
     facts.reaction_time.add(longest);
     facts.reads_not_kept += oldest - progress.unanswered - 1;

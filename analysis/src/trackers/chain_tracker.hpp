@@ -9,6 +9,7 @@
 #include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/greatest.hpp"
 #include "model/loss_times.hpp"
 #include "model/prefetch.hpp"
 #include "model/recent.hpp"
@@ -168,6 +169,14 @@ class ChainTracker {
   };
   struct Chain {
     ChainFacts facts;
+    // What its extremes are.
+    struct {
+      Greatest path_latency;
+      Greatest path_latency_lower;
+      Greatest path_latency_upper;
+      Greatest reaction_time;
+      Greatest data_age;
+    } longest{};
     std::vector<CallbackIndex> hops;                          // of the last instance
     const CallbackFacts* first = nullptr;                     // of the first of them
     Progress progress;                                        // of its callbacks
@@ -225,8 +234,7 @@ class ChainTracker {
   // What to add to times of the first callback's host for those of the last one's. Empty: their
   // clocks have nothing in common.
   static std::optional<Duration> to_last(const Nodes& nodes);
-  static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
-                           Duration to_last);
+  static void note_latency(Chain& chain, const Nodes& nodes, const EventRef& end, Duration to_last);
   void note_bounds(Chain& chain, const Nodes& nodes, const EventRef& end,
                    const std::optional<Duration>& to_last);
   static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,

@@ -71,6 +71,7 @@ void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
   prefetch_to_write(callbacks_.find(callback));
   measurer_.prefetch(callback);
   chains_.prefetch(callback);
+  registry_.prefetch_numbers(callback);
 }
 
 void InstanceBuilder::prefetch_start(const KnownEmitter& runner) const noexcept {

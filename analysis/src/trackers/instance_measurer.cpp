@@ -241,12 +241,16 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
   auto& bounds = bounds_[pending.callback];
   note_response_time(pending, measured, bounds);
   if (is_known(source)) {
-    Arrival instance{.seq = pending.seq,
+    const auto arrival = [&] {
+      return Arrival{.seq = pending.seq,
                      .start = pending.start,
                      .end = *pending.end,
                      .release = measured.release};
-    note_known(facts, bounds, instance, measured);
-    note_arrival(facts, pending.callback, pending.host, instance, bounds);
+    };
+    const auto arrived = arrival();
+    note_known(facts, bounds, arrived, measured);
+    auto& arrivals = note_arrival(facts, pending.callback, pending.host, arrived, bounds);
+    arrivals.latest = arrival();  // written where it stays: a copy of its parts would have to wait
   } else if (measured.unproven) [[unlikely]] {
     keep_unproven(pending.callback, pending.host,
                   {.seq = pending.seq,
@@ -335,7 +339,7 @@ void InstanceMeasurer::count_unproven(CallbackIndex index, Unproven& unproven) {
       extreme->release_source = ReleaseSource::timer_grid;
     }
     note_known(facts, bounds, instance, {});
-    note_arrival(facts, index, unproven.host, instance, bounds);
+    note_arrival(facts, index, unproven.host, instance, bounds).latest = instance;
   }
   unproven.instances.clear();
 }
@@ -468,33 +472,44 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
   note_release_before_end(facts, earlier, later);
 }
 
-[[gnu::always_inline]] inline void InstanceMeasurer::note_arrival(CallbackFacts& facts,
-                                                                  CallbackIndex callback,
-                                                                  HostIndex host, Arrival& arrived,
-                                                                  Bounds& bounds) {
+[[gnu::always_inline]] inline InstanceMeasurer::Arrivals& InstanceMeasurer::note_arrival(
+    CallbackFacts& facts, CallbackIndex callback, HostIndex host, const Arrival& arrived,
+    Bounds& bounds) {
   auto& arrivals = arrivals_[callback];
-  const auto pair = [&](Arrival& earlier, Arrival& later) {
-    note_pair(facts, bounds, earlier, later);
-    earlier.has_next = later.has_previous = true;
-  };
-  const auto pair_with = [&](Arrival& other) {
+  bool has_previous = false;
+  bool has_next = false;
+  const auto pair_with = [&](const Arrival& other) {
     if (!are_in_a_row(facts, host, arrived, other)) return;
-    if (other.seq + 1 == arrived.seq) pair(other, arrived);
-    if (arrived.seq + 1 == other.seq) pair(arrived, other);
+    if (other.seq + 1 == arrived.seq) {
+      note_pair(facts, bounds, other, arrived);
+      has_previous = true;
+    }
+    if (arrived.seq + 1 == other.seq) {
+      note_pair(facts, bounds, arrived, other);
+      has_next = true;
+    }
   };
   const bool may_fill_a_hole =
       arrivals.lonely.size() > 0 &&
       (arrived.seq <= arrivals.last_lonely || arrived.seq - 1 == arrivals.last_lonely);
   if (may_fill_a_hole) arrivals.lonely.for_each(pair_with);
   if (arrivals.has_latest) {
+    const bool has_other_previous = std::exchange(has_previous, false);
+    const bool has_other_next = std::exchange(has_next, false);
     pair_with(arrivals.latest);
-    if (!arrivals.latest.has_previous || !arrivals.latest.has_next) {
+    const bool has_both =
+        (arrivals.has_previous || has_next) && (arrivals.has_next || has_previous);
+    if (!has_both) {
       arrivals.last_lonely = std::max(arrivals.last_lonely, arrivals.latest.seq);
       arrivals.lonely.push(arrivals.latest);
     }
+    has_previous = has_previous || has_other_previous;
+    has_next = has_next || has_other_next;
   }
-  arrivals.latest = arrived;
   arrivals.has_latest = true;
+  arrivals.has_previous = has_previous;
+  arrivals.has_next = has_next;
+  return arrivals;
 }
 
 }  // namespace cie::analysis

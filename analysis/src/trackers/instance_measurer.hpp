@@ -9,6 +9,7 @@
 #include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/greatest.hpp"
 #include "model/prefetch.hpp"
 #include "model/recent.hpp"
 #include "pending_instance.hpp"
@@ -91,39 +92,20 @@ class InstanceMeasurer {
     std::uint64_t seq = 0;
     EventRef start;
     EventRef end;
-    Timestamp release;          // known
-    bool has_previous = false;  // the instance numbered one less has arrived, too
-    bool has_next = false;
+    Timestamp release;  // known
   };
+  static_assert(sizeof(Arrival) == 64);
   // Instances whose neighbours, by number, are to come. Most come in order: then it is the latest.
   struct alignas(64) Arrivals {
     static constexpr std::size_t kRemembered = 64;
     Arrival latest;
     bool has_latest = false;
+    bool has_previous = false;  // the instance numbered one less than the latest has arrived, too
+    bool has_next = false;
     Recent<Arrival, kRemembered> lonely;  // earlier ones that lack a neighbour
     std::uint64_t last_lonely = 0;        // the largest number that was among them
   };
-  // The values of a callback's Extremes: the witnesses are written now and then, the values are
-  // looked at for every instance, and take one cache line.
-  struct Greatest {
-    static constexpr auto kNone = std::numeric_limits<std::int64_t>::min();
-    std::int64_t value = kNone;
-    // Whether `other` is the first value or above it, which it then becomes.
-    bool rise(Duration other) noexcept {
-      if (value >= other.ns && other.ns != kNone) return false;
-      value = other.ns;
-      return true;
-    }
-  };
-  struct Least {
-    static constexpr auto kNone = std::numeric_limits<std::int64_t>::max();
-    std::int64_t value = kNone;
-    bool fall(Duration other) noexcept {
-      if (value <= other.ns && other.ns != kNone) return false;
-      value = other.ns;
-      return true;
-    }
-  };
+  // The values of a callback's Extremes, in one cache line.
   struct alignas(64) Bounds {
     Greatest response;
     Greatest response_lower;
@@ -224,8 +206,9 @@ class InstanceMeasurer {
   // An instance whose release is known.
   inline void note_known(CallbackFacts& facts, Bounds& bounds, const Arrival& instance,
                          const Measured& measured);
-  inline void note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
-                           Arrival& arrived, Bounds& bounds);
+  // Returns where it has to be written: it is the latest.
+  inline Arrivals& note_arrival(CallbackFacts& facts, CallbackIndex callback, HostIndex host,
+                                const Arrival& arrived, Bounds& bounds);
   static bool is_unproven(const PendingInstance& pending) {
     return pending.proven_by > pending.callback_facts->grid.prompt_starts;
   }

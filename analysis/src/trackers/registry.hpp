@@ -223,6 +223,11 @@ class Registry {
       prefetch_head(&facts.releases);
     }
   }
+  // The callback will run soon.
+  void prefetch_numbers(CallbackIndex callback) const noexcept {
+    prefetch_head(start_numbers_.find(callback));
+    prefetch_head(end_numbers_.find(callback));
+  }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }
   // Facts of a callback that an instance of that number begins and ends.
