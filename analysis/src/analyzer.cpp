@@ -212,6 +212,7 @@ AnalysisResult Analyzer::look() {
   auto& pipeline = *pipeline_;
   pipeline.registry.finish();
   pipeline.recording.finish();
+  pipeline.instances->look();
   pipeline.recording.finish_runs();
   pipeline.chains->look();
   pipeline.enforcement.look();

@@ -11,7 +11,14 @@ const columns = [
   {title: "p99", value: c => c.window.response_time_ns?.p99 ?? -1, show: duration, isTime: true, isFirst: true},
   {title: "max", value: c => c.window.response_time_ns?.max ?? -1, show: duration, isTime: true},
   {title: "last minutes", value: c => c.last_response_ns ?? -1, draw: curve},
-  {title: "last", value: c => c.last_response_ns ?? -1, show: duration, isTime: true},
+  {
+    title: "last",
+    value: c => (c.open.long ? c.open.longest_ns : (c.last_response_ns ?? -1)),
+    show: duration,
+    isTime: true,
+    bound: c => c.open.long,
+    bad: c => c.open.long && c.open.certain,
+  },
   {title: "deadline", value: c => c.deadline_ns ?? -1, show: duration},
   {
     title: "late",
@@ -66,6 +73,13 @@ function isInTrouble(host) {
 function inWords(host) {
   const since = host.state === "ended" ? "" : ` for ${duration(host.silent_ns)}`;
   return `${host.host}: ${host.state}${since}${host.message ? `, ${host.message}` : ""}`;
+}
+// Of a callback with an instance that has been open for long.
+function howLongOpen(callback) {
+  const open = duration(callback.open.longest_ns);
+  return callback.open.certain
+    ? `${callback.name} has not ended for ${open}`
+    : `${callback.name} began ${open} ago, and its end was not seen`;
 }
 function table(target, titles, rows) {
   const head = el("thead");
@@ -145,8 +159,9 @@ function drawCallbacks() {
         continue;
       }
       const shown = column.show ? column.show(column.value(c)) : String(column.value(c));
-      const bound = !c.exact && column.isTime && shown !== "-" ? ">" : "";
       const isBad = Boolean(column.bad?.(c));
+      const isBound = column.isTime && (!c.exact || column.bound?.(c));
+      const bound = isBound && shown !== "-" ? ">" : "";
       const cell = el("td", {title: column.tip?.(c)}, (isBad ? `${SIGN.FAIL} ` : "") + bound + shown);
       if (column.text) cell.classList.add("name");
       if (isBad) cell.classList.add("bad");
@@ -263,7 +278,8 @@ function draw() {
   if (!s) return;
   byId("source").textContent = `${s.source.watched || s.source.url}, ${s.source.state}`;
   byId("source").title = s.source.url;
-  byId("message").textContent = [s.source.message, ...s.hosts.filter(isInTrouble).map(inWords)]
+  const open = s.callbacks.filter(c => c.open.long).map(howLongOpen);
+  byId("message").textContent = [s.source.message, ...s.hosts.filter(isInTrouble).map(inWords), ...open]
     .filter(Boolean)
     .join("; ");
   const verdict = byId("verdict");

@@ -1,6 +1,5 @@
 #include "batch_text.hpp"
 
-#include "names.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -50,7 +49,7 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
          {duration_or_dash(c->response, &analysis::Summary::p50, c->is_exact), {}},
          {duration_or_dash(c->response, &analysis::Summary::p99, c->is_exact), {}},
          {duration_or_dash(c->response, &analysis::Summary::max, c->is_exact), {}},
-         {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
+         last_response(*c),
          {c->total_late ? std::to_string(*c->total_late) : "-",
           c->total_late.value_or(0) > 0 ? Look::bad : Look::plain},
          {c->total_missed ? std::to_string(*c->total_missed) : "-",
@@ -140,6 +139,31 @@ std::string_view isolation_of(const CallbackView& callback) {
   return "never ran";
 }
 
+viewer_export::TextCell last_response(const CallbackView& callback) {
+  if (callback.is_open_long) {
+    return {'>' + format_duration(*callback.open_ns),
+            callback.is_open_certain ? Look::bad : Look::doubtful};
+  }
+  return {callback.last_response_ns ? format_duration(*callback.last_response_ns) : "-", {}};
+}
+
+viewer_export::TextCell open_words(const Snapshot& snapshot, const Names& names) {
+  const CallbackView* longest = nullptr;
+  for (const auto& callback : snapshot.callbacks) {
+    if (!callback.is_open_long) continue;
+    if (longest == nullptr || *callback.open_ns > *longest->open_ns) longest = &callback;
+  }
+  if (longest == nullptr) return {};
+  const auto name = names.of(*longest);
+  const auto open = format_duration(*longest->open_ns);
+  auto text = longest->is_open_certain
+                  ? fmt::format("{} has not ended for {}", name, open)
+                  : fmt::format("{} began {} ago, and its end was not seen", name, open);
+  if (longest->deadline_ns)
+    text += fmt::format(" (deadline {})", format_duration(*longest->deadline_ns));
+  return {std::move(text), longest->is_open_certain ? Look::bad : Look::doubtful};
+}
+
 std::vector<std::string> host_lines(const Snapshot& s) {
   std::vector<std::string> lines;
   for (const auto& host : s.hosts) {
@@ -164,6 +188,8 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
     text += filled(line, style.columns, kIndent);
   for (const auto& line : host_lines(snapshot))
     text += filled(line, style.columns, kIndent);
+  if (const auto open = open_words(snapshot, names); !open.text.empty())
+    text += viewer_export::paint(filled(open.text, style.columns, kIndent), open.look, style);
   text += callback_table(snapshot, key, filter, names, style);
   text += thread_table(snapshot, style);
   bool is_first = true;

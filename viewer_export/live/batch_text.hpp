@@ -4,7 +4,9 @@
 #include <cie/viewer_export/text_style.hpp>
 
 #include "choice.hpp"
+#include "names.hpp"
 #include "snapshot.hpp"
+#include "words/text_layout.hpp"
 
 #include <string>
 #include <string_view>
@@ -24,6 +26,13 @@ std::string name_of(const CallbackView& callback, const Snapshot& snapshot);
 std::string_view isolation_of(const CallbackView& callback);
 // What became of each machine, where several are followed.
 std::vector<std::string> host_lines(const Snapshot& snapshot);
+
+// How long the instance has been open that has been so for longest, if that is long, else the last
+// response time; "-": none.
+viewer_export::TextCell last_response(const CallbackView& callback);
+// "planner ← /pose has not ended for 4.9 s (deadline 50 ms)": whose instance has been open for longest of
+// those that have been so for long. Empty: none.
+viewer_export::TextCell open_words(const Snapshot& snapshot, const Names& names);
 
 // "20:15:07", of the local time zone.
 std::string clock_time(std::int64_t realtime_ns);

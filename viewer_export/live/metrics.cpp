@@ -68,6 +68,7 @@ std::vector<CallbackView> merged(const Snapshot& snapshot,
     if (is_new) continue;
     add_counts(found->second, c);
     found->second.deadline_ns = c.deadline_ns;
+    found->second.open_ns = std::max(found->second.open_ns, c.open_ns);
   }
   for (const auto& [labels, former] : gone) {
     if (const auto found = by_labels.find(labels); found != by_labels.end())
@@ -111,6 +112,13 @@ void write_callbacks(std::string& out, const std::vector<CallbackView>& callback
   for (const auto& c : callbacks) {
     if (c.total_late) sample(out, "cie_callback_late_total", labels_of(c), *c.total_late);
   }
+  describe(
+      out, "cie_callback_open_seconds", "gauge",
+      "Since the start of the instance that has been running for longest, as events of its process "
+      "show; 0: none runs.");
+  for (const auto& c : callbacks)
+    sample(out, "cie_callback_open_seconds", labels_of(c),
+           static_cast<double>(c.open_ns.value_or(0)) * kNanoseconds);
   describe(out, "cie_callback_missed_releases_total", "counter", "Periods that a timer skipped.");
   for (const auto& c : callbacks) {
     if (c.total_missed)

@@ -147,8 +147,9 @@ void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
     if (known.response_deadline) {
-      view.late = sum.late;
-      view.total_late = mine.late;
+      view.late = sum.late + known.late_open;
+      mine.late_told = std::max(mine.late_told, mine.late + known.late_open);
+      view.total_late = mine.late_told;
     }
     if (known.missed_releases) view.missed = sum.missed;
     view.response = sum.response;
@@ -156,6 +157,7 @@ void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
     view.total_missed = known.missed_releases;
     view.is_missing_too_many = missing_too_many.contains(view.index);
     view.total_response = known.response_time_or_bound();
+    describe_open(known, view);
     view.is_exact = mine.is_exact;
     view.counts = mine.counts;
     view.response_sum_ns = mine.response_sum_ns;
@@ -165,6 +167,18 @@ void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
     mine.recent.clear();
     snapshot.callbacks.push_back(std::move(view));
   }
+}
+
+void Monitor::describe_open(const analysis::CallbackReport& known, CallbackView& view) {
+  if (!known.longest_open) return;
+  const auto open = known.longest_open->until_end.ns;
+  view.open_ns = open;
+  view.open_late = known.late_open;
+  view.is_open_certain = known.longest_open->response_least.has_value();
+  const auto longest = view.total_response ? view.total_response->max : 0;
+  view.is_open_long =
+      view.open_late > 0 ||
+      (view.deadline_ns ? open > *view.deadline_ns : open > std::max(longest, kOpenLongNs));
 }
 
 void Monitor::describe_threads(const analysis::Report& report, Snapshot& snapshot) {

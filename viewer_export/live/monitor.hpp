@@ -30,6 +30,9 @@ class Monitor final : public analysis::Observer {
   // Callbacks of a process that ended are shown this long after their last instance, or, where they
   // never ran, after its end was noticed.
   static constexpr std::int64_t kKeptAfterEndNs = 60'000'000'000;
+  // An instance is open for long beyond its deadline or, without one, beyond this and whatever one of
+  // its callback took.
+  static constexpr std::int64_t kOpenLongNs = 1'000'000'000;
 
   bool waits_for_proof() const override { return false; }  // what is going on is shown now
   void on_instance(const analysis::Instance& instance) override;
@@ -44,6 +47,7 @@ class Monitor final : public analysis::Observer {
     ResponseCounts counts{};
     double response_sum_ns = 0;
     std::uint64_t late = 0;
+    std::uint64_t late_told = 0;  // with those that were open; they may wait before they count
     bool is_exact = true;
     std::optional<std::int64_t> last_response_ns;
     std::optional<std::int64_t> last_end_ns;
@@ -64,6 +68,7 @@ class Monitor final : public analysis::Observer {
   };
   void describe_callbacks(const analysis::AnalysisResult& result,
                           std::chrono::steady_clock::time_point now, Snapshot& snapshot);
+  static void describe_open(const analysis::CallbackReport& known, CallbackView& view);
   void describe_threads(const analysis::Report& report, Snapshot& snapshot);
 
   std::unordered_map<analysis::CallbackIndex, OfCallback> callbacks_;

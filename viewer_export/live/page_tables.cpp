@@ -36,7 +36,7 @@ std::string duration(const Rare<Summary>& summary, std::int64_t Summary::*field,
   return (is_exact ? "" : ">") + format_duration(*summary.*field);
 }
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kHelp{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kHelp{{
     {"up, down, j, k", "select; also page up and down, home, end"},
     {"Enter", "the last instances of the selected callback"},
     {"Escape", "back"},
@@ -50,6 +50,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kHelp{{
     {"p50, p99, max", "of the response time; what there is room for"},
     {">1.2 ms", "a lower bound: when the callback was released is not known"},
     {"late", "response time beyond the deadline; -: it has none"},
+    {"last", "in colour: not of one that ended, but since the start of one that has not"},
 }};
 
 }  // namespace
@@ -61,7 +62,8 @@ std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
     return [field](const CallbackView& c) { return Span{duration(c.response, field, c.is_exact)}; };
   };
   const auto last = [](const CallbackView& c) {
-    return Span{c.last_response_ns ? format_duration(*c.last_response_ns) : "-"};
+    const auto cell = last_response(c);
+    return Span{cell.text, cell.look};
   };
   const auto seconds =
       std::max(static_cast<double>(shown().latest().window_ns) / kNanosecondsPerSecond, 0.1);

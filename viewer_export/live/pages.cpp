@@ -196,6 +196,11 @@ Line Pages::status() const {
   std::string text;
   if (paused_) text = "PAUSED, p goes on.  ";
   if (!filter_.empty()) text += "filter: " + printable(filter_) + ", Escape drops it.  ";
+  if (const auto open = open_words(latest, names()); !open.text.empty()) {
+    Line line = text_line(std::move(text), Look::strong);
+    line.spans.push_back({open.text, open.look});
+    return line;
+  }
   if (!shown().changes().empty()) {
     const auto& change = shown().changes().back();
     Line line = text_line(std::move(text), Look::strong);

@@ -12,6 +12,8 @@ namespace {
 // Subjects may come and go for ever.
 constexpr std::size_t kMostTold = 10'000;
 
+double in_ms(std::int64_t ns) { return static_cast<double>(ns) * 1e-6; }
+
 }  // namespace
 
 void SaveTrigger::see(const Snapshot& snapshot) {
@@ -31,12 +33,16 @@ void SaveTrigger::see_violations(const Snapshot& snapshot) {
 
 void SaveTrigger::see_deadlines(const Snapshot& snapshot) {
   for (const auto& callback : snapshot.callbacks) {
-    if (!callback.is_deadline_of_spec || !callback.total_late) continue;
-    const auto late = *callback.total_late;
+    if (!callback.deadline_ns || !callback.total_late) continue;
+    // Of those that it declares the recorder sees what has ended.
+    const auto late = callback.is_deadline_of_spec ? *callback.total_late : callback.open_late;
     if (late <= std::exchange(late_[callback.index], late)) continue;
-    add("a deadline",
-        fmt::format("{} missed its deadline of {:.3f} ms, {} times so far", callback.logical_id,
-                    static_cast<double>(*callback.deadline_ns) * 1e-6, late));
+    const auto times = callback.open_late > 0
+                           ? fmt::format("by an instance that has not ended for {:.3f} ms",
+                                         in_ms(*callback.open_ns))
+                           : fmt::format("{} times so far", late);
+    add("a deadline", fmt::format("{} missed its deadline of {:.3f} ms, {}", callback.logical_id,
+                                  in_ms(*callback.deadline_ns), times));
   }
 }
 

@@ -75,6 +75,12 @@ struct CallbackView {
   ResponseCounts counts{};  // of all instances
   double response_sum_ns = 0;  // of all instances
 
+  // Instances that have begun and not ended.
+  std::optional<std::int64_t> open_ns;  // the longest: since its start; empty: there is none
+  std::uint64_t open_late = 0;          // beyond the deadline for certain; counted as late
+  bool is_open_long = false;            // the longest; see Monitor::kOpenLongNs
+  bool is_open_certain = false;         // likewise; false: its end may be missing
+
   std::optional<std::int64_t> last_response_ns;
   std::optional<std::int64_t> last_end_ns;
   std::vector<RecentInstance> recent;  // ended since the snapshot before; the last few, in order

@@ -52,6 +52,12 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
     total("response_time_counts", c.counts);
     total("response_time_sum_ns", c.response_sum_ns);
   });
+  visit.object("open", [&c](auto& open) {
+    open("longest_ns", c.open_ns);
+    open("late", c.open_late);
+    open("long", c.is_open_long);
+    open("certain", c.is_open_certain);
+  });
   visit("last_response_ns", c.last_response_ns);
   visit("last_end_ns", c.last_end_ns);
   visit.detail("recent", c.recent);

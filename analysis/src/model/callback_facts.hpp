@@ -41,7 +41,10 @@ struct CallbackTotals {
   std::uint64_t lost = 0;
 };
 
-// An instance without an end when the trace (or its process) ended.
+// So many are listed of a callback.
+inline constexpr std::size_t kMaxOpenListed = 64;
+
+// An instance without an end when the trace (or its process) ended, or so far.
 struct OpenInstance {
   EventRef start{};
   std::uint64_t seq = 0;
@@ -243,7 +246,8 @@ struct alignas(64) CallbackFacts {
   // The longest that one may have executed or been blocked for, of those (cut ones included) of which
   // that is not known.
   std::optional<Duration> longest_unmeasured{};
-  std::vector<OpenInstance> open{};  // capped at 64
+  std::vector<OpenInstance> open{};     // capped at kMaxOpenListed
+  std::vector<OpenInstance> running{};  // likewise: so far, of an analysis that goes on
   std::uint64_t open_count = 0;
   Rare<std::map<std::int64_t, Preemptor>> preempted_by{};  // by tid
   // The longest that threads outside callbacks preempted an instance. Empty: not measured.

@@ -5,6 +5,7 @@
 
 #include "facts.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -31,6 +32,12 @@ inline bool is_of_its_own(const CallbackFacts& callback) {
 // Totals prove that one of its instances did not end.
 inline bool has_unended(const CallbackFacts& callback) {
   return callback.fini && callback.fini->ended < callback.fini->started;
+}
+
+// Calls `visit` with each of its instances that did not end, or has not yet.
+void for_each_open(const CallbackFacts& callback, const auto& visit) {
+  std::ranges::for_each(callback.open, visit);
+  std::ranges::for_each(callback.running, visit);
 }
 
 // It was released by then: when it was, if that is known, else when it started.

@@ -4,6 +4,7 @@
 #include "rules/callback_doubts.hpp"
 #include "rules/judgement.hpp"
 #include "rules/mapping_rules.hpp"
+#include "rules/outlived_instances.hpp"
 #include "rules/persistence_rule.hpp"
 #include "rules/proof.hpp"
 #include "rules/queue_losses.hpp"
@@ -132,22 +133,40 @@ bool has_ended_unseen(const CallbackFacts& facts, const OpenInstance& open) {
   });
 }
 
-Rare<OpenRun> longest_open(const RuleContext& context, CallbackIndex index) {
-  const auto& model = context.model;
-  const auto& facts = model.callbacks[at(index)];
-  const bool is_proven = has_unended(facts) && !context.proof.loss(index) &&
-                         !context.proof.is_interrupted(facts.process);
-  Rare<OpenRun> longest;
-  for (const auto& open : facts.open) {
-    if (has_ended_unseen(facts, open)) continue;
-    const auto end = end_of_window(model, open.start.stream);
-    if (!end || *end < open.start.time) continue;
+// Of a system that runs no window ends: it is there as long as its process tells of itself.
+std::optional<Timestamp> end_of_open(const RuleContext& context, const CallbackFacts& facts,
+                                     const OpenInstance& open) {
+  const auto& last = context.model.processes[at(facts.process)].last_seen;
+  if (context.options.is_live) return last ? std::optional(last->time) : std::nullopt;
+  return end_of_window(context.model, open.start.stream);
+}
+
+// How long an open instance has taken at least. Empty: its end may be missing.
+std::optional<Duration> least_response(const RuleContext& context, CallbackIndex index,
+                                       const OpenInstance& open, Timestamp end) {
+  const auto& facts = context.model.callbacks[at(index)];
+  if (context.proof.loss(index)) return std::nullopt;
+  const bool is_proven = has_unended(facts) && !context.proof.is_interrupted(facts.process);
+  if (is_proven) return end - latest_release(open);
+  if (!context.options.is_live) return std::nullopt;
+  const auto outlived = analysis::outlived(context, facts, open);
+  if (!outlived || outlived->doubt) return std::nullopt;
+  return outlived->until - latest_release(open);
+}
+
+void set_open(CallbackReport& report, const RuleContext& context, CallbackIndex index) {
+  const auto& facts = context.model.callbacks[at(index)];
+  auto& longest = report.longest_open;
+  for_each_open(facts, [&](const OpenInstance& open) {
+    const auto end = end_of_open(context, facts, open);
+    if (!end || *end < open.start.time || has_ended_unseen(facts, open)) return;
+    const auto response = least_response(context, index, open, *end);
+    if (response && facts.response_deadline && *response > *facts.response_deadline)
+      ++report.late_open;
     const auto until_end = *end - open.start.time;
-    if (longest && until_end <= longest->until_end) continue;
-    const auto response = is_proven ? std::optional(*end - latest_release(open)) : std::nullopt;
+    if (longest && until_end <= longest->until_end) return;
     longest = OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response};
-  }
-  return longest;
+  });
 }
 
 TimeWindow life_of(const RuleContext& context, const CallbackFacts& facts) {
@@ -216,7 +235,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
     report.outside_window = left_out;
   report.may_lack_runs = context.proof.lost_runs(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
-  report.longest_open = longest_open(context, index);
+  set_open(report, context, index);
   report.lived = life_of(context, facts);
   if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;

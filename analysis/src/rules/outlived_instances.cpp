@@ -21,7 +21,7 @@ std::optional<std::string> why_unseen(const RuleContext& context, const Callback
   if (callback.last_init && callback.last_init->time > open.start.time) {
     return "its callback was registered again since: its end may be lost";
   }
-  if (stream.writer != PacketWriter::lttng) {
+  if (stream.writer != PacketWriter::lttng && !context.options.is_live) {
     return "no total counts its end, and the trace is not as LTTng wrote it: it may lack events";
   }
   for (const auto& failure : context.proof.recorder_losses()) {
@@ -34,6 +34,14 @@ std::optional<std::string> why_unseen(const RuleContext& context, const Callback
       return "its end may not be recorded: " + other.path + " is empty";
   }
   return missing_user_part(model);
+}
+
+// In a system that runs its end may come yet, unless an event of the same session came after it: these
+// come in the order of their times. Nor has it one where its thread went on to something else.
+bool may_end_yet(const RuleContext& context, const OpenInstance& open, const ProcessFacts& process,
+                 const StreamFacts& stream) {
+  const bool is_told_there = !process.traces.empty() && process.traces.back() == stream.trace;
+  return !is_told_there || !context.lives.is_cut_by_end(open);
 }
 
 // Whose thread told its end was not open any more, whenever it ended.
@@ -54,10 +62,11 @@ std::optional<OutlivedInstance> outlived(const RuleContext& context, const Callb
   const auto& process = model.processes[at(callback.process)];
   const auto* stream = find_stream(model, open.start.stream);
   const auto window_end = end_of_window(model, open.start.stream);
+  const bool is_live = context.options.is_live;
   const bool is_judged = context.proof.is_interrupted(callback.process) && !callback.fini &&
-                         !context.options.is_live && stream != nullptr && window_end &&
-                         process.last_seen;
+                         stream != nullptr && (window_end || is_live) && process.last_seen;
   if (!is_judged || has_left_thread(context, open, process.last_seen->time)) return std::nullopt;
+  if (is_live && may_end_yet(context, open, process, *stream)) return std::nullopt;
   OutlivedInstance outlived{.last = *process.last_seen, .sign = "an event of its process shows"};
   const auto& thread = model.threads[at(open.thread)];
   if (context.lives.of(open.thread).has_exited && thread.kernel_exit->time < outlived.last.time) {
@@ -65,7 +74,7 @@ std::optional<OutlivedInstance> outlived(const RuleContext& context, const Callb
     outlived.sign = "the exit of its thread shows";
   }
   if (outlived.last.time <= open.start.time) return std::nullopt;
-  outlived.until = std::min(outlived.last.time, *window_end);
+  outlived.until = std::min(outlived.last.time, window_end.value_or(outlived.last.time));
   if (const auto why = why_unseen(context, callback, open, *stream)) {
     outlived.doubt = evidence("callback_start", open.start,
                               "seq " + std::to_string(open.seq) + " has no end; " + *why);

@@ -18,7 +18,7 @@ struct OutlivedInstance {
 };
 
 // Empty: its process has totals or told nothing since, its thread told its own end, or the events come from a system
-// that runs, where the end may be in a packet that comes yet.
+// that runs, and its process has told of itself in another session since, whose events may come earlier.
 std::optional<OutlivedInstance> outlived(const RuleContext& context, const CallbackFacts& callback,
                                          const OpenInstance& open);
 

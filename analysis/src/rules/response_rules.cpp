@@ -32,7 +32,7 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
                        std::int64_t deadline, Judgement& judgement) {
   const auto& fini = callback.fini;
   if (is_lost || !has_unended(callback)) return;
-  for (const auto& open : callback.open) {
+  for_each_open(callback, [&](const OpenInstance& open) {
     const auto window_end = end_of_window(context.model, open.start.stream);
     // While it is still recorded, and of what came after an interruption, no more is known than that
     // its totals were told.
@@ -45,7 +45,7 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
       judgement.doubt(evidence("callback_start", open.start,
                                "seq " + std::to_string(open.seq) +
                                    " never ended, and its deadline lies beyond the window"));
-      continue;
+      return;
     }
     judgement.fail(evidence("callback_start", open.start,
                             "seq " + std::to_string(open.seq) + " starts, released at " +
@@ -55,9 +55,9 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
     judgement.fail(is_told_last
                        ? evidence("callback_fini", fini->at, "its totals are told, " + later)
                        : evidence("window", moment(until), "end of the window, " + later));
-  }
+  });
   const auto unended = fini->started - fini->ended;
-  if (callback.open.size() < unended) {
+  if (callback.open.size() + callback.running.size() < unended) {
     judgement.doubt(evidence(
         "callback_fini", fini->at,
         counted(unended, "instance") + " never ended; when they were released is not known"));
@@ -66,37 +66,33 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
 
 // An instance that was still open when its process, which left no totals, told of itself last. What a
 // crash cut before its deadline is not judged.
-void judge_outlived(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
-                    std::int64_t deadline, Judgement& judgement) {
-  if (is_lost) return;
-  for (const auto& open : callback.open) {
-    const auto since = latest_release(open);
-    const auto outlived = analysis::outlived(context, callback, open);
-    if (!outlived || (outlived->last.time - since).ns <= deadline) continue;
-    const auto& window = context.options.window;
-    if (window && (window->to - since).ns <= deadline) continue;  // asked for up to there
-    const auto seq = "seq " + std::to_string(open.seq);
-    judgement.check();
-    if (outlived->doubt) {
-      judgement.doubt(outlived->doubt);
-      continue;
-    }
-    if ((outlived->until - since).ns <= deadline) {
-      judgement.doubt(evidence("window", moment(outlived->until),
-                               "a stream ends here, before the deadline of " + seq +
-                                   ", whose end may be missing with the rest"));
-      continue;
-    }
-    judgement.fail(evidence("callback_start", open.start,
-                            seq + " starts, released at " + std::to_string(since.ns) +
-                                " at the latest, and has no end"));
-    const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
-                       " later, as " + outlived->sign + "; the deadline is " +
-                       nanoseconds(deadline);
-    judgement.fail(outlived->until == outlived->last.time
-                       ? without_event(outlived->last, still)
-                       : evidence("window", moment(outlived->until), still));
+void judge_outlived(const RuleContext& context, const CallbackFacts& callback,
+                    const OpenInstance& open, std::int64_t deadline, Judgement& judgement) {
+  const auto since = latest_release(open);
+  const auto outlived = analysis::outlived(context, callback, open);
+  if (!outlived || (outlived->last.time - since).ns <= deadline) return;
+  const auto& window = context.options.window;
+  if (window && (window->to - since).ns <= deadline) return;  // asked for up to there
+  const auto seq = "seq " + std::to_string(open.seq);
+  judgement.check();
+  if (outlived->doubt) {
+    judgement.doubt(outlived->doubt);
+    return;
   }
+  if ((outlived->until - since).ns <= deadline) {
+    judgement.doubt(evidence("window", moment(outlived->until),
+                             "a stream ends here, before the deadline of " + seq +
+                                 ", whose end may be missing with the rest"));
+    return;
+  }
+  judgement.fail(evidence(
+      "callback_start", open.start,
+      seq + " starts, released at " + std::to_string(since.ns) + " at the latest, and has no end"));
+  const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
+                     " later, as " + outlived->sign + "; the deadline is " + nanoseconds(deadline);
+  judgement.fail(outlived->until == outlived->last.time
+                     ? without_event(outlived->last, still)
+                     : evidence("window", moment(outlived->until), still));
 }
 
 // "8 ns"; "at least 8 ns" where no release is known exactly.
@@ -178,7 +174,11 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         judgement.doubt(loss);
         judgement.overrule(doubtful_ends(callback, loss));
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
-        judge_outlived(context, callback, loss.has_value(), deadline, judgement);
+        if (!loss) {
+          for_each_open(callback, [&](const OpenInstance& open) {
+            judge_outlived(context, callback, open, deadline, judgement);
+          });
+        }
         judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
                    judgement);
         if (callback.outside && callback.outside->max_response) {

@@ -91,6 +91,8 @@ class InstanceBuilder {
   // Finalises instances that nothing later in the trace can change any more.
   void advance(const EventHead& head) { ended_.advance(head); }
   void finish();
+  // Lists what has begun and not ended so far (CallbackFacts::running).
+  void look();
   // The thread will run its callback soon: what that takes will be in the cache. First what is found by
   // index, then what lies where only that tells.
   void prefetch(const KnownEmitter& runner) const noexcept;

@@ -114,7 +114,21 @@ void InstanceBuilder::on_exit(const EventHead& head, HostIndex host, std::int64_
     measure_open(*pending, timeline_.mark(host, tid, head.time));
 }
 
+void InstanceBuilder::look() {
+  for (auto& facts : model_.callbacks)
+    facts.running.clear();
+  for (const auto& thread : threads_) {
+    for (const auto& pending : thread.open) {
+      auto& running = pending->callback_facts->running;
+      const bool has_ended = pending->left_before.has_value();  // by an exception, untold
+      if (!has_ended && running.size() < kMaxOpenListed) running.push_back(open_instance(*pending));
+    }
+  }
+}
+
 void InstanceBuilder::finish() {
+  for (auto& facts : model_.callbacks)
+    facts.running.clear();
   held_publications_.tell_all();
   ended_.measure_all();
   std::vector<std::unique_ptr<PendingInstance>> open;

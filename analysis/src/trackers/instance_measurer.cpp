@@ -10,7 +10,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
 // From here on not every instance has its duration as what is certain of its response time.
@@ -193,15 +192,8 @@ void InstanceMeasurer::measure(const PendingInstance& pending) {
     case InstanceState::open:
       ++facts.open_count;
       if (facts.open.size() < kMaxOpenListed) {
-        auto& open = facts.open.emplace_back(
-            OpenInstance{.start = pending.start,
-                         .seq = pending.seq,
-                         .release = measured.release,
-                         .release_exact = measured.release_source == ReleaseSource::exact,
-                         .missed = pending.missed,
-                         .thread = pending.thread.value_or(ThreadIndex{kNoId}),
-                         .is_left = is_left(pending),
-                         .next_release = std::nullopt});
+        auto& open = facts.open.emplace_back(open_instance(pending));
+        open.is_left = is_left(pending);
         const bool is_measured =
             pending.measured_to && pending.parts && model_.hosts[at(pending.host)].has_switches;
         if (is_measured && is_recorded(pending))

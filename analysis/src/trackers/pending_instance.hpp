@@ -69,6 +69,16 @@ bool has_ended_after(const PendingInstance& pending,
   return start && start->second.time < pending.end->time;
 }
 
+// Of one that has not ended.
+inline OpenInstance open_instance(const PendingInstance& pending) {
+  return {.start = pending.start,
+          .seq = pending.seq,
+          .release = pending.release,
+          .release_exact = pending.release.has_value(),
+          .missed = pending.missed,
+          .thread = pending.thread.value_or(ThreadIndex{kNoId})};
+}
+
 // Of an instance that another one of its callback began in, or that another one began inside of.
 inline CallbackFacts::Overlap overlap_of(const PendingInstance& pending) {
   return {.first_seq = pending.seq,

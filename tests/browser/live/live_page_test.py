@@ -38,7 +38,7 @@ def callback(index, name, window=(1000,), **changes):
             "tids": [101], "isolated": True, "isolation": "isolated", "ended": False, "deadline_ns": 5000,
             "deadline_of_spec": True, "period_ns": None, "exact": True,
             "window": {"instances": len(window), "late": 0, "missed_releases": 0, "response_time_ns": summary(*window)},
-            "total": total, "last_response_ns": window[-1], "last_end_ns": 0, "recent": [], **changes}
+            "total": total, "open": {"longest_ns": None, "late": 0, "long": False, "certain": False}, "last_response_ns": window[-1], "last_end_ns": 0, "recent": [], **changes}
 
 
 def thread(name, **changes):
@@ -162,6 +162,17 @@ class LivePage(unittest.TestCase):
         self.assertEqual(self.names(), ["c", "b", "a"])
         self.send(snapshot([callback(0, "b"), callback(3, "d")]))
         self.assertEqual(self.names(), ["d", "b"], "as it was sorted")
+
+    def test_an_instance_that_does_not_end_is_told(self):
+        hanging = {"longest_ns": 4_900_000_000, "late": 1, "long": True, "certain": True}
+        self.open(snapshot([callback(0, "hanging", open=hanging),
+                            callback(1, "unseen", open={**hanging, "late": 0, "certain": False}),
+                            callback(2, "busy", open={**hanging, "late": 0, "long": False})]))
+        self.assertEqual(self.row("hanging")["last"], ["\u2717 >4.900\u202fs", "bad"])
+        self.assertEqual(self.row("unseen")["last"], [">4.900\u202fs", ""])
+        self.assertEqual(self.row("busy")["last"], ["1.000\u202fus", ""])
+        self.assertEqual(self.see("#message"), ["hanging has not ended for 4.900\u202fs; "
+                                                "unseen began 4.900\u202fs ago, and its end was not seen"])
 
     def test_what_the_spec_forbids_is_marked(self):
         self.open(snapshot([

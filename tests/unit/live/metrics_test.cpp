@@ -68,6 +68,18 @@ TEST(Metrics, WhatIsNoTimerHasNoMissedReleases) {
   EXPECT_EQ(metrics.text().find("cie_callback_missed_releases_total{"), std::string::npos);
 }
 
+TEST(Metrics, TellForHowLongAnInstanceHasBeenOpen) {
+  const std::string of = R"(cie_callback_open_seconds{host="h",pid="7",callback="/a"})";
+  Metrics metrics;
+  auto s = snapshot();
+  metrics.add(s);
+  EXPECT_TRUE(has_line(metrics.text(), of + " 0"));
+  s.callbacks.push_back(s.callbacks[0]);
+  s.callbacks[1].open_ns = 4'500'000'000;
+  metrics.add(s);
+  EXPECT_TRUE(has_line(metrics.text(), of + " 4.5"));
+}
+
 TEST(Metrics, LabelsAreEscaped) {
   Metrics metrics;
   auto s = snapshot();

@@ -31,7 +31,7 @@ constexpr const char* kTwoCallbacks = R"(
   407 end drive)";
 
 struct Watched {
-  explicit Watched(const char* text, const SchedulingSpec* spec = nullptr)
+  explicit Watched(const std::string& text, const SchedulingSpec* spec = nullptr)
       : analyzer({.spec = spec, .allow_crash = true, .is_live = true}, &monitor),
         trace(test::trace_of(text)) {}
   Snapshot until(std::int64_t time) {
@@ -227,7 +227,6 @@ TEST(Monitor, TotalsAreOfEveryInstanceWhetherItsReleaseIsKnownOrNot) {
   EXPECT_EQ(plan.response->max, 40) << "of the window, which is a part of all";
 }
 
-// Which one never ended is settled when all is over.
 TEST(Monitor, PassesNoDeadlineWhereTheTotalsSayThatAnInstanceNeverEnded) {
   const auto spec = SchedulingSpec::parse(R"(
 callback_groups:
@@ -247,8 +246,81 @@ callback_groups:
     return found != snapshot.verdicts.end() ? found->verdict : Verdict::pass;
   };
   EXPECT_EQ(verdict(watched.until(220)), Verdict::pass) << "it may have ended meanwhile";
-  EXPECT_EQ(verdict(watched.until(1000)), Verdict::inconclusive) << "2 started, 1 ended";
+  EXPECT_EQ(verdict(watched.until(1000)), Verdict::fail) << "2 started, 1 ended";
   EXPECT_EQ(verdict(watched.monitor.describe(watched.analyzer.finish(), {})), Verdict::fail);
+}
+
+constexpr const char* kHanging = R"(
+    process app crash
+    callback plan timer period=100 deadline=30
+    callback other timer period=100
+    100 start plan release=100
+    120 end plan
+    200 start plan release=200
+    229 start other release=225
+    231 end other
+    260 start other release=260
+    265 end other)";
+
+TEST(Monitor, CountsAsLateWhatHasNotEndedByItsDeadlineAsItsProcessShows) {
+  Watched watched(kHanging);
+  const auto plan = [&watched](std::int64_t time) {
+    return watched.callback(watched.until(time), "plan");
+  };
+  const auto in_time = plan(229);
+  EXPECT_EQ(in_time.open_ns, 29);
+  EXPECT_EQ(in_time.total_late, 0U);
+  EXPECT_FALSE(in_time.is_open_long);
+  const auto late = plan(231);
+  EXPECT_EQ(late.open_ns, 31);
+  EXPECT_EQ(late.open_late, 1U);
+  EXPECT_TRUE(late.is_open_long && late.is_open_certain);
+  EXPECT_EQ(late.late, 1U);
+  EXPECT_EQ(late.total_late, 1U);
+  EXPECT_EQ(late.total_instances, 1U) << "it has not ended";
+  const auto later = watched.until(265);
+  EXPECT_EQ(watched.callback(later, "plan").total_late, 1U) << "the same one";
+  EXPECT_EQ(watched.callback(later, "other").open_ns, std::nullopt);
+  EXPECT_EQ(later.verdict, Verdict::fail);
+}
+
+TEST(Monitor, CountsALateInstanceOnceWhetherItHasEndedOrNot) {
+  Watched watched(R"(
+    process app crash
+    callback plan timer period=100 deadline=30
+    callback other timer period=100
+    200 start plan release=200
+    231 start other release=225
+    240 end plan
+    245 end other)");
+  for (const std::int64_t time : {231, 240, 245})
+    EXPECT_EQ(watched.callback(watched.until(time), "plan").total_late, 1U) << time;
+}
+
+TEST(Monitor, SaysNotThatAnInstanceIsOpenWhoseEndMayBeMissing) {
+  Watched watched(std::string(kHanging) + "\n240 discard user until=245 count=1");
+  const auto snapshot = watched.until(265);
+  const auto& plan = watched.callback(snapshot, "plan");
+  EXPECT_TRUE(plan.is_open_long);
+  EXPECT_FALSE(plan.is_open_certain);
+  EXPECT_EQ(plan.total_late, 0U);
+}
+
+TEST(Monitor, WithoutADeadlineAnInstanceIsOpenForLongAfterASecond) {
+  Watched watched(R"(
+    process app crash
+    callback plan subscription
+    callback other timer period=100
+    200 start plan release=200
+    231 start other release=225
+    245 end other
+    1000000200 start other release=1000000200
+    1000000201 end other)");
+  EXPECT_FALSE(watched.callback(watched.until(1'000'000'200), "plan").is_open_long);
+  const auto snapshot = watched.until(1'000'000'201);
+  const auto& plan = watched.callback(snapshot, "plan");
+  EXPECT_TRUE(plan.is_open_long && plan.is_open_certain);
+  EXPECT_FALSE(plan.total_late);
 }
 
 TEST(Monitor, WhatEndedIsForgottenAfterAWhile) {

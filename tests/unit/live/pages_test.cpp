@@ -88,6 +88,29 @@ class PagesTest : public testing::Test {
   Pages pages_{history_, SortKey::response, ""};
 };
 
+TEST_F(PagesTest, TellsOfAnInstanceThatHasNotEnded) {
+  auto hanging = first_snapshot();
+  auto& slow = hanging.callbacks[0];
+  slow.open_ns = 4'900'000'000;
+  slow.deadline_ns = 50'000'000;
+  slow.is_open_long = slow.is_open_certain = true;
+  history_.add(hanging);
+  const auto screen = draw({.rows = 20, .columns = 120});
+  EXPECT_NE(screen.find("slow timer 1 ns has not ended for 4.900 s (deadline 50.00 ms)"),
+            std::string::npos)
+      << screen;
+  EXPECT_NE(screen.find(" >4.900 s"), std::string::npos) << screen;
+  const viewer_export::TextStyle style{};
+  const auto text = batch_text(hanging, SortKey::response, {}, style);
+  EXPECT_NE(text.find("slow timer 1 ns has not ended for 4.900 s (deadline 50.00 ms)\n"),
+            std::string::npos)
+      << text;
+  slow.is_open_certain = false;
+  EXPECT_NE(batch_text(hanging, SortKey::response, {}, style)
+                .find("slow timer 1 ns began 4.900 s ago, and its end was not seen"),
+            std::string::npos);
+}
+
 TEST_F(PagesTest, FitEveryScreenAndHoldNoEscapeSequence) {
   for (const auto* keys : {"c", "t", "v", "h"}) {
     type(keys);

@@ -108,5 +108,24 @@ TEST(SaveTrigger, DeadlinesThatTheApplicationDeclaresAreTheFlightRecordersOwn) {
   EXPECT_FALSE(trigger.take(kStart, false));
 }
 
+// The flight recorder sees it when it ends, which it may never do.
+TEST(SaveTrigger, AnInstanceThatHasNotEndedByAnyDeadlineIsAReason) {
+  for (const bool is_of_spec : {false, true}) {
+    SaveTrigger trigger({.most = 10, .least_interval = milliseconds(0)});
+    auto snapshot = with_late("/drive@Timer(2)", 1, is_of_spec);
+    snapshot.callbacks[0].open_ns = 6'000'000;
+    snapshot.callbacks[0].open_late = 1;
+    trigger.see(snapshot);
+    EXPECT_EQ(
+        trigger.take(kStart, false),
+        "/drive@Timer(2) missed its deadline of 5.000 ms, by an instance that has not ended for "
+        "6.000 ms");
+    trigger.see(snapshot);
+    EXPECT_FALSE(trigger.take(kStart, false)) << "it was told";
+    trigger.see(with_late("/drive@Timer(2)", 1, is_of_spec));
+    EXPECT_FALSE(trigger.take(kStart, false)) << "it has ended";
+  }
+}
+
 }  // namespace
 }  // namespace cie::live

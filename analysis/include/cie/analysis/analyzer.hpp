@@ -78,8 +78,9 @@ class Analyzer {
   // What the recordings that the events come from say of themselves: before finish().
   void add(std::vector<Recording> recordings);
   // What finish() would say of the events so far, but for instances that have begun and not ended,
-  // or wait for the kernel's events: they count in a later one. More events may follow. Takes time
-  // with the number of subjects, not with that of events.
+  // or wait for the kernel's events: they count in a later one. Of those that have begun R3 and
+  // CallbackReport::longest_open tell. More events may follow. Takes time with the number of
+  // subjects, not with that of events.
   AnalysisResult look();
   // Throws SeveralClocks.
   AnalysisResult finish();

@@ -195,8 +195,10 @@ struct ResponseParts {
 // An instance that did not end.
 struct OpenRun {
   std::uint64_t seq = 0;
-  Duration until_end;  // from its start to the end of the recording
-  // From its release, where that is known, to there; empty unless totals prove that it did not end.
+  // From its start to the end of the recording; of a system that runs, to its process's last event.
+  Duration until_end;
+  // From its release, where that is known, to there; empty unless totals prove that it did not end or,
+  // in a system that runs, nothing tells that its end may be missing.
   std::optional<Duration> response_least{};
 };
 
@@ -229,6 +231,7 @@ struct CallbackReport {
   // ones included. Empty: it is known of all that ended. Not part of the JSON.
   std::optional<Duration> longest_unmeasured{};
   Rare<OpenRun> longest_open{};  // of those that are open; not part of the JSON
+  std::uint64_t late_open = 0;   // of those, beyond the deadline for certain; likewise
   // From its callback_init, unless that repeats what may be older, to its callback_fini, where they were
   // seen; not part of the JSON.
   TimeWindow lived{};
