@@ -32,6 +32,7 @@ add_library(cie_recorder STATIC
   recorder/kernel/switch_check.cpp
   recorder/kernel/tracefs.cpp
   recorder/kernel/tracefs_source.cpp
+  recorder/lttng/consumer_daemons.cpp
   recorder/lttng/deadline_watch.cpp
   recorder/lttng/event_watch.cpp
   recorder/lttng/lttng_calls.cpp

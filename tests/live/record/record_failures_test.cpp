@@ -57,6 +57,28 @@ TEST_P(FailingRecord, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
   EXPECT_GE(starts_of(trace, 0).size(), 10U);
 }
 
+TEST_P(FailingRecord, SaysAtOnceWhenTheConsumerDaemonDied) {
+  Running recorder = sandbox_.start(recording(
+      "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
+  const pid_t application = wait_until_ready("pid");
+  wait_until_recorded("rec");
+  const Finished daemons =
+      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
+  ASSERT_FALSE(daemons.out.empty());
+  const Finished consumers = sandbox_.run(
+      {"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(std::stoi(daemons.out))});
+  ASSERT_FALSE(consumers.out.empty());
+  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
+  const std::string message =
+      "the consumer daemon ended: nothing more is recorded; end the command";
+  EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
+  kill(application, SIGTERM);
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(manifest("rec")["problems"][0].get<std::string>(),
+              HasSubstr("the consumer daemon ended during the recording"));
+}
+
 TEST_P(FailingRecord, RefusesWhatItCannotDoInOneSentence) {
   struct Case {
     std::vector<std::string> arguments;

@@ -1,8 +1,11 @@
 // What /proc tells of other processes.
 #include "system/processes.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <fstream>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -66,6 +69,29 @@ TEST(Processes, OneThatIsGoneHasNothingToDo) {
   if (gone == 0) _exit(0);
   waitpid(gone, nullptr, 0);
   EXPECT_TRUE(is_asleep(gone));
+}
+
+TEST(Processes, AChildRunsUntilItEndsThoughNobodyWaitedForIt) {
+  const Child child([] { pause(); });
+  const auto children = children_of(getpid());
+  EXPECT_NE(std::ranges::find(children, child.pid()), children.end());
+  const auto identity = identity_of(child.pid());
+  EXPECT_TRUE(is_running(identity));
+  kill(child.pid(), SIGKILL);
+  siginfo_t ended{};
+  waitid(P_PID, static_cast<id_t>(child.pid()), &ended, WEXITED | WNOWAIT);
+  EXPECT_FALSE(is_running(identity));
+  auto former = identity_of(getpid());
+  ++former.start_ticks;
+  EXPECT_FALSE(is_running(former)) << "another one has its pid";
+}
+
+TEST(Processes, HaveTheArgumentsThatTheyWereStartedWith) {
+  std::ifstream file("/proc/self/cmdline");
+  std::string program;
+  std::getline(file, program, '\0');
+  EXPECT_TRUE(has_argument(getpid(), program));
+  EXPECT_FALSE(has_argument(getpid(), program.substr(1)));
 }
 
 }  // namespace

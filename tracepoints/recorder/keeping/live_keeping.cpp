@@ -56,6 +56,7 @@ bool LiveKeeping::begin() {
                                               RelayDestination{.control_url = relay_->control_url(),
                                                                .data_url = relay_->data_url(),
                                                                .interval = options_.live_interval});
+  consumers_ = ConsumerDaemons(daemon_->pid());
   tell(fmt::format("url {}/host/{}/{}", relay_->live_url(), host_name(), name));
   const auto deadline = steady_clock::now() + kViewerPatience;
   while (received_.find('\n') == std::string::npos) {
@@ -74,6 +75,12 @@ void LiveKeeping::look_for_applications() {
   applications_ = count;
 }
 
+std::string LiveKeeping::ended_daemon() const {
+  if (!daemon_->is_alive()) return "session daemon";
+  if (!relay_->is_alive()) return "relay daemon";
+  return consumers_.have_ended() ? "consumer daemon" : "";
+}
+
 void LiveKeeping::on_request(Target& target) { target.interrupt(SIGUSR1); }
 
 void LiveKeeping::poll(Target& target) {
@@ -85,9 +92,9 @@ void LiveKeeping::poll(Target& target) {
     return;
   }
   look_for_applications();
-  if (!daemon_->is_alive() || !relay_->is_alive()) {
+  if (const auto daemon = ended_daemon(); !daemon.empty()) {
     target.interrupt(SIGTERM);
-    throw RecordError("a daemon of LTTng ended: nothing can be seen" +
+    throw RecordError("the " + daemon + " ended: nothing can be seen" +
                       (target.is_command() ? " of " + in_quotes(options_.command.front()) : "") +
                       " any more");
   }

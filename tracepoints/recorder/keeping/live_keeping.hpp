@@ -2,6 +2,7 @@
 #pragma once
 
 #include "keeping/keeping.hpp"
+#include "lttng/consumer_daemons.hpp"
 #include "lttng/relay_daemon.hpp"
 #include "lttng/session_daemon.hpp"
 #include "lttng/tracing_session.hpp"
@@ -33,9 +34,12 @@ class LiveKeeping final : public Keeping {
   // Whether the peer is there. A line of it is left in `received_`.
   bool listen(std::chrono::milliseconds patience);
   void look_for_applications();
+  // Empty: all of LTTng's that it needs run.
+  std::string ended_daemon() const;
 
   Options options_;
   std::unique_ptr<SessionDaemon> daemon_;
+  ConsumerDaemons consumers_;
   std::unique_ptr<RelayDaemon> relay_;
   std::unique_ptr<TracingSession> session_;
   std::string received_;

@@ -82,12 +82,14 @@ void Tracing::start_daemon() { daemon_ = std::make_unique<SessionDaemon>(options
 void Tracing::create_session() {
   manifest.session.name = new_session_name(options());
   session_ = std::make_shared<TracingSession>(manifest.session.name, options());
+  consumers_ = ConsumerDaemons(daemon_->pid());
 }
 
 void Tracing::create_session(const RelayDestination& destination) {
   manifest.session.name = new_session_name(options());
   session_ = std::make_shared<TracingSession>(SessionKind::relayed, manifest.session.name,
                                               options(), destination);
+  consumers_ = ConsumerDaemons(daemon_->pid());
 }
 
 // A recording without this is worth as much, so it does not fail.
@@ -156,14 +158,24 @@ bool Tracing::has_checked_daemon() {
     return false;
   }
   next_check_ = Clock::now() + kCheckInterval;
-  if (daemon_->is_alive()) {
-    return true;
+  if (!daemon_->is_alive()) {
+    is_daemon_lost_ = true;
+    note_end_of("session daemon");
+    return false;
   }
-  is_daemon_lost_ = true;
-  console.warn("the session daemon ended: nothing more is recorded");
-  manifest.problems.emplace_back(
-      "the session daemon ended during the recording: what was not yet written is lost");
-  return false;
+  if (!is_consumer_lost_ && consumers_.have_ended()) {
+    is_consumer_lost_ = true;
+    note_end_of("consumer daemon");
+  }
+  return true;
+}
+
+void Tracing::note_end_of(const std::string& daemon) {
+  console.warn(
+      fmt::format("the {} ended: nothing more is recorded; {}", daemon,
+                  options().is_attach() ? "record again" : "end the command, and record it again"));
+  manifest.problems.emplace_back("the " + daemon +
+                                 " ended during the recording: what was not yet written is lost");
 }
 
 void Tracing::check_space() {
@@ -193,7 +205,7 @@ void Tracing::end_tick(Target& target) {
   console.show_progress(target.age(),
                         std::max({registration_.count(), manifest.processes.size(), told}),
                         target.is_command());
-  if (is_daemon_lost_ && !target.is_command()) {
+  if ((is_daemon_lost_ || is_consumer_lost_) && !target.is_command()) {
     target.interrupt(SIGTERM);
   }
 }

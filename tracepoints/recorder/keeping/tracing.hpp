@@ -4,6 +4,7 @@
 
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "lttng/consumer_daemons.hpp"
 #include "lttng/process_watch.hpp"
 #include "lttng/session_daemon.hpp"
 #include "lttng/tracing_session.hpp"
@@ -46,7 +47,7 @@ class Tracing {
   void note_processes();
   // Whether anybody is recorded.
   void look_for_applications(Target& target);
-  // Whether the daemon is alive is looked at every second: true then, if it is.
+  // Whether the daemons are alive is looked at every second: true then, if the session daemon is.
   bool has_checked_daemon();
   // Warns of a disk that is almost full; a full one is a problem of the manifest.
   void check_space();
@@ -88,16 +89,20 @@ class Tracing {
   using Clock = std::chrono::steady_clock;
 
   void note_running(const Target& target);
+  // A warning, and a problem of the manifest: that daemon ended, so nothing more is recorded.
+  void note_end_of(const std::string& daemon);
 
   Options options_;
   DirectoryClaim claim_;
   std::unique_ptr<SessionDaemon> daemon_;
+  ConsumerDaemons consumers_;
   std::unique_ptr<ProcessWatch> processes_;
   std::shared_ptr<TracingSession> session_;
   Registration registration_;
   std::optional<Instant> ending_;  // empty: it goes on
   bool has_noted_first_ = false;   // of those that registered
   bool is_daemon_lost_ = false;
+  bool is_consumer_lost_ = false;  // the session daemon still answers
   bool has_warned_of_space_ = false;
   bool has_noted_full_disk_ = false;
   Clock::time_point next_check_ = Clock::now();

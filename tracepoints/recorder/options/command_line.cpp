@@ -60,13 +60,13 @@ void size_buffers(Options& options) {
 // For CLI11: what is wrong with the text of a time; empty if nothing is.
 std::string seconds_complaint(const std::string& text) {
   constexpr double kMost = 1e9;
-  const auto seconds = parse_number<double>(text);
-  if (seconds && *seconds > 0 && *seconds <= kMost) return {};
+  const auto number = parse_number<double>(text);
+  if (number && *number > 0 && *number <= kMost) return {};
   return fmt::format("takes seconds, above 0 and at most {:.0f}, and not \"{}\"", kMost, text);
 }
 
-std::chrono::milliseconds milliseconds_of(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+std::chrono::milliseconds milliseconds_of(double number_of_seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(number_of_seconds * 1000));
 }
 
 // Unless somebody chose.

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <thread>
@@ -64,6 +65,30 @@ std::optional<ProcessIdentity> parse_identity(std::string text) {
   const bool is_one =
       static_cast<bool>(parts >> identity.pid_namespace >> identity.pid >> identity.start_ticks);
   return is_one && identity.pid > 0 ? std::optional(identity) : std::nullopt;
+}
+
+bool is_running(const ProcessIdentity& process) {
+  return identity_of(process.pid) == process && state_of(in_proc(process.pid)).value_or('Z') != 'Z';
+}
+
+std::vector<pid_t> children_of(pid_t pid) {
+  std::vector<pid_t> children;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename().string();
+    const auto child = static_cast<pid_t>(std::strtol(name.c_str(), nullptr, 10));
+    if (child > 0 && parent_of(child) == pid) children.push_back(child);
+  }
+  return children;
+}
+
+bool has_argument(pid_t pid, std::string_view argument) {
+  std::ifstream file("/proc/" + in_proc(pid) + "/cmdline");
+  std::string each;
+  while (std::getline(file, each, '\0')) {
+    if (each == argument) return true;
+  }
+  return false;
 }
 
 void end_process(pid_t pid, std::chrono::milliseconds patience) noexcept {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <sys/types.h>
 
@@ -38,6 +40,15 @@ ProcessIdentity identity_of(pid_t pid);
 // "4026531836-1234-56789", and back; empty if it is no such text.
 std::string to_text(const ProcessIdentity& identity);
 std::optional<ProcessIdentity> parse_identity(std::string text);
+
+// Whether it is still that process and runs; one that ended and that nobody waited for does not.
+bool is_running(const ProcessIdentity& process);
+
+// Those that it is the parent of.
+std::vector<pid_t> children_of(pid_t pid);
+
+// One of its arguments is this; false if it is gone.
+bool has_argument(pid_t pid, std::string_view argument);
 
 // Whether a process of this group runs; one that ended and that nobody waited for does not.
 bool is_group_running(pid_t group);
