@@ -6,6 +6,7 @@
 #include "commands.hpp"
 #include "companion.hpp"
 #include "exit_code.hpp"
+#include "failure.hpp"
 #include "feed.hpp"
 #include "flight_saver.hpp"
 #include "history.hpp"
@@ -42,6 +43,8 @@ constexpr milliseconds kLongestWait{200};
 constexpr std::chrono::seconds kReaderSilence{3};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{60};
+// How long the recorder takes at most to notice that a daemon of LTTng ended.
+constexpr std::chrono::seconds kNoticePatience{3};
 
 // What `name` stands for: the URL of a session, or of a relay daemon with all of its, or a
 // session's name at the one here.
@@ -188,7 +191,10 @@ class Live {
         failure_ = line->substr(kError.size());
         continue;
       }
-      history_.add(live::parse_snapshot(*line));
+      auto snapshot = live::parse_snapshot(*line);
+      if (snapshot.state == live::SourceState::ended && has_companion_failed())
+        live::note_failure(snapshot, companion_->failure());
+      history_.add(std::move(snapshot));
       ++snapshots_;
       if (saver_) trigger_.see(history_.latest());
       views_->show();
@@ -198,9 +204,27 @@ class Live {
     if (feed_->is_over()) {
       const auto reason = feed_->failure();
       if (failure_.empty()) failure_ = reason;
+      if (has_companion_failed()) failure_ = companion_->failure();
+      const bool is_told = snapshots_ == 0 || history_.latest().state == live::SourceState::ended;
+      if (!failure_.empty() && !is_told) show_again(live::SourceState::ended, failure_);
       views_->source_ended(failure_);
       if (!views_->stays_after_the_end()) is_done_ = true;
     }
+  }
+
+  // The session that it started has ended. Unless it ended that itself, it notices now.
+  bool has_companion_failed() {
+    if (!companion_) return false;
+    const auto deadline = steady_clock::now() + kNoticePatience;
+    const auto may_tell = [this] {
+      return companion_->failure().empty() && companion_->command_end().empty() &&
+             companion_->socket() >= 0 && !is_ending_;
+    };
+    for (hear_companion(); may_tell() && steady_clock::now() < deadline; hear_companion()) {
+      pollfd descriptor{.fd = companion_->socket(), .events = POLLIN, .revents = 0};
+      ::poll(&descriptor, 1, static_cast<int>(kLongestWait.count()));
+    }
+    return !companion_->failure().empty();
   }
 
   void hear_companion() {
@@ -215,15 +239,22 @@ class Live {
     if (silence < kReaderSilence) silence_told_ = silence_told_.zero();
     if (is_done_ || feed_->is_over() || silence < silence_told_ + kReaderSilence) return;
     silence_told_ += kReaderSilence;
+    show_again(live::SourceState::lost,
+               fmt::format("no answer from the relay daemon for {} s", silence_told_.count()));
+  }
+
+  // What was seen last, now that it is not followed any more.
+  void show_again(live::SourceState state, const std::string& why) {
     auto last = history_.latest();
-    last.state = live::SourceState::lost;
+    last.state = state;
     last.source = feed_options_.url;
     last.watched = feed_options_.watched;
-    last.message = fmt::format("no answer from the relay daemon for {} s", silence_told_.count());
+    last.message = why;
     last.events_per_second = 0;
     last.changes.clear();
     for (auto& callback : last.callbacks)
       callback.recent.clear();
+    if (state == live::SourceState::ended) live::note_failure(last, why);
     history_.add(std::move(last));
     views_->show();
   }

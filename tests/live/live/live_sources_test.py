@@ -92,6 +92,21 @@ class Command(unittest.TestCase):
         self.assertEqual(done.stdout.count("cie live  "), 2)
         self.assertEqual(support.no_leftovers(), [])
 
+    def test_the_last_line_says_that_the_consumer_daemon_ended(self):
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--",
+                                 *app("--until-signal", "--period-us", 5000)])
+        program.until(lambda s: callback(s, TIMER))
+        consumers = support.descendants(program.process.pid, "lttng-consumerd")
+        self.assertEqual(len(consumers), 1)
+        os.kill(consumers[0], signal.SIGKILL)
+        last = program.until(lambda s: s["source"]["state"] == "ended")
+        self.assertIn("the consumer daemon ended: nothing can be seen of", last["source"]["message"])
+        self.assertIsNone(last["lost_events"])
+        self.assertNotEqual(last["verdict"], "PASS")
+        self.assertIn(["T2", "INCONCLUSIVE"], [[one["rule"], one["verdict"]] for one in last["verdicts"]])
+        self.assertEqual(program.process.wait(PATIENCE), 4)
+        self.assertEqual(support.no_leftovers(), [])
+
     def test_a_command_that_goes_on_is_killed(self):
         begun = time.monotonic()
         done = live("--json", "-n", 2, "--interval", 0.3, "--", "sh", "-c", "trap '' INT TERM; while :; do sleep 0.1; done")

@@ -136,6 +136,16 @@ def traces(folder):
     return sorted(str(file.parent) for file in Path(folder).rglob("metadata"))
 
 
+def descendants(ancestor, name):
+    """Processes of that name that a process, or one that it started, has started."""
+    listed = subprocess.run(["ps", "-eo", "pid=,ppid=,comm="], capture_output=True, text=True, check=True).stdout
+    rows = [line.split(None, 2) for line in listed.splitlines()]
+    found = {ancestor}
+    while more := {int(pid) for pid, parent, _ in rows if int(parent) in found} - found:
+        found |= more
+    return [int(pid) for pid, _, program in rows if int(pid) in found and program.startswith(name)]
+
+
 def no_leftovers():
     """Folders of ours in the place for temporary files."""
     return sorted(Path(os.environ.get("TMPDIR", "/tmp")).glob("cie-relay-??????"))
