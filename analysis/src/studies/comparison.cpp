@@ -312,9 +312,11 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
   if (!record.is_complete) {
     for (const auto& defect : defects) {
       if (!may_cost_runs(defect)) continue;
+      const bool is_of_recorder = defect.kind == DefectKind::recorder_problem;
       const auto known = std::ranges::find(record.losses, defect.kind, &RecordLoss::kind);
-      if (known == record.losses.end()) {
-        record.losses.push_back({defect.kind, defect.count});
+      if (known == record.losses.end() || is_of_recorder) {
+        record.losses.push_back(
+            {defect.kind, defect.count, is_of_recorder ? defect.advice : std::string()});
       } else {
         known->count += defect.count;
       }

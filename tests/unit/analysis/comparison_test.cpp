@@ -168,6 +168,20 @@ TEST(Compare, OfWhatRanBeforeTheRecordItIsUndecidedWhetherItRunsAnyMore) {
   EXPECT_EQ(comparison.outcome(), Outcome::undecided);
 }
 
+TEST(Compare, KeepsWhatTheRecorderSaidOfEachOfItsProblems) {
+  const auto defect = [](DefectKind kind, const char* advice) {
+    return TraceDefect{.kind = kind, .severity = Severity::error, .count = 1, .advice = advice};
+  };
+  const auto record = ComparedRecord::of(
+      {},
+      {defect(DefectKind::recorder_problem, "full"), defect(DefectKind::damaged_packets, "cut"),
+       defect(DefectKind::recorder_problem, "ended"), defect(DefectKind::damaged_packets, "cut")},
+      true);
+  EXPECT_EQ(record.losses, (std::vector<RecordLoss>{{DefectKind::recorder_problem, 1, "full"},
+                                                    {DefectKind::damaged_packets, 2, ""},
+                                                    {DefectKind::recorder_problem, 1, "ended"}}));
+}
+
 // A record a ninth as long has 0 of 10 instances with probability 0.9^10.
 TEST(Compare, ExpectsFewerRunsOfAShorterRecord) {
   ComparedSide before{.record = {.is_complete = true, .losses = {}, .length = Duration{9'000}},

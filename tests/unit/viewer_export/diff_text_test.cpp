@@ -385,6 +385,16 @@ TEST(DiffText, SaysWhatTheRecordsLack) {
                  "  record     not known to be complete: before\n"));
 }
 
+TEST(DiffText, SaysWhichProblemsTheRecorderHad) {
+  using analysis::DefectKind;
+  auto comparison = comparison_of({kSame});
+  comparison.after.losses = {{DefectKind::recorder_problem, 1, "the disk was full"},
+                             {DefectKind::recorder_problem, 1, "the daemon ended"}};
+  EXPECT_THAT(diff_text_of(comparison),
+              HasSubstr("after lacks instances: recorder-problem (the disk was full), "
+                        "recorder-problem (the"));
+}
+
 TEST(DiffText, SaysThatThereIsNothingToCompare) {
   auto added = kSame;
   added.is_before = false;

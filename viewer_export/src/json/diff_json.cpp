@@ -72,8 +72,10 @@ Json json_of(const CallbackChange& change) {
 
 Json json_of(const analysis::ComparedRecord& record) {
   Json losses = Json::array();
-  for (const auto& loss : record.losses)
+  for (const auto& loss : record.losses) {
     losses.push_back({{"kind", analysis::label(loss.kind)}, {"count", loss.count}});
+    if (!loss.advice.empty()) losses.back()["advice"] = loss.advice;
+  }
   return {{"complete", record.is_complete}, {"losses", std::move(losses)}};
 }
 

@@ -1,5 +1,7 @@
 #include "diff_lists.hpp"
 
+#include "words/recording_words.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -20,8 +22,8 @@ constexpr auto kEveryLine = std::numeric_limits<std::size_t>::max();
 std::string losses_in_words(const std::vector<analysis::RecordLoss>& losses) {
   std::string text;
   for (const auto& loss : losses) {
-    text +=
-        fmt::format("{}{} x {}", text.empty() ? "" : ", ", analysis::label(loss.kind), loss.count);
+    text += text.empty() ? "" : ", ";
+    text += name_of_defect(loss.kind, loss.count, loss.advice);
   }
   return text;
 }
@@ -129,7 +131,7 @@ void add_worse_counts(NameLists& lists, const TextStyle& style) {
 Lines record_lines(const analysis::Comparison& comparison, ListLength length,
                    const TextStyle& style) {
   Lines lines;
-  const auto most = length == ListLength::screen ? 1 : kEveryLine;
+  const std::size_t most = length == ListLength::screen ? 3 : kEveryLine;
   const auto say = [&style, &lines, most](const std::string& what) {
     for (const auto& line : paragraph("  record     ", what, most, style))
       lines.push_back(paint(line, Look::doubtful, style));

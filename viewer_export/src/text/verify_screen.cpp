@@ -398,7 +398,8 @@ class VerifyScreen {
     std::string defects;
     for (const auto& defect : judged_.report.defects) {
       if (defect.severity == analysis::Severity::info) continue;
-      defects += (defects.empty() ? "" : ", ") + name_of_defect(defect);
+      defects +=
+          (defects.empty() ? "" : ", ") + name_of_defect(defect.kind, defect.count, defect.advice);
     }
     return defects.empty() ? Lines{} : Lines{defects_of_trace(defects)};
   }

@@ -98,10 +98,11 @@ std::optional<bool> is_complete(const analysis::Report& report) {
   return is_known ? std::optional(false) : std::nullopt;
 }
 
-std::string name_of_defect(const analysis::TraceDefect& defect) {
-  if (defect.kind == analysis::DefectKind::recorder_problem)
-    return fmt::format("{} ({})", analysis::label(defect.kind), printable(defect.advice));
-  return fmt::format("{} x {}", analysis::label(defect.kind), defect.count);
+std::string name_of_defect(analysis::DefectKind kind, std::uint64_t count,
+                           std::string_view advice) {
+  if (kind == analysis::DefectKind::recorder_problem)
+    return fmt::format("{} ({})", analysis::label(kind), printable(advice));
+  return fmt::format("{} x {}", analysis::label(kind), count);
 }
 
 std::string_view unknown_losses(const analysis::Report& report) {

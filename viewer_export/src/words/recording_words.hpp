@@ -4,6 +4,7 @@
 #include <cie/analysis/report.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,7 +34,7 @@ inline constexpr std::string_view kNoCallbackSeen =
 std::string window_words(const analysis::TimeWindow& window);
 
 // "discarded-events x 5"; of a problem of the recorder, what it says.
-std::string name_of_defect(const analysis::TraceDefect& defect);
+std::string name_of_defect(analysis::DefectKind kind, std::uint64_t count, std::string_view advice);
 
 // Where the number of lost events is not known: "whole packets lost", or "losses unknown" where the recorder
 // failed.

@@ -152,6 +152,7 @@ class SamplesById {
 struct RecordLoss {
   DefectKind kind{};
   std::uint64_t count = 0;
+  std::string advice{};  // of a recorder's problem, of which each is one: what it said
   friend bool operator==(const RecordLoss&, const RecordLoss&) = default;
 };
 
