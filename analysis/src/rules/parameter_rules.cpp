@@ -199,7 +199,9 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   }
   note += failure_of(*applied);
   if (differs_later) note += ", and read back later was " + describe(*last);
-  judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
+  auto failed = evidence("thread_sched", applied->at, std::move(note));
+  failed.error = applied->error;
+  judgement.fail(std::move(failed));
 }
 
 // Threads whose announcement was lost may have been anybody's.

@@ -3,9 +3,12 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <string>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace cie::scheduling {
 namespace {
@@ -41,6 +44,28 @@ bool KernelView::has_capability(unsigned bit) const {
 bool KernelView::is_in_first_user_namespace() const {
   const auto map = line(path("/proc/self/uid_map"));
   return !map || words_of(*map) == std::vector<std::string>{"0", "0", "4294967295"};
+}
+
+std::uint64_t KernelView::threads_of_user() const {
+  std::uint64_t threads = 0;
+  std::error_code error;
+  std::filesystem::directory_iterator entry(path("/proc"), error);
+  for (const std::filesystem::directory_iterator end; !error && entry != end;
+       entry.increment(error)) {
+    const auto name = entry->path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream status{entry->path() / "status"};
+    bool is_ours = false;
+    for (std::string text; std::getline(status, text);) {
+      std::istringstream words{text};
+      std::string key;
+      std::uint64_t value = 0;
+      words >> key >> value;
+      if (key == "Uid:") is_ours = value == getuid();
+      if (key == "Threads:" && is_ours) threads += value;
+    }
+  }
+  return threads;
 }
 
 std::optional<std::string> KernelView::allowed_cpus() const {

@@ -195,22 +195,25 @@ std::string why_memory_lock_refused(int error, const KernelView& kernel) {
 }
 
 std::string why_no_thread(int error, const KernelView& kernel) {
-  if (error != EAGAIN) return refused(error, "the kernel gives no other reason");
+  if (error != EAGAIN) return "the kernel gives no other reason";
   if (const auto group = kernel.group("pids")) {
     const auto most = KernelView::number(group->folder / "pids.max");
     const auto now = KernelView::number(group->folder / "pids.current");
-    if (most && now && *now >= *most) {
-      return refused(
-          error, "the pids control group is full: raise " + (group->folder / "pids.max").string());
-    }
+    if (most && now && *now >= *most)
+      return "the pids control group is full: raise " + (group->folder / "pids.max").string();
   }
   const auto limit = kernel.limit("Max processes");
-  return refused(error,
-                 fmt::format("{}memory for its stack (RLIMIT_MEMLOCK, if memory is locked), or the "
-                             "creator is SCHED_DEADLINE without reset-on-fork",
-                             limit == kUnlimited ? ""
-                             : limit             ? fmt::format("RLIMIT_NPROC ({}), ", *limit)
-                                                 : "RLIMIT_NPROC, "));
+  const auto threads = kernel.threads_of_user();
+  if (limit && limit != kUnlimited && threads >= *limit) {
+    return fmt::format("this user has {} threads, and RLIMIT_NPROC is {}: raise `ulimit -u`",
+                       threads, *limit);
+  }
+  return fmt::format(
+      "{}memory for its stack (RLIMIT_MEMLOCK, if memory is locked), or the "
+      "creator is SCHED_DEADLINE without reset-on-fork",
+      limit == kUnlimited ? ""
+      : limit             ? fmt::format("RLIMIT_NPROC ({}), ", *limit)
+                          : "RLIMIT_NPROC, ");
 }
 
 }  // namespace cie::scheduling

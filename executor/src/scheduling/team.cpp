@@ -1,18 +1,34 @@
 #include <cie/scheduling/team.hpp>
 #include <cie/scheduling/threads.hpp>
 
+#include <cstddef>
+#include <string>
 #include <system_error>
 #include <utility>
 
 namespace cie::scheduling {
+
+namespace {
+
+// "cannot start the thread "plan", of callback "/planner@Timer(10)" (why)": the exception adds what the errno says.
+std::string no_thread(const ThreadPlan& plan, const std::string& why) {
+  auto text = "cannot start the thread \"" + plan.name + '"';
+  for (std::size_t i = 0; i < plan.callbacks.size(); ++i)
+    text += (i == 0 ? ", of callback \"" : ", \"") + plan.callbacks[i].id + '"';
+  return text + " (" + why + ')';
+}
+
+}  // namespace
 
 Team::Team(TeamBody body, const std::vector<ThreadPlan>& plans, ThreadConfigurator& configurator)
     : body_(std::move(body)),
       configurator_(configurator),
       present_(plans.size()),
       unconfigured_(plans.size()) {
+  const ThreadPlan* starting = nullptr;
   try {
     for (const ThreadPlan& plan : plans) {
+      starting = &plan;
       threads_.emplace_back([this, plan] {
         run(plan);
         present_.fetch_sub(1, std::memory_order_release);
@@ -21,8 +37,9 @@ Team::Team(TeamBody body, const std::vector<ThreadPlan>& plans, ThreadConfigurat
   } catch (const std::system_error& error) {
     stop();
     join();
-    throw std::system_error{
-        error.code(), "cannot start a thread: " + configurator.why_no_thread(error.code().value())};
+    if (starting == nullptr) throw;
+    throw std::system_error{error.code(),
+                            no_thread(*starting, configurator.why_no_thread(error.code().value()))};
   } catch (...) {
     stop();
     join();

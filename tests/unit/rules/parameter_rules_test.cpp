@@ -83,6 +83,7 @@ TEST(ParametersAsSpecifiedEvidence, SaysWhatWasAskedForAndWhatRuns) {
       HasSubstr(
           "-90 thread_sched spec.yaml:2 asks for SCHED_FIFO 80 on CPUs 1; the thread "
           "runs SCHED_OTHER nice 0 on CPUs 0,1 (the request failed with EPERM: Operation not permitted)"));
+  EXPECT_EQ(verified.on("S1", "callback fusion").evidence.at(0).error, 1);
 }
 
 TEST(ParametersAsSpecifiedEvidence, JudgesTheLastApplied) {

@@ -8,8 +8,10 @@
 #include <cerrno>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace cie::scheduling {
 namespace {
@@ -170,7 +172,17 @@ TEST_F(Refusal, OfMemoryNamesTheLimit) {
 }
 
 TEST_F(Refusal, OfAThreadNamesWhatIsFull) {
-  EXPECT_THAT(why_no_thread(EAGAIN, kernel()), HasSubstr("RLIMIT_NPROC (15639)"));
+  EXPECT_THAT(why_no_thread(EAGAIN, kernel()),
+              AllOf(StartsWith("RLIMIT_NPROC (15639), memory"), HasSubstr("SCHED_DEADLINE")));
+  const auto of_user = [](uid_t user, const char* threads) {
+    return fmt::format("Name:\tapp\nUid:\t{0}\t{0}\t{0}\t{0}\nThreads:\t{1}\n", user, threads);
+  };
+  write("proc/100/status", of_user(getuid(), "15000"));
+  write("proc/101/status", of_user(getuid() + 1, "9000"));
+  EXPECT_THAT(why_no_thread(EAGAIN, kernel()), HasSubstr("memory for its stack"));
+  write("proc/102/status", of_user(getuid(), "639"));
+  EXPECT_EQ(why_no_thread(EAGAIN, kernel()),
+            "this user has 15639 threads, and RLIMIT_NPROC is 15639: raise `ulimit -u`");
   write("proc/thread-self/cgroup", "5:pids:/app\n");
   write("proc/self/mountinfo", "30 25 0:26 / /sys/fs/cgroup/pids rw - cgroup cgroup rw,pids\n");
   write("sys/fs/cgroup/pids/app/pids.max", "20\n");

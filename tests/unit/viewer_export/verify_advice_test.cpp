@@ -2,6 +2,7 @@
 #include "sample_report.hpp"
 #include "verify_screens.hpp"
 
+#include <cerrno>
 #include <cstdint>
 #include <vector>
 
@@ -47,6 +48,27 @@ TEST(VerifyScreen, TellsOfRefusedParametersBeforeWhatNeverRanForThem) {
   auto misspelt = never_ran;
   misspelt.about.index.reset();
   EXPECT_THAT(text(misspelt, 0), HasSubstr("  -> write the id that"));
+}
+
+TEST(VerifyScreen, OfARefusedRequestAdvisesByItsErrno) {
+  const auto screen = [](std::vector<int> errors) {
+    analysis::RuleVerdict rule{
+        .id = "S1", .name = "parameters-as-specified", .verdict = Verdict::fail, .subjects = {}};
+    for (const int error : errors) {
+      rule.subjects.push_back(
+          {.subject = "thread 4008", .verdict = Verdict::fail, .checked = 1, .evidence = {}});
+      rule.subjects.back().evidence.emplace_back().error = error;
+    }
+    analysis::VerdictReport verdicts;
+    verdicts.verdict = Verdict::fail;
+    verdicts.rules = {rule};
+    return screen_of(verdicts, analysis::Report{}, {.columns = 400});
+  };
+  EXPECT_THAT(screen({EBUSY, EBUSY}), HasSubstr("-> reserve less in all (runtime / period)"));
+  EXPECT_THAT(screen({EPERM}), HasSubstr("-> give the application CAP_SYS_NICE or a higher limit"));
+  EXPECT_THAT(screen({EINVAL}), HasSubstr("-> look at the values"));
+  for (const auto& errors : {std::vector{EBUSY, EPERM}, std::vector{EBUSY, 0}, std::vector{ESRCH}})
+    EXPECT_THAT(screen(errors), HasSubstr("-> look whether what configures the threads was"));
 }
 
 TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {

@@ -476,6 +476,8 @@ std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
   if (id == analysis::kSpecifiedCallbackSeenRule && are_all_registered(*finding.rule))
     return "let the recording last until the callback has run, or remove its entry";
+  if (const auto remedy = remedy_of_refusal(*finding.rule); !remedy.empty())
+    return std::string(remedy);
   const auto executor = executor_of(*finding.rule, judged.report);
   // Groups of several callbacks do not explain it.
   const bool is_isolated = executor == ExecutorSeen::isolated;

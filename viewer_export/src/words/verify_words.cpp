@@ -5,6 +5,7 @@
 #include "text_layout.hpp"
 
 #include <algorithm>
+#include <cerrno>
 
 #include <fmt/format.h>
 
@@ -127,6 +128,29 @@ std::string_view remedy_of_rule(std::string_view rule, bool is_of_rclcpp) {
   const auto* page = analysis::find_rule_page(rule);
   if (page == nullptr) return {};
   return is_of_rclcpp && !page->remedy_rclcpp.empty() ? page->remedy_rclcpp : page->remedy;
+}
+
+std::string_view remedy_of_refusal(const analysis::RuleVerdict& rule) {
+  int only = 0;
+  for (const auto& subject : rule.subjects) {
+    if (subject.verdict != analysis::Verdict::fail) continue;
+    const auto refused = std::ranges::find_if(
+        subject.evidence, [](const auto& evidence) { return evidence.error != 0; });
+    const auto error = refused == subject.evidence.end() ? 0 : refused->error;
+    if (error == 0 || (only != 0 && only != error)) return {};
+    only = error;
+  }
+  switch (only) {
+    case EPERM:
+      return "give the application CAP_SYS_NICE or a higher limit (ulimit -r, ulimit -e), and look at its own "
+             "message";
+    case EBUSY:
+      return "reserve less in all (runtime / period): the kernel's admission test of SCHED_DEADLINE refused it";
+    case EINVAL:
+      return "look at the values that were asked for, and whether its cpuset allows one of the CPUs";
+    default:
+      return {};
+  }
 }
 
 std::string defects_of_trace(std::string_view names) {

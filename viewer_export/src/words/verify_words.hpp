@@ -43,6 +43,10 @@ ExecutorSeen executor_of(const analysis::RuleVerdict& rule, const analysis::Repo
 // rule.
 std::string_view remedy_of_rule(std::string_view rule, bool is_of_rclcpp);
 
+// What to do where threads did not get their parameters because the kernel refused all of them with one errno.
+// Empty: it did not, or no errno tells more than the rule's page.
+std::string_view remedy_of_refusal(const analysis::RuleVerdict& rule);
+
 // "defects of the trace (what they hide stays undecided): seq-gaps x 5" of their names: no defect
 // changes a verdict, it leaves open what rests on what is missing.
 std::string defects_of_trace(std::string_view names);

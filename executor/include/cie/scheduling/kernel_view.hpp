@@ -31,6 +31,8 @@ class KernelView {
   std::optional<std::string> allowed_cpus() const;  // "0-3,7"
   // A soft limit by its name in /proc/self/limits; kUnlimited if there is none.
   std::optional<std::uint64_t> limit(std::string_view name) const { return files_.limit(name); }
+  // How many threads the processes of this one's real user have, as far as /proc shows them here.
+  std::uint64_t threads_of_user() const;
   // Where a thread of this process (0: the caller) stands for a controller, by paths below the root.
   std::optional<ControlGroup> group(std::string_view controller, std::uint32_t tid = 0) const;
 

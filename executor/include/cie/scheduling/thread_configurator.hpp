@@ -113,7 +113,7 @@ class ThreadConfigurator {
   void refuse_if_any(const std::vector<SchedulingProblem>& problems) const;
 
   std::vector<SchedulingProblem> problems() const;
-  // Why the system gave no thread, in words.
+  // Why the system gave no thread, in words that do not repeat those of the errno.
   std::string why_no_thread(int error) const;
 
  private:
