@@ -1,5 +1,6 @@
 #include <cie/tracepoints/utf8.hpp>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 
@@ -95,20 +96,28 @@ std::string valid_utf8(std::string_view text) {
   return result;
 }
 
-std::string printable(std::string_view text) {
+bool is_unprintable(char32_t character) noexcept {
+  return is_control(character) || is_invisible(character) || is_noncharacter(character);
+}
+
+std::string printable(std::string_view text) { return printable_but_for({}, text); }
+
+std::string printable_but_for(std::string_view kept, std::string_view text) {
+  if (std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; }))
+    return std::string(text);
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
     const auto point = first_code_point(text);
     if (!point.is_valid) {
       result += "\xEF\xBF\xBD";
+    } else if (!is_unprintable(point.value) || kept.find(text.front()) != std::string_view::npos) {
+      result += text.substr(0, point.size);
     } else if (is_control(point.value)) {
       append_hex(result += "\\x", point.value, 2);
-    } else if (is_invisible(point.value) || is_noncharacter(point.value)) {
+    } else {
       append_hex(result += "\\u{", point.value, 1);
       result += '}';
-    } else {
-      result += text.substr(0, point.size);
     }
     text.remove_prefix(point.size);
   }

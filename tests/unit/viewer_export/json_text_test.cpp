@@ -64,8 +64,7 @@ TEST(JsonText, BreaksLinesAsDocumentsDo) {
 
 TEST(JsonText, WritesValuesAsDocumentsDo) {
   const auto expect_same = [](const auto& value) {
-    EXPECT_EQ(written([&value](JsonText& json) { json.value(value); }),
-              Json(value).dump(-1, ' ', false, Json::error_handler_t::replace));
+    EXPECT_EQ(written([&value](JsonText& json) { json.value(value); }), json_text(Json(value)));
   };
   for (const double value :
        {0.0, -0.0, 1.0, 0.1, 1234.5, 1e15, 1e16, 1e-5, 2.0 / 3, 1e300,
@@ -120,7 +119,7 @@ TEST(JsonText, CopiesExactlyWhatNeedsNoEscape) {
   for (std::size_t size = 1; size <= 20; ++size) {
     for (std::size_t at = 0; at < size; ++at) {
       for (int byte = 0; byte < 256; ++byte) {
-        std::string text(size, '\x7f');
+        std::string text(size, '~');
         text[at] = static_cast<char>(byte);
         const auto quoted = '"' + text + '"';
         ASSERT_EQ(needs_no_escape(text), json_string(text) == quoted)
@@ -129,6 +128,17 @@ TEST(JsonText, CopiesExactlyWhatNeedsNoEscape) {
     }
   }
   EXPECT_TRUE(needs_no_escape(""));
+}
+
+TEST(JsonText, EscapesWhatATerminalObeysOrHidesAndMeansTheSame) {
+  const std::string text = "\x7F \xC2\x9B \xE2\x80\xAE \xF3\xA0\x80\x81 \xC3\xA9 \xF0\x9F\x9A\x97";
+  const auto escaped = json_string(text);
+  EXPECT_EQ(escaped, R"("\u007f \u009b \u202e \udb40\udc01 )"
+                     "\xC3\xA9 \xF0\x9F\x9A\x97\"");
+  EXPECT_EQ(Json::parse(escaped), text);
+  std::ostringstream out;
+  write_json(out, Json(text));
+  EXPECT_EQ(out.str(), escaped + '\n');
 }
 
 }  // namespace

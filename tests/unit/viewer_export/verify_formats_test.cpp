@@ -37,9 +37,10 @@ TEST(Xml, EscapesMarkupAndKeepsLines) {
   EXPECT_EQ(xml_escaped("a<b>&\"c\"\n\t\r"), "a&lt;b&gt;&amp;&quot;c&quot;&#10;&#9;&#13;");
 }
 
-TEST(Xml, ReplacesWhatItCannotHold) {
+TEST(Xml, ShowsWhatItCannotHoldAndWhatNobodyCanSee) {
   EXPECT_EQ(xml_escaped("\x1b[31m\xFF\xEF\xBF\xBE\xC3\xA9"),
-            "\xEF\xBF\xBD[31m\xEF\xBF\xBD\xEF\xBF\xBD\xC3\xA9");
+            "\\x1b[31m\xEF\xBF\xBD\\u{fffe}\xC3\xA9");
+  EXPECT_EQ(xml_escaped("a\xC2\x9B\x7F\xE2\x80\xAE"), "a\\x9b\\x7f\\u{202e}");
 }
 
 TEST(VerifyJunit, CountsFailuresErrorsAndWhatIsNotApplicable) {
@@ -59,7 +60,7 @@ TEST(VerifyJunit, InconclusiveIsAnErrorAndNeverSkipped) {
 
 TEST(VerifyJunit, SurvivesHostileNames) {
   EXPECT_THAT(written(write_verify_junit, with_subject("\"><x>\x1b")),
-              HasSubstr("name=\"&quot;&gt;&lt;x&gt;\xEF\xBF\xBD\""));
+              HasSubstr("name=\"&quot;&gt;&lt;x&gt;\\x1b\""));
 }
 
 TEST(VerifyTap, HasOneTestPerSubject) {

@@ -223,7 +223,7 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
   JsonText json(text, JsonText::kOneLine);
   const auto add = [&json](std::string_view name, const Json& value) {
     json.key(name);
-    json.verbatim(value.dump(-1, ' ', false, Json::error_handler_t::replace));
+    json.verbatim(json_text(value));
   };
   json.object([&] {
     json.key("report");

@@ -13,9 +13,13 @@ namespace cie::viewer_export {
 
 using Json = nlohmann::ordered_json;
 
+// What no text output would show as it is (is_unprintable()) stands as \uNNNN in every document: it means the same.
+
 // Two spaces of indentation and a final newline. Invalid UTF-8 becomes U+FFFD.
 void write_json(std::ostream& out, const Json& document);
 
+// The same on one line.
+std::string json_text(const Json& value);
 // A string with its quotes, on one line.
 std::string json_string(std::string_view text);
 // Between quotes it is a JSON string as it is.

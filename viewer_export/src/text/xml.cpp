@@ -5,45 +5,39 @@
 namespace cie::viewer_export {
 namespace {
 
-constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
-
-bool is_allowed(const CodePoint& c) {
-  return c.is_valid && c.value >= 0x20 && c.value != 0xFFFE && c.value != 0xFFFF;
-}
+constexpr std::string_view kSpaces = "\t\r\n";  // the only controls that XML has
 
 }  // namespace
 
 std::string xml_escaped(std::string_view text) {
   std::string result;
   result.reserve(text.size());
-  while (!text.empty()) {
-    const auto c = first_code_point(text);
-    switch (c.value) {
-      case U'&':
+  for (const char c : printable_but_for(kSpaces, text)) {
+    switch (c) {
+      case '&':
         result += "&amp;";
         break;
-      case U'<':
+      case '<':
         result += "&lt;";
         break;
-      case U'>':
+      case '>':
         result += "&gt;";
         break;
-      case U'"':
+      case '"':
         result += "&quot;";
         break;
-      case U'\n':
+      case '\n':
         result += "&#10;";
         break;
-      case U'\r':
+      case '\r':
         result += "&#13;";
         break;
-      case U'\t':
+      case '\t':
         result += "&#9;";
         break;
       default:
-        result += is_allowed(c) ? text.substr(0, c.size) : kReplacement;
+        result += c;
     }
-    text.remove_prefix(c.size);
   }
   return result;
 }

@@ -27,5 +27,10 @@ std::string valid_utf8(std::string_view text);
 // \xNN, invisible and bidirectional controls and what is no character \u{NNNN}, invalid bytes
 // U+FFFD.
 std::string printable(std::string_view text);
+// The same, but for the characters of `kept`.
+std::string printable_but_for(std::string_view kept, std::string_view text);
+
+// Of those that printable() escapes.
+bool is_unprintable(char32_t character) noexcept;
 
 }  // namespace cie
