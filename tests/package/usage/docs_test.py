@@ -193,7 +193,7 @@ class References(unittest.TestCase):
                                     (command, option.names))
 
     def test_every_key_of_a_live_line_is_told(self):
-        written = re.findall(r'\b(?:visit(?:\.\w+)?|window|total|source)\("(\w+)"',
+        written = re.findall(r'\b(?:visit(?:\.\w+)?|window|total|source|open)\("(\w+)"',
                              read("viewer_export", "live", "snapshot_fields.hpp"))
         block = re.search(r'```\n(\{ "schema": "cie.live/1".*?)```', read("viewer_export", "live", "README.md"), re.S)[1]
         told = re.findall(r'"(\w+)":', block)
