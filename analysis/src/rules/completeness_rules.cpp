@@ -446,7 +446,8 @@ const Rule kSpecifiedCallbackSeen{
     .meaning =
         "Every callback that the scheduling spec names exactly, in an entry or in a chain, was "
         "registered and ran at least once (after a restart in one of its lifetimes, on several "
-        "machines on each), and every thread of non_ros_threads was announced.",
+        "machines on each), and every thread of non_ros_threads was announced. <node>/* names none: where "
+        "no callback of such a node was seen, the screens of cie verify and cie report tell it.",
     .why_it_matters =
         "A misspelt id configures nothing, and a chain with one is never judged, silently: what "
         "was meant runs with default parameters and without bounds.",

@@ -237,6 +237,21 @@ TEST(VerifyScreen, NamesWhatTheSpecHasAndTheRecordingHasNot) {
                               "/a/plam@Timer(20000000) (app.yaml:3), /b@Timer(1) (app.yaml:5)\n"));
 }
 
+// A misspelt node in "<node>/*" configures and judges nothing, and M1 is about exact ids.
+TEST(VerifyScreen, NamesNodesOfTheSpecThatTheRecordingHasNot) {
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n"
+      "  - id: '/a/plan@Timer(20000000)'\n"
+      "  - id: '/a/plan/*'\n"
+      "  - id: '/a/*'\n",
+      "specs/app.yaml");
+  auto context = usual_verify_context();
+  context.spec = &spec;
+  const auto text = screen_of({.verdict = Verdict::pass, .rules = {}}, test::sample_report(),
+                              {.columns = 120}, context);
+  EXPECT_THAT(text, HasSubstr("  spec: 1 of 3 ids not in the recording: /a/* (app.yaml:4)\n"));
+}
+
 TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules = {{.id = "R3",

@@ -1,6 +1,7 @@
 #include "headline.hpp"
 
 #include <cie/analysis/rule_pages.hpp>
+#include <cie/tracepoints/logical_id.hpp>
 
 #include "words/recording_words.hpp"
 #include "words/verify_words.hpp"
@@ -225,8 +226,11 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
   const auto* spec = judged.context.spec;
   if (spec == nullptr) return {};
   std::set<std::string_view> seen;  // entries by their period mean timers with a name, too
+  std::set<std::string_view> nodes;
   for (const auto& callback : judged.report.callbacks) {
     seen.insert(callback.logical_id);
+    nodes.insert(callback.node);
+    nodes.insert(LogicalId::node_of(callback.logical_id));
     const auto* entry = spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
     if (entry != nullptr) seen.insert(entry->id);
   }
@@ -237,8 +241,12 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
     unseen.push_back(
         fmt::format("{} ({}:{})", printable(id), printable(file_name(spec->name())), line));
   };
+  bool has_wildcard = false;
   for (const auto& entry : spec->callbacks()) {
-    if (!entry.is_wildcard()) ask(entry.id, entry.line);
+    has_wildcard = has_wildcard || entry.is_wildcard();
+    // Of a node whose callbacks all have entries of their own nothing is left for it.
+    if (entry.is_wildcard() && nodes.contains(entry.node())) seen.insert(entry.id);
+    ask(entry.id, entry.line);
   }
   for (const auto& chain : spec->chains()) {
     for (const auto& id : chain.callbacks)
@@ -246,7 +254,7 @@ Lines unseen_of_spec(const Judged& judged, const TextStyle& style) {
   }
   if (unseen.empty()) return {};
   const auto begin = fmt::format("  spec: {} of {} not in the recording: ", unseen.size(),
-                                 counted(asked.size(), "callback"));
+                                 counted(asked.size(), has_wildcard ? "id" : "callback"));
   constexpr std::size_t kLines = 2;
   const auto width = style.columns - std::min(style.columns, begin.size());
   const auto lost_by_wrapping = width / 6;

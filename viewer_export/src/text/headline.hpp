@@ -48,7 +48,7 @@ class Headline {
 // missing is told whether or not the tracer counted it.
 std::string counts_of_runs(const analysis::Report& report);
 // "spec: 2 of 5 callbacks not in the recording: /a/plam@Timer(20000000) (app.yaml:2), …", with the ids
-// as the spec has them; nothing without such.
+// as the spec has them (also "/a/*", if no callback of that node was seen); nothing without such.
 Lines unseen_of_spec(const Judged& judged, const TextStyle& style);
 // What else there is to know, four sentences at most: the window, suppressions, the recorder.
 Lines remarks(const Judged& judged, Lines before, const TextStyle& style);
