@@ -42,11 +42,10 @@ std::vector<std::string_view> order_of(std::string_view table) {
 }
 
 FleetTable instances_table() {
-  FleetTable table{
-      .name = "instances",
-      .columns = {},
-      .order = {"logical_id", "pid", "start_ns"},
-      .required = {"tid", "seq", "release_source", "missed", "callback_index", "counted"}};
+  FleetTable table{.name = "instances",
+                   .columns = {},
+                   .order = {"logical_id", "pid", "start_ns"},
+                   .required = {"tid", "seq", "release_source", "callback_index", "counted"}};
   std::ranges::copy_if(InstanceRows::columns(), std::back_inserter(table.columns),
                        [](const Column& column) { return is_kept("instances", column); });
   table.columns.push_back({"counted", ColumnType::boolean});
