@@ -165,23 +165,25 @@ TEST_F(FleetFiles, ClickHouseReadsRowsAsBytesInTheOrderOfTheSchema) {
   const auto some = [&number](char low) { return std::string(1, '\0') + number(low); };
   const std::string null = "\x01";
   EXPECT_EQ(content_of(data / "instances.rowbinary"),
-            of_process + "\x02" + "cb" + number(7) + number(8) + number(3) + some(1) + null +
+            of_process + "\x02" + "cb" + number(7) + some(8) + number(3) + some(1) + null +
                 number(1) + some(6) + null + null + null + null + null + "\x05" + "start" + null +
                 null + some(0) + null + number(0) + "\x01");
 }
 
-TEST_F(FleetFiles, ClickHouseHasNullForSkippedPeriodsThatAreNotKnown) {
+TEST_F(FleetFiles, ClickHouseHasNullForPeriodsAndThreadsThatAreNotKnown) {
   analysis::Instance instance;
+  instance.tid = -1;  // no context vtid
   instance.start = analysis::Timestamp{2};
   instance.missed.reset();
   instances_.on_instance(instance);
   write(write_clickhouse);
   const auto schema = content_of(directory_.path() / "schema.sql");
   EXPECT_NE(schema.find("`missed` Nullable(Int64)"), std::string::npos);
+  EXPECT_NE(schema.find("`tid` Nullable(Int64)"), std::string::npos);
   const auto number = [](char low) { return low + std::string(7, '\0'); };
   const std::string null = "\x01";
   const auto rows = content_of(directory_.path() / "data" / "instances.rowbinary");
-  EXPECT_TRUE(rows.ends_with(number(7) + number(0) + number(0) + std::string(1, '\0') + number(2) +
+  EXPECT_TRUE(rows.ends_with(number(7) + null + number(0) + std::string(1, '\0') + number(2) +
                              null + number(2) + null + null + null + null + null + null + "\x05" +
                              "start" + null + null + null + null + number(0) + "\x01"));
 }

@@ -139,6 +139,13 @@ TEST(InstanceCsv, TellsHostsApartWhosePidsAndTidsAreTheSame) {
   }
 }
 
+TEST(InstanceCsv, LeavesTheThreadEmptyWhereEventsDoNotTellIt) {
+  InstanceWriter writer;
+  writer.on_instance(instance("a", -1, 0, -1, 100, 110));  // no context vtid
+  EXPECT_EQ(written(writer),
+            std::string(kHeader) + "a,4001,,0,100,,100,110,,,,,,start,,,0,ok,robot\n");
+}
+
 TEST(InstanceCsv, OfNothingIsAHeader) {
   InstanceWriter writer;
   EXPECT_EQ(written(writer), kHeader);

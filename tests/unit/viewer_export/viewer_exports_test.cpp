@@ -201,6 +201,20 @@ TEST(ViewerExports, McapCountsNoReceiversOfAPublisherThatWasNeverAnnounced) {
   }
 }
 
+TEST(ViewerExports, TellNoNumberOfAThreadThatEventsDoNotTell) {
+  const auto exported = [](const char* format) {
+    const auto viewer = make_viewer_export(format, {});
+    viewer->on_instance(test::instance(test::kTimer, -1, 0, -1, 200, 300));  // no context vtid
+    std::ostringstream out;
+    viewer->write(out, {});
+    return out.str();
+  };
+  EXPECT_EQ(exported("otlp").find("thread.id"), std::string::npos);
+  EXPECT_EQ(exported("mcap").find(R"("tid":-1)"), std::string::npos);
+  for (const char* format : {"chrome", "speedscope"})
+    EXPECT_NE(exported(format).find("threads not recorded"), std::string::npos) << format;
+}
+
 // The format has no place for it, so nothing can name it.
 TEST(ViewerExports, OtlpNamesNoParentThatNeverEnded) {
   const auto viewer = make_viewer_export("otlp", {});

@@ -12,6 +12,11 @@
 
 namespace cie::viewer_export {
 
+// Below 0 where events do not tell their thread: they lack the context vtid.
+inline std::optional<std::int64_t> known_tid(std::int64_t tid) {
+  return tid < 0 ? std::nullopt : std::optional(tid);
+}
+
 // Small, and trivially copyable: it is sorted, and spilled to disk.
 struct KeptInstance {
   // What may be unknown.

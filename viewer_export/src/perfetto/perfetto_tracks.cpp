@@ -45,8 +45,7 @@ void Tracks::describe(PacketBuffer& packets, const analysis::Report& report,
     if (is_kernel_id(thread.pid) && is_kernel_id(thread.tid)) {
       packets.thread(begin.on(thread.host), tracks.uuid, thread.pid, thread.tid, names[thread]);
     } else {
-      packets.track(tracks.uuid, 0,
-                    fmt::format("pid {} tid {} {}", thread.pid, thread.tid, names[thread]));
+      packets.track(tracks.uuid, 0, fmt::format("{} {}", ids_of(thread), names[thread]));
     }
   }
 }

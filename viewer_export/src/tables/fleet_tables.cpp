@@ -45,7 +45,7 @@ FleetTable instances_table() {
   FleetTable table{.name = "instances",
                    .columns = {},
                    .order = {"logical_id", "pid", "start_ns"},
-                   .required = {"tid", "seq", "release_source", "callback_index", "counted"}};
+                   .required = {"seq", "release_source", "callback_index", "counted"}};
   std::ranges::copy_if(InstanceRows::columns(), std::back_inserter(table.columns),
                        [](const Column& column) { return is_kept("instances", column); });
   table.columns.push_back({"counted", ColumnType::boolean});

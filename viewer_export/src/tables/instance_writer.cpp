@@ -60,7 +60,7 @@ std::array<Cell, kColumns.size()> cells_of(const KeptInstance& row, std::string_
                                            const analysis::ProcessReport& process) {
   return {logical_id.empty() ? Cell() : Cell(logical_id),  // never registered
           process.pid,
-          row.tid,
+          cell(known_tid(row.tid)),
           row.seq,
           cell(row.number(KeptInstance::release)),
           cell(row.number(KeptInstance::wakeup)),

@@ -89,9 +89,8 @@ class ChromeExport final : public RecordingExport {
         if (!name.empty()) name_it("process_name", thread, name);
         last = process;
       }
-      if (const auto name = names.thread(thread); !name.empty()) {
-        name_it("thread_name", thread, name);
-      }
+      const auto name = known_tid(thread.tid) ? names.thread(thread) : "threads not recorded";
+      if (!name.empty()) name_it("thread_name", thread, name);
     }
   }
   void name_it(std::string_view what, const ThreadKey& thread, std::string_view name) {

@@ -82,11 +82,15 @@ class McapExport final : public RecordingExport {
     return R"(,"host":)" + json_string(names_->host(thread.host, thread.pid));
   }
 
+  static std::string tid_member(std::int64_t tid) {
+    return known_tid(tid) ? fmt::format(R"(,"tid":{})", tid) : std::string();
+  }
+
   void draw(const RecordedInstance& record) {
     const auto& i = record.instance;
     const auto& name = run().callbacks().name(record.name);
-    auto text = fmt::format(R"({{"logical_id":{}{},"pid":{},"tid":{})", json_string(name),
-                            host_member(thread_of(i)), i.pid, i.tid);
+    auto text = fmt::format(R"({{"logical_id":{}{},"pid":{}{})", json_string(name),
+                            host_member(thread_of(i)), i.pid, tid_member(i.tid));
     const auto out = std::back_inserter(text);
     if (i.release) fmt::format_to(out, R"(,"release_ns":{})", i.release->ns);
     fmt::format_to(out, R"(,"start_ns":{})", i.start.ns);
@@ -108,9 +112,9 @@ class McapExport final : public RecordingExport {
     const auto receivers = p.writer_gid != 0
                                ? fmt::format(R"(,"receivers":{})", record.receivers.size())
                                : std::string();
-    const auto text =
-        fmt::format(R"({{"topic":{}{},"pid":{},"tid":{},"time_ns":{},{}{}}})", json_string(topic),
-                    host_member(thread_of(p)), p.pid, p.tid, p.time.ns, json_of(p), receivers);
+    const auto text = fmt::format(R"({{"topic":{}{},"pid":{}{},"time_ns":{},{}{}}})",
+                                  json_string(topic), host_member(thread_of(p)), p.pid,
+                                  tid_member(p.tid), p.time.ns, json_of(p), receivers);
     const auto to =
         channel(topic_channels_, record.topic, publication_schema_, "/publications", topic);
     const auto time = clock_.realtime_or_own(p.host, p.time.ns);

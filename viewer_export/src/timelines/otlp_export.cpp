@@ -166,7 +166,7 @@ class OtlpExport final : public RecordingExport {
   }
 
   void add_thread(Attributes& attributes, const ThreadKey& thread) const {
-    attributes.add("thread.id", thread.tid);
+    if (const auto tid = known_tid(thread.tid)) attributes.add("thread.id", *tid);
     if (const auto name = names_->thread(thread); !name.empty())
       attributes.add("thread.name", std::string_view(name));
   }

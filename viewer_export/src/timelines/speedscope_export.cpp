@@ -102,7 +102,7 @@ class SpeedscopeExport final : public ViewerExport {
  private:
   void begin_thread(const ThreadKey& thread, const ReportNames& names) {
     auto name = names.thread(thread);
-    name += fmt::format("{}pid {} tid {}", name.empty() ? "" : ", ", thread.pid, thread.tid);
+    name += (name.empty() ? "" : ", ") + ids_of(thread);
     if (names.has_several_hosts()) name += ", " + names.host(thread.host, thread.pid);
     *out_
         << (thread_ ? "," : "")

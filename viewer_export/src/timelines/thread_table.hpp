@@ -4,12 +4,15 @@
 #include <cie/analysis/identity.hpp>
 #include <cie/analysis/report_rows.hpp>
 
+#include "output/kept_instance.hpp"
+
 #include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <string>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -32,6 +35,12 @@ ThreadKey thread_of(const T& told) {
 inline ThreadKey thread_of(const analysis::ThreadReport& thread, const analysis::ReportRows& rows) {
   const auto& process = rows.process_of(thread);
   return {process.host_index, process.pid, thread.tid};
+}
+
+// "pid 1 tid 2"; "pid 1, threads not recorded".
+inline std::string ids_of(const ThreadKey& thread) {
+  return "pid " + std::to_string(thread.pid) +
+         (known_tid(thread.tid) ? " tid " + std::to_string(thread.tid) : ", threads not recorded");
 }
 
 class ThreadTable {
