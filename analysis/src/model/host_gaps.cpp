@@ -16,8 +16,10 @@ namespace {
 // Where something is traced there are packets of every period, and they may be under way as long.
 constexpr Duration kSilence{3 * kClockSyncPeriod.count()};
 
-// What sessions cover, by machine: the begin of what follows the last gap, and the end of all.
+// What sessions cover, by machine: the first begin, the begin of what follows the last gap, and the
+// end of all.
 struct Last {
+  Timestamp first;
   Timestamp begin;
   Timestamp end;
 };
@@ -27,9 +29,11 @@ LastOfHosts last_covered(const Model& model) {
   LastOfHosts all;
   for (const auto& stream : model.streams) {
     if (stream.domain != Domain::user || !stream.begin) continue;
-    const Last last{.begin = *stream.begin, .end = stream.end.value_or(*stream.begin)};
+    const Last last{
+        .first = *stream.begin, .begin = *stream.begin, .end = stream.end.value_or(*stream.begin)};
     const auto [known, is_new] = all.try_emplace(stream.host, last);
     if (is_new) continue;
+    known->second.first = std::min(known->second.first, last.first);
     known->second.begin = std::min(known->second.begin, last.begin);
     known->second.end = std::max(known->second.end, last.end);
   }
@@ -47,12 +51,14 @@ bool is_any_process(const Model& model, HostIndex host, auto matches) {
   });
 }
 
-// The end of what all other machines recorded, on this one's clock.
+// The end of what other machines recorded that were recorded at the same time, on this one's clock. A
+// recording that began later, as of the machine's next boot, tells nothing of how long this one lasted.
 std::optional<Timestamp> end_of_others(const Model& model, const LastOfHosts& all, HostIndex host) {
   std::optional<Timestamp> end;
   for (const auto& [other, last] : all) {
     if (other == host) continue;
     const auto shift = clock_shift(model.hosts[at(other)], model.hosts[at(host)]);
+    if (last.first + shift > all.at(host).end) continue;
     const auto here = last.end + shift;
     end = end ? std::max(*end, here) : here;
   }

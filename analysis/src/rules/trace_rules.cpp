@@ -334,17 +334,19 @@ const Rule kTimeSane{
     .name = "time-sane",
     .meaning =
         "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "
-        "writes that), all streams share a clock, and the releases that instances tell are of it, too.",
+        "writes that), all streams of a machine share a clock, and the releases that instances tell are "
+        "of it, too. Machines, and boots of one machine, are judged each by its own clock; what "
+        "passes between them goes by CLOCK_REALTIME, with its error.",
     .why_it_matters =
         "Response times are differences of times of several streams; with clocks that do not "
         "belong together they mean nothing.",
     .inconclusive_when =
-        "streams carry clocks of different boots, or of no common origin. A kernel trace that "
-        "shares no clock with the applications' is then no evidence: the other rules judge as if "
-        "it were not there. Or an instance tells a release behind its own start: it is taken for "
+        "streams that name no machine carry clocks of different boots, or of no common origin; or "
+        "when a kernel trace shares no clock with the applications': it is then no evidence, and "
+        "the other rules judge as if it were not there. Or an instance tells a release behind its own start: it is taken for "
         "unknown.",
     .remedy =
-        "verify the traces of one boot together, others apart; after a FAIL record again with "
+        "verify such traces apart; after a FAIL record again with "
         "another version of the tracer; an executor writes release_ns by CLOCK_MONOTONIC.",
     .violation = "had times that ran backwards",
     .judge = judge_time_sane,

@@ -95,6 +95,16 @@ TEST(HostGaps, LastToTheEndOfWhatOtherMachinesRecorded) {
   EXPECT_THAT(facts.gaps(), IsEmpty()) << "it said good-bye";
 }
 
+// As of two boots of one machine, or of recordings that have nothing to do with each other.
+TEST(HostGaps, AreNoneBeforeARecordingThatBeganLater) {
+  Facts facts;
+  facts.add_stream(kRobot, 0, 1, 10);
+  facts.add_process(kRobot, 1, 10, false);
+  facts.add_stream(kDeskHost, 1, 800'000, 800'010);
+  facts.add_process(kDeskHost, 800'000, 800'010, true);
+  EXPECT_THAT(facts.gaps(), IsEmpty());
+}
+
 // Those of its processes that had ended before its last session said good-bye.
 TEST(HostGaps, AtTheEndAreOfProcessesOfTheLastSession) {
   Facts facts;
