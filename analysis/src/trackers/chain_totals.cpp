@@ -50,7 +50,7 @@ void ChainTracker::fill_model(Take take) {
   std::vector<std::pair<std::string, Paths::value_type*>> listed;
   listed.reserve(paths_.size());
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
-    if (entry->second.facts.instances == 0) continue;
+    if (entry->second.facts.instances == 0 || is_rest(entry->second)) continue;
     // Paths are in lexical order: the ones that go on from this one follow it directly.
     const auto& path = entry->first;
     const auto next = std::find_if(std::next(entry), paths_.end(), [](const auto& other) {

@@ -184,6 +184,10 @@ class ChainTracker {
     bool goes_on = false;                                     // in paths that are too long
     std::array<Unproven, 4> unproven{};  // of the extremes that may violate a bound
     std::vector<Unlinked> unlinked{};    // of one that a spec names
+    // Of its instances those whose first message was not seen published, and by whom the last of
+    // these was.
+    std::uint64_t beheaded = 0;
+    std::uint32_t beheaded_by = 0;
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -240,6 +244,10 @@ class ChainTracker {
   static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                              Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
+  void note_beheaded(Chain& chain, const ChainNode& first);
+  // The last part of a path whose begin lies before what was recorded, or before the window: no
+  // chain of its own.
+  bool is_rest(const Chain& chain) const;
   static std::array<std::optional<ChainExtreme>*, 4> extremes_of(ChainFacts& facts);
   // Of the extremes those of this chain instance.
   static void note_unproven(Chain& chain, const Nodes& nodes, const EventRef& end);

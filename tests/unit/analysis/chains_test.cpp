@@ -327,6 +327,17 @@ TEST(Chains, BeginInTheWindow) {
   EXPECT_EQ(chain_of(trace).instances, 1U) << "what fusion took at 18 was read at 11";
 }
 
+// The first message is of an instance before the recording: mid -> last is the rest of its path.
+TEST(Chains, HaveNoneOfWhatBeganBeforeTheRecording) {
+  auto trace = trace_of(kThreeHops);
+  std::erase_if(trace.events, [](const Event& event) {
+    return event.head.time.ns >= 11 && event.head.time.ns <= 15;
+  });
+  const auto chain = chain_of(trace);
+  EXPECT_EQ(chain.hops.size(), 3U);
+  EXPECT_EQ(chain.instances, 1U);
+}
+
 // Two processes have callbacks of the same ids. The second publication of the one that starts at 10 is
 // lost, and the other one's instance came last before.
 TEST(Chain, OfAProcessIsNotBridgedOverALostPublicationByThatOfAnother) {
