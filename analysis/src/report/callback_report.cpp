@@ -59,14 +59,15 @@ std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex 
     return is_doubtful(pair) || ran.size() > 1;
   };
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
-  const auto is_certain = [&model](const CallbackOnThread* pair) {
-    return is_there_for_certain(model, *pair);
-  };
   const auto is_with_others = [&](const CallbackOnThread* pair) {
-    if (!is_certain(pair)) return false;
-    const auto& ran = model.threads[at(pair->thread)].ran;  // of thousands, perhaps
-    const auto first = std::ranges::find_if(ran, is_certain);
-    return std::find_if(std::next(first), ran.end(), is_certain) != ran.end();
+    const auto& thread = model.threads[at(pair->thread)];
+    const auto is_another = [&](const CallbackOnThread* other) {
+      return is_certainly_another(model, thread, *other);
+    };
+    if (!is_another(pair)) return false;
+    const auto& ran = thread.ran;  // thousands, perhaps
+    const auto first = std::ranges::find_if(ran, is_another);
+    return std::find_if(std::next(first), ran.end(), is_another) != ran.end();
   };
   if (std::ranges::any_of(facts.ran_on, is_with_others)) return Isolation::not_isolated;
   if (std::ssize(facts.ran_on) - doubtful > 1) {

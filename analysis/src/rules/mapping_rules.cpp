@@ -58,9 +58,8 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
-        const auto is_witness = [&model](const CallbackOnThread* pair) {
-          return is_there_for_certain(model, *pair) &&
-                 is_of_its_own(model.callbacks[at(pair->callback)]);
+        const auto is_witness = [&](const CallbackOnThread* pair) {
+          return is_certainly_another(model, thread, *pair);
         };
         const auto several = std::ranges::count_if(thread.ran, is_witness);
         for (const auto* pair : in_order(model, thread.ran)) {

@@ -61,6 +61,29 @@ TEST(HiddenCallbacks, WhatIsSeenToFailFails) {
   EXPECT_EQ(result.verdict("M2"), Verdict::fail);
 }
 
+// Of a running system: nothing told what lies at 0x40 and on. A subscription has two addresses, of which
+// one is for messages within the process.
+TEST(HiddenCallbacks, OfThreeAddressesThatAreUsedInTurnTwoAreSeveralCallbacks) {
+  const auto in_turn = [](int addresses) {
+    std::string text;
+    for (int i = 0; i < 6; ++i) {
+      const auto at = std::to_string(100 + 10 * i);
+      const auto end = std::to_string(105 + 10 * i);
+      const auto address = " callback=0x4" + std::to_string(i % addresses) + "\n";
+      text += at + " callback_start" + address + end + " callback_end" + address;
+    }
+    return analyze_ros2(text);
+  };
+  const auto three = in_turn(3);
+  EXPECT_EQ(three.verdict("M2"), Verdict::fail);
+  const auto two = in_turn(2);
+  EXPECT_EQ(two.verdict("M2"), Verdict::inconclusive);
+  for (const auto& callback : three.analysis.report.callbacks)
+    EXPECT_EQ(callback.isolation, analysis::Isolation::not_isolated) << callback.logical_id;
+  for (const auto& callback : two.analysis.report.callbacks)
+    EXPECT_EQ(callback.isolation, std::nullopt) << callback.logical_id;
+}
+
 TEST(HiddenCallbacks, AnActionIsOneHoweverManyServicesItHas) {
   const auto result = judged(R"(
     3 rcl_service_init service_handle=0x60 node_handle=0x10 service_name=/go/_action/send_goal
