@@ -5,6 +5,7 @@
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace cie::analysis {
@@ -179,6 +180,25 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   conclude(std::move(judgement), subjects);
 }
 
+// A subject has one verdict: the worst of those of the trace, with what any of them rests on.
+void join_those_of_trace(std::vector<SubjectVerdict>& subjects) {
+  const auto is_of_trace = [](const SubjectVerdict& subject) {
+    return subject.about.kind == SubjectKind::trace;
+  };
+  const auto first = std::ranges::find_if(subjects, is_of_trace);
+  if (first == subjects.end()) return;
+  for (auto next = std::next(first); next != subjects.end();) {
+    if (!is_of_trace(*next)) {
+      ++next;
+      continue;
+    }
+    if (next->verdict > first->verdict) std::swap(*first, *next);
+    first->checked += next->checked;
+    std::ranges::move(next->evidence, std::back_inserter(first->evidence));
+    next = subjects.erase(next);
+  }
+}
+
 std::optional<std::string> not_all_is_here(const std::optional<std::string>& missing) {
   return missing ? std::optional("not all that was recorded is here: " + *missing) : std::nullopt;
 }
@@ -209,6 +229,7 @@ void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects
   doubt_after_early_end(rule, context_.model, early_ends_, subjects);
   const auto& missing = missing_.for_rule(rule);
   if (missing) doubt_missing_part(rule, context_, *missing, subjects);
+  join_those_of_trace(subjects);
 }
 
 }  // namespace cie::analysis

@@ -312,6 +312,22 @@ TEST(LossOfManifest, IsALossWhereNoneIsAllowed) {
   EXPECT_EQ(t2(false), Verdict::fail);
 }
 
+// A pass of what is here beside the doubt of what is not would be two verdicts of one subject.
+TEST(RecordedParts, TheTraceHasOneVerdictOfARule) {
+  auto recording = recording_of(manifest_of({kFirst, kSecond}));
+  recording.doubts = {{.kind = FileDoubtKind::missing_file,
+                       .note = "ust/events_1 is missing",
+                       .costs_user_events = true}};
+  const Judged judged(trace_of(kTwoProcesses), {recording});
+  for (const auto& rule : judged.result.verdicts.rules) {
+    EXPECT_LE(std::ranges::count(rule.subjects, "trace", &SubjectVerdict::subject), 1) << rule.id;
+    if (rule.id == "T5" || rule.id == "T6") {
+      EXPECT_EQ(rule.verdict, Verdict::inconclusive) << rule.id;
+      EXPECT_GE(rule.subjects.front().checked, 1U) << rule.id;
+    }
+  }
+}
+
 // The second start may have come after an end that is in the missing part.
 TEST(RecordedParts, AFailureOfWhatIsAbsentNeedsTotals) {
   auto trace = trace_of(
