@@ -94,6 +94,13 @@ TEST(RequiredEvents, NamesWhatIsAbsentAndHowToEnableIt) {
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("enable cie:thread_init"));
 }
 
+TEST(RequiredEvents, AdvisesToEnableNothingThatTheTotalsSayNeverHappened) {
+  const Verified verified("process idle pid=100");
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"),
+              AllOf(HasSubstr("no application registered a callback"), Not(HasSubstr("enable"))));
+}
+
 TEST(RequiredEvents, AdvisesToEnableNothingThatMayBeLost) {
   auto trace = trace_of(with("25 damage user"));
   trace.erase<ThreadInit>();
