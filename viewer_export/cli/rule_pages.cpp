@@ -40,10 +40,7 @@ std::string rule_list() {
 }
 
 std::string known_rule(std::string_view option, const std::string& id) {
-  std::string wanted = id;
-  std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
-    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  });
+  auto wanted = analysis::as_rule_id(id);
   if (analysis::find_rule_page(wanted) != nullptr) return wanted;
   throw UsageError(fmt::format(
       "{}: there is no rule \"{}\"; cie verify --list-rules names them all", option, id));

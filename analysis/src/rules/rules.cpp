@@ -124,6 +124,13 @@ const std::vector<RulePage>& rule_pages() {
   return all;
 }
 
+std::string as_rule_id(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) {
+    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  });
+  return text;
+}
+
 const RulePage* find_rule_page(std::string_view id) {
   const auto& pages = rule_pages();
   const auto found = std::ranges::find(pages, id, &RulePage::id);

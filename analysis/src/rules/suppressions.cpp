@@ -120,7 +120,7 @@ Suppressions Suppressions::parse(std::string_view text, std::string_view name) {
   if (items.size() > kMaxEntries) list->fail("more than 10000 entries; use patterns");
   for (const auto& item : items) {
     yaml::Fields fields{item, "a suppression", kKeys};
-    const auto& rule = required(fields, "rule", "name the rule, as in R2");
+    const auto rule = as_rule_id(required(fields, "rule", "name the rule, as in R2"));
     fields.set_entry(rule);
     const auto& subject =
         required(fields, "subject", "name it as the verdict does, as in callback /lidar/*");

@@ -210,6 +210,9 @@ TEST(Suppressions, AnErrorNamesFileLineEntryAndRemedy) {
         AllOf(HasSubstr("accepted.yaml:3: entry \"R2 *\": \"expires\" is \"" + std::string(date)),
               HasSubstr("or never")));
   }
+  EXPECT_NO_THROW(Suppressions::parse(
+      "suppressions:\n  - {rule: r2, subject: a, reason: x, expires: never}", "accepted.yaml"))
+      << "as --only r2";
   EXPECT_EQ(
       broken("{rule: R9, subject: \"*\", reason: x, expires: never}"),
       "accepted.yaml:3: entry \"R9 *\": there is no rule \"R9\"; cie verify --list-rules names "

@@ -46,6 +46,9 @@ struct RulePage {
 // One page per rule, in the contract's order. It lives as long as the program.
 const std::vector<RulePage>& rule_pages();
 
+// "M2", also of "m2".
+std::string as_rule_id(std::string text);
+
 // Null: there is no such rule.
 const RulePage* find_rule_page(std::string_view id);
 
