@@ -4,6 +4,7 @@
 
 #include "sample_report.hpp"
 #include "text/xml.hpp"
+#include "words/verify_words.hpp"
 
 #include <sstream>
 #include <string>
@@ -137,6 +138,21 @@ TEST(VerifySarif, OnceAResultHasSuppressionsEveryResultHas) {
   EXPECT_EQ(suppression["location"]["physicalLocation"]["region"]["startLine"], 2);
   EXPECT_EQ(results_of(true)[3]["suppressions"][0]["status"], "rejected");
   EXPECT_THAT(written(write_verify_sarif), Not(HasSubstr("suppressions")));
+}
+
+// The only line that servers show: what is violated, not its first event, which alone is no violation.
+TEST(VerifyFormats, SayWhatIsViolatedAndByWhat) {
+  auto verdicts = test::sample_verdicts();
+  const std::string several =
+      "ran several callbacks: started /a/plan@Timer(20000000), instance 0; started /b@Timer(1), "
+      "instance 0";
+  EXPECT_THAT(written(write_verify_junit), HasSubstr("message=\"" + several + "\""));
+  EXPECT_THAT(written(write_verify_tap), HasSubstr("message: \"" + several + "\""));
+  EXPECT_THAT(written(write_verify_sarif), HasSubstr("\"thread 4008: " + several + "\""));
+  auto& rule = verdicts.rules[2];
+  rule.id = "R3";  // of an instance's two events the end has all
+  EXPECT_EQ(message_of(rule, rule.subjects[1]),
+            "missed deadlines: started /b@Timer(1), instance 0");
 }
 
 TEST(VerifySarif, LeadsToTheTraceAndToTheEvidence) {

@@ -89,14 +89,15 @@ Json result_json(const analysis::RuleVerdict& rule, std::size_t rule_index,
   const auto name = subject.subject.empty() ? rule.name : subject.subject;
   Json location{{"logicalLocations", {{{"fullyQualifiedName", name}}}}};
   if (!report.trace.paths.empty()) location["physicalLocation"] = artifact_location(report);
-  Json result{{"ruleId", rule.id},
-              {"ruleIndex", rule_index},
-              {"kind", kind_of(subject.verdict)},
-              {"level", subject.verdict == Verdict::fail ? "error" : "none"},
-              {"message", {{"text", fmt::format("{}: {}", printable(name), headline_of(subject))}}},
-              {"locations", {std::move(location)}},
-              {"partialFingerprints", {{"cieSubject/v1", fmt::format("{} {}", rule.id, name)}}},
-              {"properties", {{"checked", subject.checked}}}};
+  Json result{
+      {"ruleId", rule.id},
+      {"ruleIndex", rule_index},
+      {"kind", kind_of(subject.verdict)},
+      {"level", subject.verdict == Verdict::fail ? "error" : "none"},
+      {"message", {{"text", fmt::format("{}: {}", printable(name), message_of(rule, subject))}}},
+      {"locations", {std::move(location)}},
+      {"partialFingerprints", {{"cieSubject/v1", fmt::format("{} {}", rule.id, name)}}},
+      {"properties", {{"checked", subject.checked}}}};
   Json related = Json::array();
   for (const auto& evidence : subject.evidence) {
     Json item{{"id", related.size() + 1}, {"message", {{"text", evidence_line(evidence, report)}}}};

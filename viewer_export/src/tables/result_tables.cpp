@@ -5,6 +5,8 @@
 #include <cie/viewer_export/report_writers.hpp>
 #include <cie/viewer_export/tables.hpp>
 
+#include "words/verify_words.hpp"
+
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -382,13 +384,14 @@ ResultTable verdicts() {
         for (const auto& rule : verdicts.rules) {
           for (const auto& s : rule.subjects) {
             const bool has_evidence = !s.evidence.empty();
+            const auto message = has_evidence ? message_of(rule, s) : std::string();
             consume(
                 std::array<Cell, 12>{
                     rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
                     as_integer(s.checked), as_integer(s.evidence.size()),
                     has_evidence && s.evidence.front().time ? Cell(s.evidence.front().time->ns)
                                                             : Cell(),
-                    has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell(),
+                    has_evidence ? Cell(std::string_view(message)) : Cell(),
                     analysis::label(s.about.kind), cell(s.about.index), cell(s.about.process)},
                 {});
           }

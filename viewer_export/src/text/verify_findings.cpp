@@ -30,12 +30,6 @@ using analysis::SubjectVerdict;
 using analysis::ThreadReport;
 using analysis::Verdict;
 
-// What the subjects of a violated rule did, after "3 of 8 threads".
-std::string_view violation_of(std::string_view rule) {
-  const auto* page = analysis::find_rule_page(rule);
-  return page == nullptr ? "broke a rule" : page->violation;
-}
-
 bool counts(const SubjectVerdict& subject, Verdict verdict) {
   return subject.verdict == verdict && !subject.is_suppressed();
 }
@@ -105,15 +99,12 @@ std::string runs_on_threads(const CallbackReport& callback) {
   return text;
 }
 
-// What the evidence says; of the two events of an instance, the end has all.
+// What the evidence says.
 std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
                              const SubjectVerdict& subject) {
-  constexpr std::size_t kMost = 4;  // of M5: what it was and is, twice
   std::string text;
-  for (auto i = main_evidence_of(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
-    const auto& note = subject.evidence[i].note;
-    if (!note.empty()) text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
-  }
+  for (const auto note : main_notes(rule.id, subject))
+    text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
   return text.empty() ? headline_of(subject) : with_fitting_units(text);
 }
 

@@ -45,8 +45,8 @@ Counts counts_of(const analysis::RuleVerdict& rule) {
   return counts;
 }
 
-void write_outcome(std::ostream& out, const analysis::SubjectVerdict& subject,
-                   const analysis::Report& report) {
+void write_outcome(std::ostream& out, const analysis::RuleVerdict& rule,
+                   const analysis::SubjectVerdict& subject, const analysis::Report& report) {
   if (subject.verdict == Verdict::not_applicable) {
     out << "      <skipped message=\"not applicable\"/>\n";
     return;
@@ -63,7 +63,7 @@ void write_outcome(std::ostream& out, const analysis::SubjectVerdict& subject,
     return;
   }
   out << fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element,
-                     analysis::label(subject.verdict), xml_escaped(headline_of(subject)),
+                     analysis::label(subject.verdict), xml_escaped(message_of(rule, subject)),
                      xml_escaped(text));
 }
 
@@ -76,7 +76,7 @@ void write_case(std::ostream& out, const analysis::RuleVerdict& rule,
     return;
   }
   out << ">\n";
-  write_outcome(out, subject, report);
+  write_outcome(out, rule, subject, report);
   out << "    </testcase>\n";
 }
 

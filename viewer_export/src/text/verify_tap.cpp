@@ -37,10 +37,10 @@ std::string directive(const analysis::SubjectVerdict& subject) {
 }
 
 // Strings of JSON are strings of YAML.
-void write_diagnostics(std::ostream& out, const analysis::SubjectVerdict& subject,
-                       const analysis::Report& report) {
+void write_diagnostics(std::ostream& out, const analysis::RuleVerdict& rule,
+                       const analysis::SubjectVerdict& subject, const analysis::Report& report) {
   out << "  ---\n"
-      << fmt::format("  message: {}\n", json_string(headline_of(subject)))
+      << fmt::format("  message: {}\n", json_string(message_of(rule, subject)))
       << fmt::format("  severity: {}\n",
                      subject.verdict == Verdict::fail ? "fail" : "inconclusive");
   if (subject.suppression) {
@@ -69,7 +69,7 @@ void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts
     const bool is_ok = subject.verdict < Verdict::inconclusive;
     out << fmt::format("{} {} - {}{}\n", is_ok ? "ok" : "not ok", ++number,
                        description(rule, subject.subject), directive(subject));
-    if (!is_ok) write_diagnostics(out, subject, report);
+    if (!is_ok) write_diagnostics(out, rule, subject, report);
   };
   for (const auto& rule : verdicts.rules)
     for_each_case(rule, [&](const auto& subject) { write(rule, subject); });

@@ -64,6 +64,32 @@ std::string headline_of(const analysis::SubjectVerdict& subject) {
   return std::string(analysis::label(subject.verdict));
 }
 
+std::vector<std::string_view> main_notes(std::string_view rule,
+                                         const analysis::SubjectVerdict& subject) {
+  constexpr std::size_t kMost = 4;  // of M5: what it was and is, twice
+  std::vector<std::string_view> notes;
+  for (auto i = main_evidence_of(rule); i < std::min(subject.evidence.size(), kMost); ++i) {
+    if (const auto& note = subject.evidence[i].note; !note.empty()) notes.push_back(note);
+  }
+  return notes;
+}
+
+std::string_view violation_of(std::string_view rule) {
+  const auto* page = analysis::find_rule_page(rule);
+  return page == nullptr ? "broke a rule" : page->violation;
+}
+
+std::string message_of(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject) {
+  if (subject.verdict != analysis::Verdict::fail) return headline_of(subject);
+  std::string text(violation_of(rule.id));
+  const auto* between = text.empty() ? "" : ": ";
+  for (const auto note : main_notes(rule.id, subject)) {
+    text += between + printable(note);
+    between = "; ";
+  }
+  return text.empty() ? headline_of(subject) : text;
+}
+
 std::string term_of(const analysis::Suppression& suppression) {
   const auto& expires = suppression.expires;
   return suppression.is_expired ? "suppression expired after " + expires

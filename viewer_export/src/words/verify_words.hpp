@@ -17,8 +17,17 @@ namespace cie::viewer_export {
 // "at 12 ns (3 ns into the trace)  callback_start  cpu 0  pid 1  tid 2  what it shows", printable.
 std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report);
 
-// The first evidence's note, for formats that have room for one line; the verdict if there is none.
+// The first evidence's note; the verdict if there is none.
 std::string headline_of(const analysis::SubjectVerdict& subject);
+// Notes that tell how the subject violates the rule: of the two events of an instance, the end has all.
+// Borrowed from the subject.
+std::vector<std::string_view> main_notes(std::string_view rule,
+                                         const analysis::SubjectVerdict& subject);
+// "3 of 8 threads" "ran several callbacks": what the subjects of a violated rule did.
+std::string_view violation_of(std::string_view rule);
+// For formats that have room for one line: "missed deadlines: seq 4 ends, …" of a violation, else the
+// first note.
+std::string message_of(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject);
 
 // "suppressed until 2026-12-31", or "suppression expired after …".
 std::string term_of(const analysis::Suppression& suppression);
