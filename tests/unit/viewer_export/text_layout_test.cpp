@@ -70,6 +70,8 @@ TEST(Wrap, BreaksBetweenWords) {
 
 TEST(FormatDuration, HasFourDigitsAndAUnit) {
   EXPECT_EQ(format_duration(0), "0 ns");
+  EXPECT_EQ(format_excess(289'415, 100'000), "289.4 us > 100.0 us");
+  EXPECT_EQ(format_excess(1'000'001, 1'000'000), "1.000 ms > 1.000 ms by 1 ns");
   EXPECT_EQ(format_duration(999), "999 ns");
   EXPECT_EQ(format_duration(-999), "-999 ns");
   EXPECT_EQ(format_duration(1'000), "1.000 us");

@@ -191,8 +191,7 @@ class SchedulabilityScreen {
     const auto* run = row == nullptr ? nullptr : worst_run_of(judged_, *row);
     auto went = run == nullptr ? std::string() : where_time_went(judged_, *run);
     if (!went.empty()) return went;
-    return fmt::format("took {} of its {}", format_duration(worst.longest_ns()),
-                       format_duration(worst.deadline->ns));
+    return "took " + format_excess(worst.longest_ns(), worst.deadline->ns);
   }
 
   std::string why_flagged(const CallbackSchedulability& worst) const {

@@ -125,8 +125,7 @@ std::string place_of_deadline(const Judged& judged, const CallbackReport& callba
 std::string late_runs(const Judged& judged, const CallbackReport& callback) {
   auto text = fmt::format("late {} of {}", *callback.late, callback.instances);
   if (const auto* worst = worst_run_of(judged, callback)) {
-    text += fmt::format(", up to {} > {}", format_duration(worst->response_time.ns),
-                        format_duration(callback.response_deadline->ns));
+    text += ", up to " + format_excess(worst->response_time.ns, callback.response_deadline->ns);
   }
   return text + place_of_deadline(judged, callback);
 }
@@ -135,7 +134,7 @@ std::string late_runs(const Judged& judged, const CallbackReport& callback) {
 // response time and the shortest inter-arrival time are of different instances.
 std::string overtaken(const SubjectVerdict& subject) {
   const bool is_seen = !subject.evidence.empty() && subject.evidence[0].event == "callback_end";
-  return is_seen ? "; ended after the next release" : "";
+  return is_seen ? "; one overran the next release" : "";
 }
 
 struct Told {

@@ -146,6 +146,13 @@ std::string format_duration(std::int64_t ns) {
   return {};
 }
 
+std::string format_excess(std::int64_t ns, std::int64_t limit_ns) {
+  const auto value = format_duration(ns);
+  const auto limit = format_duration(limit_ns);
+  const auto difference = value == limit ? " by " + format_duration(ns - limit_ns) : std::string();
+  return fmt::format("{} > {}{}", value, limit, difference);
+}
+
 std::string compact_duration(std::int64_t ns) {
   auto text = format_duration(ns);
   text.erase(text.find(' '), 1);

@@ -38,6 +38,9 @@ std::string first_of(const std::vector<std::string>& names, std::size_t columns,
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
 std::string format_duration(std::int64_t ns);
 
+// "115.2 us > 100.0 us"; where both read the same, by how much: "1.000 ms > 1.000 ms by 1 ns".
+std::string format_excess(std::int64_t ns, std::int64_t limit_ns);
+
 // "115.2us": a column has one unit less to say than a sentence.
 std::string compact_duration(std::int64_t ns);
 
