@@ -157,9 +157,41 @@ std::string exported_restart(std::string_view format) {
   viewer->on_instance(next);
   analysis::AnalysisResult result;
   result.report.trace.end = analysis::Timestamp{1'000};
+  for (const std::uint32_t i : {0U, 1U}) {
+    result.report.processes.push_back({.index = analysis::ProcessIndex{i},
+                                       .host = "robot",
+                                       .pid = test::kPid,
+                                       .name = i == 0 ? "launch" : "driver",
+                                       .executor = std::nullopt});
+  }
   std::ostringstream out;
   viewer->write(out, result);
   return out.str();
+}
+
+// As where a program executes another one in its place.
+TEST(ViewerExports, EachProgramOfOnePidHasItsName) {
+  const auto chrome = exported_restart("chrome");
+  EXPECT_NE(chrome.find(R"("launch, then driver")"), std::string::npos) << chrome;
+  const auto viewer = make_viewer_export("otlp", {});
+  analysis::AnalysisResult result;
+  for (const std::uint32_t i : {0U, 1U}) {
+    auto instance = test::instance(test::kTimer, 11, 0, -1, 100 + 500 * i, 200 + 500 * i);
+    instance.process = analysis::ProcessIndex{i};
+    viewer->on_instance(instance);
+    result.report.processes.push_back({.index = instance.process,
+                                       .host = "robot",
+                                       .pid = test::kPid,
+                                       .name = i == 0 ? "launch" : "driver",
+                                       .executor = std::nullopt});
+  }
+  std::ostringstream otlp;
+  viewer->write(otlp, result);
+  for (const std::string name : {"launch", "driver"}) {
+    EXPECT_NE(otlp.str().find(R"({"key":"service.name","value":{"stringValue":")" + name),
+              std::string::npos)
+        << otlp.str();
+  }
 }
 
 TEST(ViewerExports, ChromeEndsWhatADeadProcessLeftOpenWhereTheNextBegins) {

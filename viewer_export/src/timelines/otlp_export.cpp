@@ -11,6 +11,7 @@
 #include "output/nesting.hpp"
 #include "viewers.hpp"
 
+#include <compare>
 #include <map>
 #include <optional>
 #include <string>
@@ -90,7 +91,13 @@ class OtlpExport final : public RecordingExport {
   }
 
  private:
-  using Process = std::pair<analysis::HostIndex, std::int64_t>;  // host, pid
+  struct Process {
+    analysis::HostIndex host{};
+    std::int64_t pid = 0;
+    analysis::ProcessIndex index{};  // of programs that have one pid each has its own
+    // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
+    friend auto operator<=>(const Process&, const Process&) = default;
+  };
   struct Batch {
     std::string spans;
     std::size_t count = 0;
@@ -134,7 +141,7 @@ class OtlpExport final : public RecordingExport {
                           taken->publication.trace, taken->publication.span);
     }
     if (i.status == CallbackStatus::exception) rest += R"(,"status":{"code":2})";
-    add_span({i.host, i.pid}, own, parent, name,
+    add_span({i.host, i.pid, i.process}, own, parent, name,
              i.writer_gid != 0 ? SpanKind::consumer : SpanKind::internal, i.start.ns, i.end->ns,
              attributes, rest);
     ++counts_.instances;
@@ -158,7 +165,7 @@ class OtlpExport final : public RecordingExport {
     attributes.add("messaging.system", std::string_view("dds"));
     attributes.add("messaging.operation.type", std::string_view("send"));
     attributes.add("messaging.destination.name", topic);
-    add_span({p.host, p.pid}, own, around != nullptr ? around->span : std::string(),
+    add_span({p.host, p.pid, p.process}, own, around != nullptr ? around->span : std::string(),
              "publish " + topic, SpanKind::producer, p.time.ns, p.time.ns, attributes, {});
     ++counts_.publications;
     for (const auto receiver : record.receivers)
@@ -180,16 +187,16 @@ class OtlpExport final : public RecordingExport {
         R"({}{{"traceId":"{}","spanId":"{}"{},"name":{},"kind":{},"startTimeUnixNano":"{}","endTimeUnixNano":"{}","attributes":[{}]{}}})",
         batch.count == 0 ? "" : ",", own.trace, own.span,
         parent.empty() ? "" : fmt::format(R"(,"parentSpanId":"{}")", parent), json_string(name),
-        static_cast<int>(kind), clock_.realtime_or_own(process.first, start),
-        clock_.realtime_or_own(process.first, end), attributes.text(), rest);
+        static_cast<int>(kind), clock_.realtime_or_own(process.host, start),
+        clock_.realtime_or_own(process.host, end), attributes.text(), rest);
     if (++batch.count >= kSpansPerLine) flush(process, batch);
   }
 
   void flush(const Process& process, Batch& batch) {
     if (batch.count == 0) return;
-    const auto [host, pid] = process;
+    const auto& [host, pid, index] = process;
     Attributes resource;
-    const auto name = names_->process(host, pid);
+    const auto name = names_->process(index);
     resource.add("service.name", name.empty() ? fmt::format("pid {}", pid) : name);
     resource.add("process.pid", pid);
     resource.add("host.name", names_->host(host, pid));

@@ -10,8 +10,12 @@ namespace cie::viewer_export {
 
 ReportNames::ReportNames(const analysis::Report& report) {
   for (const auto& process : report.processes) {
-    processes_[{process.host_index, process.pid}] = {valid_utf8(process.name),
-                                                     valid_utf8(process.host)};
+    auto& [names, host] = processes_[{process.host_index, process.pid}];
+    const auto name = valid_utf8(process.name);
+    const bool is_told = name.empty() || names == name || names.ends_with(", then " + name);
+    if (!is_told) names += (names.empty() ? "" : ", then ") + name;
+    host = valid_utf8(process.host);
+    programs_[process.index] = name;
     has_several_hosts_ |= process.host_index != report.processes.front().host_index;
   }
   const analysis::ReportRows rows(report);
@@ -22,6 +26,11 @@ ReportNames::ReportNames(const analysis::Report& report) {
 std::string ReportNames::process(analysis::HostIndex host, std::int64_t pid) const {
   const auto found = processes_.find({host, pid});
   return found == processes_.end() ? std::string() : found->second.name;
+}
+
+std::string ReportNames::process(analysis::ProcessIndex index) const {
+  const auto found = programs_.find(index);
+  return found == programs_.end() ? std::string() : found->second;
 }
 
 std::string ReportNames::host(analysis::HostIndex host, std::int64_t pid) const {

@@ -39,8 +39,11 @@ class RecordingExport : public ViewerExport {
 class ReportNames {
  public:
   explicit ReportNames(const analysis::Report& report);
-  // Empty where the report has none.
+  // Empty where the report has none. Of several programs that had the pid one after the other all that
+  // differ: "launch, then driver".
   std::string process(analysis::HostIndex host, std::int64_t pid) const;
+  // Of this one of them.
+  std::string process(analysis::ProcessIndex index) const;
   std::string thread(const ThreadKey& thread) const;
   const std::map<ThreadKey, std::string>& threads() const noexcept { return threads_; }
   // The process's host; empty where the report has none.
@@ -53,6 +56,7 @@ class ReportNames {
     std::string host;
   };
   std::map<std::pair<analysis::HostIndex, std::int64_t>, Process> processes_;
+  std::map<analysis::ProcessIndex, std::string> programs_;
   std::map<ThreadKey, std::string> threads_;
   bool has_several_hosts_ = false;
 };
