@@ -322,6 +322,7 @@ struct MessageEdgeFacts {
   std::optional<CallbackIndex> from{};
   CallbackIndex to{};
   std::uint64_t messages = 0;
+  std::uint64_t unrecorded = 0;       // of these: nobody was seen to publish them
   Statistics communication{};         // exact releases only
   Statistics handover{};              // publish to start, of callbacks that ROS 2's events tell
   std::optional<HostPair> crosses{};  // hosts, if they are two

@@ -288,6 +288,7 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
   edge.to = facts.to;
   edge.topic = model.callbacks[at(facts.to)].source;
   edge.messages = facts.messages;
+  if (facts.unrecorded > 0) edge.unrecorded = facts.unrecorded;
   edge.communication = facts.communication.summary();
   edge.publish_to_start = facts.handover.summary();
   if (facts.crosses) edge.clock_error = clock_error(model, *facts.crosses);

@@ -123,6 +123,8 @@ void ChainTracker::note_edge(const ChainNode& node) {
     reader = &model_.callbacks[at(node.callback)];
   }
   ++edge->messages;
+  if (node.link == ChainNode::Link::source || node.link == ChainNode::Link::before)
+    ++edge->unrecorded;
   if (!node.sent) return;
   if (from && !reader->is_accounted) {
     edge->handover.add(node.start.time - *node.sent);

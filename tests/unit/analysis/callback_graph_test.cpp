@@ -80,6 +80,26 @@ TEST(CallbackGraph, CrossesProcessesAndKnowsPublishersOutsideCallbacks) {
             "- -> show /a x1\nplan -> show /a x1 2..2\n");
 }
 
+// As of another application that was not recorded: no publisher of the recording has that writer.
+TEST(CallbackGraph, CountsMessagesOfWritersThatWereNotRecorded) {
+  auto trace = trace_of(R"(
+    publisher out topic=/a
+    thread main worker
+    callback show subscription topic=/a
+    11 publish out on=main
+    14 start show release=13 from=out:0
+    15 end show)");
+  const auto seen = analyze(trace).report.edges;
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].unrecorded, std::nullopt) << "published outside callbacks";
+  trace.erase<PublisherInit>();
+  trace.erase<Publish>();
+  const auto edges = analyze(trace).report.edges;
+  ASSERT_EQ(edges.size(), 1U);
+  EXPECT_EQ(edges[0].from, std::nullopt);
+  EXPECT_EQ(edges[0].unrecorded, 1U);
+}
+
 TEST(CallbackGraph, HasNoEdgeForWhatIsUnknown) {
   auto trace = trace_of(R"(
     publisher out topic=/a

@@ -42,6 +42,16 @@ analysis::Report with_edges() {
   return report;
 }
 
+TEST(GraphDot, TellsMessagesOfUnknownWritersFromThosePublishedOutsideCallbacks) {
+  auto report = with_edges();
+  report.edges[1].messages = 3;
+  report.edges[1].unrecorded = 3;
+  EXPECT_THAT(dot_of(report), HasSubstr("label=\"/map\\npublishers not recorded\"];"));
+  report.edges[1].unrecorded = 2;
+  EXPECT_THAT(dot_of(report), HasSubstr("label=\"/map\\n1 published outside callbacks,\\n2 by "
+                                        "publishers not recorded\"];"));
+}
+
 TEST(GraphDot, HasProcessesCallbacksAndEdgesWithLatencies) {
   const auto text = dot_of(with_edges());
   EXPECT_THAT(text, HasSubstr("subgraph \"cluster_0\" {\n    label=\"demo, pid 4001\";\n"));

@@ -6,6 +6,7 @@
 #include "words/text_layout.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -59,14 +60,26 @@ std::string node_name(const ReportRows& rows, analysis::CallbackIndex callback) 
   return fmt::format("\"{} {}\"", at(callback), row != nullptr ? dot_escaped(row->logical_id) : "");
 }
 
-// Published outside callbacks, numbered.
-using Topics = std::map<std::string, std::size_t>;
+// What came from no callback of the recording.
+struct Topic {
+  std::size_t number = 0;
+  std::uint64_t messages = 0;
+  std::uint64_t unrecorded = 0;
+};
+using Topics = std::map<std::string, Topic>;
+
+std::string origin_of(const Topic& topic) {
+  if (topic.unrecorded == 0) return "published outside callbacks";
+  if (topic.unrecorded == topic.messages) return "publishers not recorded";
+  return fmt::format("{} published outside callbacks,\\n{} by publishers not recorded",
+                     topic.messages - topic.unrecorded, topic.unrecorded);
+}
 
 // Two that are shortened may look alike.
 std::string topic_name(const Topics& topics, const std::string& topic) {
   const auto whole = printable(topic);
   const bool is_whole = shortened(whole) == whole;
-  const auto number = is_whole ? std::string() : std::to_string(topics.at(topic)) + ' ';
+  const auto number = is_whole ? std::string() : std::to_string(topics.at(topic).number) + ' ';
   return fmt::format("\"topic {}{}\"", number, dot_escaped(topic));
 }
 
@@ -155,11 +168,14 @@ void write_graph_dot(std::ostream& out, const Report& report) {
   write_processes(out, report, shown, rows);
   Topics outside;
   for (const auto& edge : report.edges) {
-    if (!edge.from) outside.try_emplace(edge.topic, outside.size());
+    if (edge.from) continue;
+    auto& topic = outside.try_emplace(edge.topic, Topic{.number = outside.size()}).first->second;
+    topic.messages += edge.messages;
+    topic.unrecorded += edge.unrecorded.value_or(0);
   }
-  for (const auto& [topic, number] : outside) {
-    out << fmt::format("  {} [shape=ellipse label=\"{}\\npublished outside callbacks\"];\n",
-                       topic_name(outside, topic), dot_escaped(topic));
+  for (const auto& [name, topic] : outside) {
+    out << fmt::format("  {} [shape=ellipse label=\"{}\\n{}\"];\n", topic_name(outside, name),
+                       dot_escaped(name), origin_of(topic));
   }
   for (const auto& edge : report.edges)
     write_edge(out, rows, outside, edge);

@@ -404,10 +404,14 @@ struct ChainReport {
 
 // Messages that a callback took from another one, as they were seen.
 struct GraphEdge {
-  std::optional<CallbackIndex> from;  // empty: from outside any callback of the recording
+  // Empty: from outside any callback of the recording, or nothing tells who published.
+  std::optional<CallbackIndex> from;
   CallbackIndex to{};
   std::string topic;
   std::uint64_t messages = 0;
+  // Of these, where `from` is empty: whose publication was not recorded, as that of writers of other
+  // applications. Empty: none.
+  std::optional<std::uint64_t> unrecorded{};
   Rare<Summary> communication;       // publish to release; empty: none was exact
   Rare<Summary> publish_to_start{};  // of what ROS 2's events tell
   std::optional<ClockError> clock_error{};

@@ -225,6 +225,7 @@ void fields(auto& visit, Is<GraphEdge> auto& e) {
   visit("topic", e.topic);
   visit("messages", e.messages);
   visit("communication_ns", e.communication);
+  visit.present("unrecorded", e.unrecorded);
   visit.present("clock_error_ns", e.clock_error);
   visit.present("publish_to_start_ns", e.publish_to_start);
 }
