@@ -205,6 +205,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   auto& of_host = hosts_[host];
   auto& on_cpu = cpu_of(of_host, cpu);
   const auto hole = hole_before(on_cpu, cpu, time, event);
+  const bool is_unknown = hole || !on_cpu.is_known;
   if (hole) {
     add_hole(host, *hole);
     lose_running(of_host, cpu, on_cpu.tid);
@@ -218,14 +219,17 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
     auto& prev = of_host.threads[event.prev_tid];
     prev.displaced = {};
     if (observer != nullptr && prev.state == State::running && prev.cpu == cpu) {
-      observer->on_sched_slice(SchedSlice{.cpu = cpu,
-                                          .tid = event.prev_tid,
-                                          .comm = event.prev_comm,
-                                          .priority = event.prev_prio,
-                                          .begin = prev.since,
-                                          .end = time,
-                                          .end_state = event.prev_state,
-                                          .host = host});
+      observer->on_sched_slice(
+          SchedSlice{.cpu = cpu,
+                     .tid = event.prev_tid,
+                     .comm = event.prev_comm,
+                     .priority = event.prev_prio,
+                     .begin = prev.since,
+                     .end = time,
+                     .end_state = event.prev_state,
+                     .host = host,
+                     .unknown_until = hole ? OptionalTime(prev.since) : on_cpu.unknown_until});
+      on_cpu.unknown_until = {};
     }
     stop_waiting(of_host, event.prev_tid, prev, time);  // its switch-in was not recorded
     leave(prev, time, cpu, is_runnable(event.prev_state));
@@ -241,6 +245,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
     stop_waiting(of_host, event.next_tid, next, time);
     enter(next, time, cpu);
   }
+  if (is_unknown) on_cpu.unknown_until = time;
   on_cpu.tid = event.next_tid;
   on_cpu.time = time;
   on_cpu.is_known = true;

@@ -160,6 +160,7 @@ class ThreadTimeline {
     std::int64_t tid = -1;  // last next_tid
     Timestamp time;         // last switch
     bool is_known = false;
+    OptionalTime unknown_until;  // see SchedSlice
     OptionalTime spoken;  // when a thread spoke here that no switch had brought, first since `time`
     std::string name;     // of its thread, where somebody waits
     std::vector<std::int64_t> waiting;  // watched threads that were preempted here

@@ -1,5 +1,7 @@
 #include "trackers/thread_timeline.hpp"
 
+#include <cie/analysis/instance.hpp>
+
 #include <string>
 #include <vector>
 
@@ -34,6 +36,32 @@ class OneCpu : public testing::Test {
   std::int64_t current_ = kIdle;
   std::optional<ThreadTimeline::Hole> hole_;
 };
+
+// A switch away from another thread than the last one that came reveals that what ran since is unknown.
+TEST_F(OneCpu, TellsUntilWhenNobodyKnowsWhatRan) {
+  struct Slices : Observer {
+    std::vector<SchedSlice> all;
+    void on_sched_slice(const SchedSlice& slice) override { all.push_back(slice); }
+  } slices;
+  const auto change = [&](std::int64_t time, std::int64_t prev, std::int64_t next) {
+    SchedSwitch event;
+    event.prev_tid = prev;
+    event.next_tid = next;
+    timeline_.on_switch(kHost, 0, Timestamp{time}, event, &slices);
+  };
+  change(10, kIdle, kThread);
+  change(20, kThread, kIdle);
+  change(30, kIdle, kThread);
+  change(40, kThread, kOther);
+  change(60, kThread, kIdle);  // that kOther left and kThread came was not recorded
+  change(70, kIdle, kThread);
+  change(80, kThread, kIdle);
+  ASSERT_EQ(slices.all.size(), 3U);
+  EXPECT_EQ(slices.all[1].begin, Timestamp{30});
+  EXPECT_EQ(slices.all[1].unknown_until, std::nullopt) << "it was idle since 20";
+  EXPECT_EQ(slices.all[2].begin, Timestamp{70});
+  EXPECT_EQ(slices.all[2].unknown_until, Timestamp{60});
+}
 
 TEST_F(OneCpu, SplitsADurationIntoItsFourParts) {
   switch_to(10, kThread, kRunnable);

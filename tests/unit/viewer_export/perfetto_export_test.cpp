@@ -172,6 +172,31 @@ TEST(Perfetto, KernelSlicesBecomeSwitchesWithoutGaps) {
   EXPECT_EQ(decode(exported({})).wakings, 2);
 }
 
+TEST(Perfetto, DrawsNoIdleCpuWhereNoEventTellsWhatRan) {
+  const auto drawn = [](std::optional<analysis::Timestamp> unknown_until) {
+    PerfettoExport perfetto({});
+    perfetto.on_sched_slice({.cpu = 1, .tid = 11, .comm = "a", .begin = {100}, .end = {200}});
+    perfetto.on_sched_slice({.cpu = 1,
+                             .tid = 11,
+                             .comm = "a",
+                             .begin = {300},
+                             .end = {400},
+                             .unknown_until = unknown_until});
+    std::ostringstream out;
+    perfetto.write(out, {});
+    return out.str();
+  };
+  const auto is_told = [](const std::string& text) {
+    return text.find("not recorded") != std::string::npos;
+  };
+  EXPECT_FALSE(is_told(drawn(std::nullopt)));
+  EXPECT_FALSE(is_told(drawn(analysis::Timestamp{200}))) << "idle since";
+  EXPECT_TRUE(is_told(drawn(analysis::Timestamp{300})));
+  EXPECT_EQ(decode(drawn(analysis::Timestamp{300})).switches, 4);
+  EXPECT_TRUE(is_told(drawn(analysis::Timestamp{250})));
+  EXPECT_EQ(decode(drawn(analysis::Timestamp{250})).switches, 5) << "idle from 250 on";
+}
+
 TEST(Perfetto, GivesEachHostAMachineOfItsOwn) {
   EXPECT_EQ(decode(exported({})).machines, (std::set<std::uint64_t>{0}));
   PerfettoExport perfetto({});

@@ -39,13 +39,24 @@ bool SchedRecorder::add(const analysis::SchedSlice& slice) {
   comms_[{slice.host, slice.tid}] = next.comm;
   const Running idle{.comm = names_.number("swapper")};
   const bool is_adjacent = cpu.has_last && cpu.last.end == slice.begin.ns;
+  auto before = is_adjacent ? cpu.last : idle;
   if (cpu.has_last && !is_adjacent) {
-    switch_task(key, cpu, cpu.last.end, cpu.last, idle);
+    const auto until =
+        std::min(slice.unknown_until.value_or(analysis::Timestamp{}).ns, slice.begin.ns);
+    const bool is_unknown = until > cpu.last.end;
+    const Running first = is_unknown ? unrecorded() : idle;
+    switch_task(key, cpu, cpu.last.end, cpu.last, first);
+    if (is_unknown && until < slice.begin.ns) switch_task(key, cpu, until, first, idle);
+    if (is_unknown && until == slice.begin.ns) before = first;
   }
-  switch_task(key, cpu, slice.begin.ns, is_adjacent ? cpu.last : idle, next);
+  switch_task(key, cpu, slice.begin.ns, before, next);
   cpu.last = next;
   cpu.has_last = true;
   return true;
+}
+
+SchedRecorder::Running SchedRecorder::unrecorded() {
+  return {.tid = std::numeric_limits<std::int32_t>::max(), .comm = names_.number("not recorded")};
 }
 
 bool SchedRecorder::add(const analysis::Waking& waking) {

@@ -1,6 +1,6 @@
 // Turns running times of threads into the kernel's switch events, as Perfetto wants them: each
-// CPU's switches join up, so a gap between two slices becomes a switch to idle and back. Wake-ups
-// say who woke whom.
+// CPU's switches join up, so a gap between two slices becomes a switch to idle and back, or to a task
+// "not recorded" where no event tells what ran. Wake-ups say who woke whom.
 #pragma once
 
 #include <cie/analysis/instance.hpp>
@@ -52,6 +52,8 @@ class SchedRecorder {
   };
   using Comms = std::map<std::pair<analysis::HostIndex, std::int64_t>, std::uint32_t>;
 
+  // With a tid that Linux never gives.
+  Running unrecorded();
   void switch_task(const CpuKey& key, Cpu& cpu, std::int64_t time, const Running& prev,
                    const Running& next);
   void flush(const CpuKey& key, Cpu& cpu);

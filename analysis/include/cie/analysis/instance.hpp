@@ -82,6 +82,8 @@ struct SchedSlice {
   Timestamp end;
   std::int64_t end_state = 0;  // prev_state as the kernel wrote it
   HostIndex host{};
+  // From the end of its CPU's last slice until then no event tells what ran. Empty: it was idle.
+  std::optional<Timestamp> unknown_until{};
 };
 
 // A thread that waited was told to run (kernel events only): sched_waking, or sched_wakeup where
