@@ -1,4 +1,5 @@
 // From facts to verdicts and report.
+#include "model/addresses_in_turn.hpp"
 #include "model/doubtful_ids.hpp"
 #include "pipeline.hpp"
 #include "report/evidence_places.hpp"
@@ -21,6 +22,7 @@ AnalysisResult Analyzer::Pipeline::judge() {
   name_events();
   registry.doubt_told_again(recording.loss_times());
   doubt_numbered_ids(model);
+  note_addresses_in_turn(model);
   AnalysisResult result;
   const RuleContext context(model, options);
   result.verdicts = verify(context);

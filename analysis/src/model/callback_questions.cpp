@@ -38,23 +38,9 @@ bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noex
   return pair.is_certain && !callback.is_after_rcl_init && !may_be_told_by_own(model, callback);
 }
 
-bool is_certainly_another(const Model& model, const ThreadFacts& thread,
-                          const CallbackOnThread& pair) noexcept {
-  if (!is_there_for_certain(model, pair)) return false;
-  const auto is_registered = [&model](const CallbackOnThread& other) {
-    return is_of_its_own(model.callbacks[at(other.callback)]);
-  };
-  if (is_registered(pair)) return true;
-  constexpr int kAddressesOfOne = 2;
-  const auto are_several_at = [&](Timestamp time) {
-    int count = 0;
-    return std::ranges::any_of(thread.ran, [&](const CallbackOnThread* other) {
-      const bool is_used = other->first_start.time <= time && time <= other->last_activity.time;
-      if (is_used && !is_registered(*other) && is_there_for_certain(model, *other)) ++count;
-      return count > kAddressesOfOne;
-    });
-  };
-  return are_several_at(pair.first_start.time) || are_several_at(pair.last_activity.time);
+bool is_certainly_another(const Model& model, const CallbackOnThread& pair) noexcept {
+  const bool is_one = pair.is_of_several || is_of_its_own(model.callbacks[at(pair.callback)]);
+  return is_one && is_there_for_certain(model, pair);
 }
 
 bool is_identified(const CallbackFacts& callback) noexcept {

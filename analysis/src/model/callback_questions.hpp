@@ -53,11 +53,9 @@ bool may_be_told_by_own(const Model& model, const CallbackFacts& callback) noexc
 // No other callback of the process, nor another process of its pid, may have run there in its place.
 bool is_there_for_certain(const Model& model, const CallbackOnThread& pair) noexcept;
 
-// Of the thread's callbacks this one was there for certain, and is no other one's second address: it was
-// registered, or two others that were not were in use at the same time. A subscription of ROS 2 has
-// two addresses at most, one of them for messages within the process.
-bool is_certainly_another(const Model& model, const ThreadFacts& thread,
-                          const CallbackOnThread& pair) noexcept;
+// It was there for certain, and is no other one's second address: it was registered, or see
+// note_addresses_in_turn().
+bool is_certainly_another(const Model& model, const CallbackOnThread& pair) noexcept;
 
 // Its registration told an id, be it in part, as those of ROS 2 may.
 inline bool has_logical_id(const CallbackFacts& callback) noexcept {

@@ -203,8 +203,9 @@ struct alignas(64) CallbackOnThread {
   std::uint64_t instances = 0;  // complete, in the window
   bool is_certain =
       false;  // some run there was the callback's own: see CallbackStart::may_be_another
-  EventRef last_activity{};  // last start or end of it there
-  EventRef first_start{};    // without starts: the end that alone tells of it
+  bool is_of_several = false;  // see note_addresses_in_turn()
+  EventRef last_activity{};    // last start or end of it there
+  EventRef first_start{};      // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
   // Where that end's instance had started, on another thread. Empty: that was not seen.
   Rare<EventRef> first_begun_elsewhere{};

@@ -60,12 +60,11 @@ std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex 
   };
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
   const auto is_with_others = [&](const CallbackOnThread* pair) {
-    const auto& thread = model.threads[at(pair->thread)];
     const auto is_another = [&](const CallbackOnThread* other) {
-      return is_certainly_another(model, thread, *other);
+      return is_certainly_another(model, *other);
     };
     if (!is_another(pair)) return false;
-    const auto& ran = thread.ran;  // thousands, perhaps
+    const auto& ran = model.threads[at(pair->thread)].ran;  // thousands, perhaps
     const auto first = std::ranges::find_if(ran, is_another);
     return std::find_if(std::next(first), ran.end(), is_another) != ran.end();
   };

@@ -59,7 +59,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
         const auto is_witness = [&](const CallbackOnThread* pair) {
-          return is_certainly_another(model, thread, *pair);
+          return is_certainly_another(model, *pair);
         };
         const auto several = std::ranges::count_if(thread.ran, is_witness);
         for (const auto* pair : in_order(model, thread.ran)) {

@@ -89,17 +89,17 @@ void ChainTracker::tell_unlinked(const Chain& chain, ChainFacts& facts) const {
   }
 }
 
-void ChainTracker::note_beheaded(Chain& chain, const ChainNode& first) {
+void ChainTracker::note_cut_begin(Chain& chain, const ChainNode& first) {
   if (first.link != ChainNode::Link::before) return;
-  ++chain.beheaded;
-  chain.beheaded_by =
-      registry_.publisher_by_gid(first.host, first.writer_gid).value_or(chain.beheaded_by);
+  ++chain.cut_instances;
+  chain.cut_publisher =
+      registry_.publisher_by_gid(first.host, first.writer_gid).value_or(chain.cut_publisher);
 }
 
 // Of a publisher none of whose messages was seen all that is known begins with its readers.
 bool ChainTracker::is_rest(const Chain& chain) const {
-  return chain.beheaded != 0 && chain.beheaded == chain.facts.instances &&
-         model_.publishers[chain.beheaded_by].first_source_timestamp != 0;
+  return chain.cut_instances != 0 && chain.cut_instances == chain.facts.instances &&
+         model_.publishers[chain.cut_publisher].first_source_timestamp != 0;
 }
 
 void ChainTracker::tell_unanswered(const Chain& chain, ChainFacts& facts) const {

@@ -72,7 +72,7 @@ void ChainTracker::on_path(ChainNode& node, const EventRef& end) {
   if (walked != Walk::whole && walked != Walk::too_long) return;
   if (walked == Walk::whole) {
     if (auto* chain = chain_of(scratch_)) {
-      note_beheaded(*chain, *scratch_.front());
+      note_cut_begin(*chain, *scratch_.front());
       measure(*chain, scratch_, end);
       return;
     }

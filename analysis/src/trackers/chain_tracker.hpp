@@ -186,8 +186,8 @@ class ChainTracker {
     std::vector<Unlinked> unlinked{};    // of one that a spec names
     // Of its instances those whose first message was not seen published, and by whom the last of
     // these was.
-    std::uint64_t beheaded = 0;
-    std::uint32_t beheaded_by = 0;
+    std::uint64_t cut_instances = 0;
+    std::uint32_t cut_publisher = 0;
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -244,7 +244,7 @@ class ChainTracker {
   static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                              Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
-  void note_beheaded(Chain& chain, const ChainNode& first);
+  void note_cut_begin(Chain& chain, const ChainNode& first);
   // The last part of a path whose begin lies before what was recorded, or before the window: no
   // chain of its own.
   bool is_rest(const Chain& chain) const;
