@@ -195,6 +195,14 @@ struct UsedCpu {
 // It was seen there once more.
 void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where);
 
+// A start on a thread that was announced for another callback before.
+struct BesideOther {
+  std::uint64_t seq = 0;
+  EventRef start{};
+  Timestamp
+      since{};  // when the other callback was seen there last, or the thread was announced for it
+};
+
 // A callback as seen running on a thread. What every instance touches takes one cache line.
 struct alignas(64) CallbackOnThread {
   CallbackIndex callback{};
@@ -212,8 +220,7 @@ struct alignas(64) CallbackOnThread {
   // Of its starts and ends, where a spec asks for CPUs; where the last one was, it was seen last at
   // `last_activity`.
   std::vector<UsedCpu> cpus{};
-  // The first start there (seq before it) that the thread was announced anew before, for another callback.
-  Rare<std::pair<std::uint64_t, EventRef>> first_beside_other{};
+  Rare<BesideOther> first_beside_other{};
 };
 
 struct SwitchPriority {

@@ -1,11 +1,10 @@
-// M6, M8, M9: a callback's thread does that callback's work and nothing else, and is announced.
+// M8, M9: a callback has a group of its own, and a thread that is announced.
 #pragma once
 
 #include "rule.hpp"
 
 namespace cie::analysis {
 
-extern const Rule kNoForeignWork;
 extern const Rule kSingleCallbackGroup;
 extern const Rule kThreadKnown;
 

@@ -290,6 +290,18 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
   if (moves.size() < kMaxMoves) moves.push_back({.move = move, .registered = *facts.last_init});
 }
 
+void InstanceBuilder::note_beside_other(const PendingInstance& pending, CallbackOnThread& pair) {
+  const auto& on = *pending.thread_facts;
+  if (pair.first_beside_other || on.fini) return;
+  auto since = on.former.empty() ? on.announced->time : on.former.back().next.time;
+  if (const auto own = registry_.find_callback(on.process, *on.callback)) {
+    const auto& pairs = model_.callbacks[at(*own)].ran_on;
+    const auto here = std::ranges::find(pairs, pair.thread, &CallbackOnThread::thread);
+    if (here != pairs.end()) since = std::max(since, (*here)->last_activity.time);
+  }
+  pair.first_beside_other = {.seq = pending.seq, .start = pending.start, .since = since};
+}
+
 inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback& callback) {
   auto& last = callback.last_on;
   if (last == nullptr || last->thread != *pending.thread) {
@@ -302,9 +314,8 @@ inline void InstanceBuilder::note_on_thread(PendingInstance& pending, OfCallback
   pending.pair = last;
   ++last->starts;
   const auto& on = *pending.thread_facts;
-  if (!on.former.empty() && on.callback && *on.callback != pending.callback_facts->id && !on.fini &&
-      !last->first_beside_other) [[unlikely]]
-    last->first_beside_other = {pending.seq, pending.start};
+  if (on.callback && *on.callback != pending.callback_facts->id) [[unlikely]]
+    note_beside_other(pending, *last);
   last->is_certain = last->is_certain || !pending.may_be_another;
   note_activity(*last, pending.start);
 }

@@ -177,6 +177,8 @@ class InstanceBuilder {
                                                 OfThread& on_thread, OfCallback& callback);
   inline void bound_open(OfThread& thread);
   inline void note_on_thread(PendingInstance& pending, OfCallback& callback);
+  // The thread was announced for another callback by then.
+  void note_beside_other(const PendingInstance& pending, CallbackOnThread& pair);
   // Some entry of it is about CPUs.
   static bool asks_for_cpus(const SchedulingSpec* spec);
   // An instance starts or ends there.

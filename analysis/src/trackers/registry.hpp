@@ -112,6 +112,11 @@ class Registry {
   void give_tid_anew(HostIndex host, std::int64_t tid);
   // The callback, known or provisional (init not seen yet).
   CallbackIndex callback(ProcessIndex process, CallbackId id);
+  // The same, if there is one.
+  std::optional<CallbackIndex> find_callback(ProcessIndex process, CallbackId id) const {
+    const auto* found = callback_by_id_.find({scope(process), key(id)});
+    return found != nullptr ? std::optional(*found) : std::nullopt;
+  }
   // The same of an emitter with a process: most threads run one callback only.
   [[gnu::always_inline]] CallbackIndex callback(const Emitter& who, CallbackId id) {
     auto* known = who.known;

@@ -114,6 +114,56 @@ TEST(Spins, OfAnotherCallbackDoNotMakeTheFormersStartsForeign) {
                     HasSubstr("60 callback_start started fusion (seq 1), which is not its own")));
 }
 
+// Nothing tells for whom the thread was announced before: the first announcement is lost, or from before
+// the recording.
+TEST(Spins, OfAnotherCallbackTellNothingOfStartsBeforeTheFirstAnnouncementThatWasSeen) {
+  const auto without_first = [](const std::string& text) {
+    auto trace = trace_of("process app crash" + text);
+    trace.erase<ThreadInit>(
+        [](const ThreadInit&, const EventHead& head) { return head.time.ns == -100; });
+    return Verified(trace);
+  };
+  EXPECT_EQ(without_first(handed_over(kFifo, kOther)).of("M6", "thread 101"),
+            Verdict::inconclusive);
+  const auto later = without_first(
+      handed_over(kFifo, kOther, "60 start fusion on=fusion\n62 end fusion on=fusion"));
+  EXPECT_EQ(later.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_THAT(later.evidence("M6", "thread 101"),
+              HasSubstr("60 callback_start started fusion (seq 1), which is not its own"));
+}
+
+// The thread is announced for three callbacks in turn, the last time unseen.
+TEST(Spins, WhoseAnnouncementMayBeLostAreNotForeignToTheOneBefore) {
+  const auto judged = [](const std::string& more) {
+    auto trace = trace_of(R"(
+      process app crash
+      callback fusion
+      callback plan
+      callback lidar
+      -100 begin fusion
+      10 start fusion
+      12 end fusion
+      30 finish fusion
+      40 begin fusion again for=plan
+      50 start plan on=fusion
+      52 end plan on=fusion
+      60 finish fusion
+      70 begin fusion again for=lidar
+      80 start lidar on=fusion
+      82 end lidar on=fusion
+      )" + more);
+    trace.erase<ThreadFini>(
+        [](const ThreadFini&, const EventHead& head) { return head.time.ns == 60; });
+    trace.erase<ThreadInit>(
+        [](const ThreadInit&, const EventHead& head) { return head.time.ns == 70; });
+    return Verified(trace).of("M6", "thread 101");
+  };
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_EQ(judged("55 discard user until=75 count=2"), Verdict::inconclusive);
+  EXPECT_EQ(judged("90 discard user until=95 count=2"), Verdict::fail) << "lost since";
+  EXPECT_EQ(judged("45 discard user until=48 count=2"), Verdict::fail) << "its own ran since";
+}
+
 TEST(Spins, OfAnotherCallbackAreNotTheFormersParameters) {
   const auto judged = [](const char* first, const char* second, const char* rule) {
     return Verified(handed_over(first, second), kFusionIsFifo).of(rule, "callback fusion");

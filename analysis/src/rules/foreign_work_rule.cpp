@@ -1,0 +1,285 @@
+#include "foreign_work_rule.hpp"
+
+#include "each_subject.hpp"
+#include "judgement.hpp"
+#include "scheduled_parameters.hpp"
+#include "spec_questions.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+namespace {
+
+// Requires that one came before.
+const Announcement& in_force(const std::vector<Announcement>& all, Timestamp time) {
+  const auto later =
+      std::ranges::find_if(all, [time](const Announcement& one) { return one.at.time > time; });
+  return *std::prev(later);
+}
+
+// What a callback did on the thread while that was announced for another one.
+struct ForeignStart {
+  std::uint64_t seq = 0;
+  EventRef at{};
+  Timestamp since{};  // from then on no other announcement was seen
+};
+
+enum class Ownership : std::uint8_t { own, foreign, unknown };
+
+struct Finding {
+  Ownership ownership{};
+  ForeignStart start{};  // foreign
+  EventRef at{};         // unknown
+};
+
+// Whether the thread was announced for the callback whenever it ran it. Of a start before the first
+// announcement that was seen a later one for another callback says nothing.
+Finding ownership_of(const std::vector<Announcement>& all, const ThreadFacts& thread,
+                     const CallbackFacts& callback, const CallbackOnThread& pair) {
+  if (const auto& beside = pair.first_beside_other) {
+    return {.ownership = Ownership::foreign,
+            .start = {.seq = beside->seq, .at = beside->start, .since = beside->since}};
+  }
+  const bool is_of_process = thread.process == callback.process;
+  const auto is_own_at = [&](Timestamp time) {
+    return is_of_process && std::ranges::any_of(all, [&](const Announcement& one) {
+             return is_for(one, callback) && one.may_hold(time);
+           });
+  };
+  const auto& first = pair.first_start;
+  if (!is_own_at(first.time)) {
+    if (first.time < all.front().at.time) return {.ownership = Ownership::unknown, .at = first};
+    return {
+        .ownership = Ownership::foreign,
+        .start = {.seq = pair.first_seq, .at = first, .since = in_force(all, first.time).at.time}};
+  }
+  if (is_own_at(pair.last_activity.time)) return {};
+  return {.ownership = Ownership::unknown, .at = pair.last_activity};
+}
+
+void fail_foreign(const CallbackFacts& callback, const CallbackOnThread& pair,
+                  const Announcement& announced, const ForeignStart& start, Judgement& judgement) {
+  judgement.fail([&] {
+    return evidence("thread_init", announced.at,
+                    "announced for callback " +
+                        (announced.callback ? std::to_string(to_number(*announced.callback))
+                                            : std::string("of its group")));
+  });
+  judgement.fail([&] {
+    const bool is_start_seen = pair.starts != 0;
+    return evidence(is_start_seen ? "callback_start" : "callback_end", start.at,
+                    (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
+                        std::to_string(start.seq) + "), which is not its own");
+  });
+}
+
+void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto announcements = announcements_of(thread);
+  if (thread.former.size() == kMostFormer) {
+    judgement.doubt(
+        evidence("thread_init", announcements.back().at,
+                 "it was announced for too many callbacks to tell whose starts are its own"));
+    return;
+  }
+  for (const auto* pair : thread.ran) {
+    const auto& callback = context.model.callbacks[at(pair->callback)];
+    judgement.check(pair->starts);
+    const auto found = ownership_of(announcements, thread, callback, *pair);
+    if (found.ownership == Ownership::own) continue;
+    if (found.ownership == Ownership::unknown) {
+      judgement.doubt(
+          without_event(found.at, "whether " + callback.logical_id +
+                                      " started on it when it was announced for another callback "
+                                      "is unknown"));
+      continue;
+    }
+    const auto& announced = in_force(announcements, found.start.at.time);
+    if (!callback.registered && !announced.callback) continue;  // perhaps of its group
+    if (auto spin = context.proof.unseen_spin(index, found.start.since, found.start.at.time)) {
+      judgement.doubt(std::move(spin));  // it may have been for this callback
+      continue;
+    }
+    fail_foreign(callback, *pair, announced, found.start, judgement);
+  }
+}
+
+// Why what it ran, which is not its own, may have run on a later thread with its tid. Where its own
+// callback was not seen, its announcement tells that it was there.
+std::optional<Evidence> perhaps_another(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  if (thread.ran.size() > 1) return context.lost_ends.between_callbacks(index);
+  return context.lost_ends.between(index, thread.announced->time,
+                                   thread.ran.front()->first_start.time);
+}
+
+// Of an isolated thread on which no callback was seen to run, and no total tells that none did: what it
+// did may have been in callbacks.
+std::optional<Evidence> perhaps_in_callbacks(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
+  if (!is_isolated(thread) || !thread.ran.empty()) return std::nullopt;
+  const auto owner = context.isolated.idle_owner(index);
+  if (owner && context.model.callbacks[at(*owner)].fini)
+    return std::nullopt;  // of which nothing is lost
+  return context.proof.incompleteness(thread.process);
+}
+
+// From when on a wait of the thread would have been its first one.
+Timestamp work_begins(const RuleContext& context, const ThreadFacts& thread) {
+  auto begin = *thread.first_wait;
+  if (thread.announced) begin = std::min(begin, thread.announced->time);
+  if (!thread.ran.empty()) begin = std::min(begin, thread.ran.front()->first_start.time);
+  const auto& window = context.options.window;
+  return window ? std::max(begin, std::min(window->from, *thread.first_wait)) : begin;
+}
+
+// Why the foreign work of a thread is not known of which the kernel's record is whole.
+std::string why_unmeasured(const Model& model, const ThreadFacts& thread) {
+  const auto host = model.processes[at(thread.process)].host;
+  if (!model.hosts[at(host)].has_switches)
+    return "no sched_switch events; record with --kernel to measure foreign work";
+  if (!thread.first_wait && thread.is_known_to_kernel)
+    return "it never waited once it was set up: there is no first wait to count foreign work from";
+  return "on-CPU time outside callbacks is not known without gap";
+}
+
+void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+                        Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& proof = context.proof;
+  const auto& thread = model.threads[at(index)];
+  const EventRef end = moment(context.lives.of(index).latest_end(), thread.tid);
+  const auto& lost = proof.loss(index) ? proof.loss(index) : context.losses.on(index);
+  if (lost) {  // what lost instances did would count as foreign work; or its time is another one
+    judgement.doubt(lost);
+    return;
+  }
+  const bool is_unread = is_never_read_back(model, thread);
+  if (thread.kernel_exit && !thread.fini && !is_unread) {
+    judgement.doubt(evidence(std::string(thread.kernel_exit_event), *thread.kernel_exit,
+                             "it exits, and the end of its work was not seen"));
+    return;
+  }
+  const auto budget = *entry.foreign_work_budget_ns;
+  const auto host = model.processes[at(thread.process)].host;
+  // What was not recorded before the first wait that was seen may hide the first one.
+  const auto loss = thread.first_wait
+                        ? context.holes.since(host, work_begins(context, thread), end.time)
+                        : context.kernel_record.loss(index);
+  if (loss) {
+    judgement.doubt(loss);
+    return;
+  }
+  if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
+    judgement.doubt(without_event(end, why_unmeasured(model, thread)));
+    return;
+  }
+  if (*thread.foreign_span_ns == 0) return;  // it was over before the window
+  judgement.check();
+  if (is_unread) {
+    judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),
+                              "nobody announced whose thread it is: it ran one callback"));
+  }
+  // foreign / span > budget / second, in whole nanoseconds.
+  const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
+                        static_cast<Int128>(budget) * *thread.foreign_span_ns;
+  if (!is_above) return;
+  judgement.overrule(perhaps_in_callbacks(context, index));
+  judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
+                          "first wait: foreign work is counted from here"));
+  // To where the work was counted no event need stand.
+  const auto counted_to = *thread.first_wait + Duration{*thread.foreign_span_ns};
+  judgement.fail(
+      without_event(moment(counted_to, thread.tid),
+                    nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
+                        nanoseconds(*thread.foreign_span_ns) + "; " + place(context, entry.line) +
+                        " allows " + nanoseconds(budget) + " per second"));
+}
+
+bool asks_for_budgets(const SchedulingSpec* spec) {
+  const auto has_budget = [](const SpecEntry& entry) {
+    return entry.foreign_work_budget_ns.has_value();
+  };
+  return spec != nullptr && (std::ranges::any_of(spec->callbacks(), has_budget) ||
+                             std::ranges::any_of(spec->threads(), has_budget));
+}
+
+std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
+  const auto& unknown = context.unknown_threads;
+  const bool has_budgets = asks_for_budgets(context.options.spec);
+  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
+                                             Judgement& judgement) {
+    judgement.doubt(context.hidden.on(index));
+    // It may be one that has a budget.
+    if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
+    if (is_never_read_back(context.model, thread)) {
+      const auto* entry = sole_entry(context, thread);
+      if (entry != nullptr && entry->foreign_work_budget_ns) {
+        judge_foreign_time(context, index, *entry, judgement);
+        return;
+      }
+    }
+    if (const auto found = unknown.find(index); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+    if (is_isolated(thread)) {
+      judge_foreign_callbacks(context, index, judgement);
+      if (judgement.has_witness()) judgement.overrule(perhaps_another(context, index));
+      judgement.doubt(context.losses.on(index));
+      if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
+    }
+    if (is_isolated(thread) || is_worker) {
+      const auto* entry = spec_entry_of(context, index);
+      if (entry == nullptr || !entry->foreign_work_budget_ns) return;
+      if (thread.former.empty()) {
+        judge_foreign_time(context, index, *entry, judgement);
+      } else {
+        judgement.doubt(evidence("thread_init", thread.former.back().next,
+                                 "announced anew for another callback: in whose time it did the "
+                                 "foreign work is unknown"));
+      }
+    }
+  });
+  note_missing_vtid(context.model, verdicts);
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kNoForeignWork{
+    .id = "M6",
+    .name = "no-foreign-work",
+    .meaning =
+        "An isolated thread works for its own callback alone: it starts no other, and its work "
+        "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one "
+        "it is not judged). Of a thread that is announced anew for another callback each start is "
+        "judged by the announcement before it.",
+    .why_it_matters =
+        "Work that no callback accounts for delays the callback at its own priority, and no "
+        "analysis of callbacks sees it.",
+    .inconclusive_when =
+        "a callback on it lost instances, another one may have been lost with all of its "
+        "instances, a callback started on it before it was seen to be announced or where another "
+        "announcement may be lost, the context vtid is absent, it may have served what ROS 2's "
+        "events do not show (M2), or (for the budget) there are no kernel events, their record has "
+        "a hole or begins after the thread, or read-backs or the end of the thread were lost, or no "
+        "callback was seen on it and no total tells that none ran.",
+    .remedy =
+        "register the callback to the thread that runs it; move other work to a thread of its own "
+        "(Executor::spawn_thread); record with --kernel.",
+    .remedy_rclcpp =
+        "let the thread spin for the callback's group alone; move other work to a thread of its "
+        "own; record with --kernel.",
+    .violation = "did other work",
+    .judge = judge_foreign_work,
+    .needs = {.instances = true, .later_state = LaterState::before_evidence}};
+
+}  // namespace cie::analysis
