@@ -281,6 +281,9 @@ class Registry {
                      const SequenceFacts& seen) const;
   // No one process tells that twice, or in that order.
   void note_told_again(ProcessIndex process, const EventRef& where);
+  // The same of a node, a group or a publisher: each is told once, when it is made, and again to sessions
+  // that attach.
+  void note_made_again(const EventHead& head, ProcessIndex process);
   // A callback of the same id in the same process would be told alike.
   bool is_of_another(const CallbackInit& event, const CallbackFacts& facts,
                      bool is_announcement) const;

@@ -89,13 +89,16 @@ void Registry::apply(const EventHead& head, const NodeInit& event) {
     *index = static_cast<std::uint32_t>(model_.nodes.size());
     model_.nodes.push_back(
         NodeFacts{.process = *process, .id = event.node, .name = std::string(event.name)});
+    return;
   }
+  note_made_again(head, *process);
 }
 
 void Registry::apply(const EventHead& head, const GroupInit& event) {
   const auto process = reported_process_of(head);
   if (!process) return;
   auto& facts = model_.groups[group(*process, event.group, head)];
+  if (facts.type) note_made_again(head, *process);
   facts.node = event.node;
   facts.type = event.type;
 }
@@ -189,7 +192,10 @@ void Registry::apply(const EventHead& head, const PublisherInit& event) {
   if (!process) return;
   const auto index = publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
-  if (facts.registered) return;
+  if (facts.registered) {
+    note_made_again(head, *process);
+    return;
+  }
   if (facts.awaited_since) {
     facts.awaited_since = {};
     --awaited_publishers_;

@@ -252,6 +252,11 @@ void Registry::note_told_again(ProcessIndex process, const EventRef& where) {
   if (!told_again) told_again = where;
 }
 
+void Registry::note_made_again(const EventHead& head, ProcessIndex process) {
+  const bool may_repeat = model_.processes[at(process)].announcements != 0;
+  if (!head.is_derived && !may_repeat) note_told_again(process, ref(head));
+}
+
 void Registry::doubt_told_again(const LossTimes& losses) {
   for (auto& process : model_.processes) {
     if (!process.told_again || process.shares_pid_since) continue;

@@ -176,6 +176,45 @@ TEST(ReusedPid, IsInDoubtWhereACallbackEndsAgainBehindALoss) {
       is_any_pid_shared(Verified(std::string(kProcess) + "\n30 discard user until=80 count=9")));
 }
 
+// The same of a node, a group and a publisher, which are told again to sessions that attach alone.
+template <typename Made>
+TextTrace with_again(const std::string& text) {
+  auto trace = trace_of(text);
+  const auto made = std::ranges::find_if(
+      trace.events, [](const Event& event) { return std::holds_alternative<Made>(event.body); });
+  auto again = *made;
+  again.head.time = {90};
+  const auto later = std::ranges::find_if(
+      trace.events, [&again](const Event& event) { return event.head.time > again.head.time; });
+  trace.events.insert(later, again);
+  return trace;
+}
+
+template <typename Made>
+void expect_doubt_where_made_again() {
+  const auto is_shared = [](const std::string& process, const std::string& more) {
+    return is_any_pid_shared(Verified(with_again<Made>("process one crash" + process + R"(
+      callback a
+      publisher p
+      10 start a
+      11 publish p on=a
+      12 end a
+      100 start a
+      102 end a
+      )" + more)));
+  };
+  EXPECT_FALSE(is_shared("", ""));
+  EXPECT_TRUE(is_shared("", "30 discard user until=80 count=9"));
+  EXPECT_FALSE(is_shared("", "92 discard user until=95 count=9"));
+  EXPECT_FALSE(is_shared(" attached", "30 discard user until=80 count=9"));
+}
+
+TEST(ReusedPid, IsInDoubtWhereWhatIsMadeOnceIsMadeAgainBehindALoss) {
+  expect_doubt_where_made_again<NodeInit>();
+  expect_doubt_where_made_again<GroupInit>();
+  expect_doubt_where_made_again<PublisherInit>();
+}
+
 // Two processes of a pid, the first of which was not seen to end.
 TextTrace of_one_pid(const std::string& first, const std::string& second) {
   return trace_of("process one pid=100 crash " + first + R"(
