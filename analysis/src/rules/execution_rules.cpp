@@ -72,6 +72,9 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
         }
         if (callback.second_ends != 0) {
           if (const auto& second = callback.first_second_end) {
+            // Behind a loss it may be another program's of this pid.
+            judgement.overrule(context.user_losses.between(callback.process, second->first.time,
+                                                           second->second.time));
             const auto seq = "seq " + std::to_string(second->seq);
             judgement.fail(evidence("callback_end", second->first, seq + " ends"));
             judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
@@ -205,7 +208,8 @@ const Rule kStartEndPaired{
     .inconclusive_when =
         "a start or end stands alone and no totals tell whether its partner was lost, when an "
         "instance never ended and the run_end, which would tell that from a crash, may be lost, "
-        "or when an end follows the totals: exit() was called while the callback ran.",
+        "when an end follows the totals: exit() was called while the callback ran, or when events "
+        "were lost between two ends of one instance.",
     .remedy =
         "look for a callback that blocks for ever or leaves by exit() or longjmp(); call each "
         "tracepoint once.",

@@ -420,7 +420,8 @@ bool InstanceBuilder::end_elsewhere(const EventRef& here, ThreadIndex thread, Ca
   if (found == callback.open.end() || event.may_be_another) return false;
   auto* const begun = *found;
   auto& facts = *begun->callback_facts;
-  const bool is_certain = facts.is_accounted && begun->thread && !begun->may_be_another;
+  const bool is_certain = facts.is_accounted && begun->thread && !begun->may_be_another &&
+                          !may_be_of_another_program(*begun, thread, here.time);
   if (!is_certain) return false;
   auto& former = threads_[*begun->thread];
   const auto place =

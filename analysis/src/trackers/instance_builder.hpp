@@ -237,6 +237,9 @@ class InstanceBuilder {
   // An end on another thread than the instance's start, if it certainly is of that one.
   bool end_elsewhere(const EventRef& here, ThreadIndex thread, CallbackIndex index,
                      const CallbackEnd& event);
+  // Behind a loss another program may have the pid: the thread was not seen before the instance began.
+  bool may_be_of_another_program(const PendingInstance& begun, ThreadIndex thread,
+                                 Timestamp now) const;
   void abandon(std::unique_ptr<PendingInstance> pending);
 
   Model& model_;

@@ -85,6 +85,15 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
+bool InstanceBuilder::may_be_of_another_program(const PendingInstance& begun, ThreadIndex thread,
+                                                Timestamp now) const {
+  const auto start = begun.start.time;
+  const auto& facts = model_.threads[at(thread)];
+  const auto is_before = [start](const auto& seen) { return seen && seen->time <= start; };
+  if (is_before(facts.announced) || is_before(facts.first_seen)) return false;
+  return recording_.loss_times().any_between(begun.host, start, now);
+}
+
 void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
   if (pending->thread && has_kernel(*pending))
     timeline_.end_watch(pending->host, *pending->start.tid, pending->start.time);  // or later

@@ -101,6 +101,24 @@ TEST(StartEndPaired, DoesNotGuessWhereAnEndOnAnotherThreadBegan) {
   EXPECT_THAT(verified.evidence("M2", "thread 102"), HasSubstr("its start was not seen"));
 }
 
+// A loss in between may have taken the end of a program and the beginning of another one with its pid,
+// whose thread that is.
+TEST(StartEndPaired, TakesNoEndBehindALossOnAThreadThatWasNotSeenBeforeForTheInstances) {
+  const auto on = [](const char* thread, const char* lost) {
+    return Verified(std::string(kEndsElsewhere) +
+                    "\nthread other pool silent\n50 start fusion release=50\n" +
+                    "56 end fusion on=" + thread + "\n" + lost);
+  };
+  const char* const lost = "52 discard user until=54 count=3";
+  for (const auto* rule : {"E1", "R1"}) {
+    EXPECT_EQ(on("other", "")[rule], Verdict::pass) << rule;
+    EXPECT_EQ(on("other", lost)[rule], Verdict::inconclusive) << rule;
+    EXPECT_EQ(on("lidar", lost)[rule], Verdict::pass) << rule << ": it was there before";
+  }
+  EXPECT_EQ(on("other", "").result.report.callbacks.at(0).instances, 4U);
+  EXPECT_EQ(on("other", lost).result.report.callbacks.at(0).instances, 3U);
+}
+
 // fusion's instance may have left its thread before plan started there.
 TEST(NoNesting, IsInconclusiveInsideAnInstanceThatEndsOnAnotherThread) {
   const Verified verified(R"(
@@ -159,6 +177,14 @@ TEST(StartEndPaired, FailsForASecondEnd) {
   EXPECT_THAT(verified.evidence("E1", "callback fusion"),
               AllOf(HasSubstr("12 callback_end seq 0 ends"),
                     HasSubstr("15 callback_end seq 0 ends a second time")));
+}
+
+TEST(StartEndPaired, IsInconclusiveForASecondEndBehindALoss) {
+  const auto judged = [](const char* lost) {
+    return Verified(std::string(kSound) + "\n15 end fusion seq=0\n" + lost)["E1"];
+  };
+  EXPECT_EQ(judged("13 discard user until=14 count=1"), Verdict::inconclusive);
+  EXPECT_EQ(judged("30 discard user until=31 count=1"), Verdict::fail);
 }
 
 TEST(StartEndPaired, FailsForAnEndBeyondTheTotal) {
