@@ -202,6 +202,8 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
                                         "whose it is"));
       }
     }
+    // What it told of itself only an announced thread tells.
+    if (const auto& lost = proof.loss(index)) judgement.overrule(lost);
     if (thread.former_fini) {
       judgement.fail(evidence("thread_fini", *thread.former_fini,
                               "the thread of this tid ends its work for callbacks"));
@@ -250,9 +252,10 @@ const Rule kThreadKnown{
         "Of a thread that nobody announced nobody knows the role or applied parameters: its "
         "callbacks run by chance.",
     .inconclusive_when =
-        "no announcement was seen, and there is no proof that nothing is missing, when a callback "
-        "may have been lost with all of its instances, a start after a thread_fini or the "
-        "thread_fini of a thread that was not replaced was lost, or the context vtid is absent.",
+        "no announcement was seen, and there is no proof that nothing is missing or the thread was "
+        "read back all the same, when a callback may have been lost with all of its instances, a "
+        "start after a thread_fini or the thread_fini of a thread that was not replaced was lost, "
+        "or the context vtid is absent.",
     .remedy =
         "run callbacks from the executor's threads only; call no callback from a thread of your "
         "own.",

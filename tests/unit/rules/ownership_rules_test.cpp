@@ -286,6 +286,16 @@ constexpr const char* kUnannounced = R"(
   10 start fusion on=stray
   12 end fusion on=stray)";
 
+// An executor reads back the threads that it announces.
+TEST(ThreadKnown, IsInconclusiveForAThreadThatWasReadBack) {
+  const auto judged = [](const std::string& read_back) {
+    return Verified("callback fusion pooled\nthread t1 pool silent\n" + read_back +
+                    "\n10 start fusion on=t1\n12 end fusion on=t1")["M9"];
+  };
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_EQ(judged("5 audit t1"), Verdict::inconclusive);
+}
+
 TEST(ThreadKnown, FailsForAThreadThatWasNeverAnnounced) {
   EXPECT_EQ(Verified(kTwo).of("M9", "thread 101"), Verdict::pass);
   const Verified verified(kUnannounced);
