@@ -18,11 +18,15 @@
 namespace cie::analysis {
 namespace {
 
-// Until when the callback lived, for all that is known: its end may be among what was lost since its last sign.
+// Until when the callback lived, for all that is known. Its end is missing if its process ended in order,
+// and may be among what was lost since its last sign.
 Timestamp known_end(const RuleContext& context, const CallbackFacts& callback) {
   if (callback.fini) return callback.fini->at.time;
   const auto last = last_sign(callback).time;
-  return context.user_losses.between(callback.process, last, kLatest) ? last : kLatest;
+  const bool is_missing = !context.proof.is_interrupted(callback.process);
+  const bool may_be_lost =
+      is_missing || context.user_losses.between(callback.process, last, kLatest).has_value();
+  return may_be_lost ? last : kLatest;
 }
 
 // How many of the group's callbacks lived at the same time, at most: one that was made after another

@@ -231,6 +231,15 @@ TEST(SingleCallbackGroup, DoesNotTakeALostEndForALife) {
   const Verified lost(trace);
   EXPECT_EQ(lost.of("M8", "group 0"), Verdict::inconclusive);
   EXPECT_THAT(lost.evidence("M8", "group 0"), HasSubstr("its callback_fini was not seen"));
+  // No loss is told, yet a process that ended in order has told it.
+  const auto without_end = [&](const std::string& more) {
+    auto untold = registered_late(kInTurn + more);
+    untold.erase<CallbackFini>(
+        [](const auto&, const EventHead& head) { return head.time.ns == 14; });
+    return Verified(untold).of("M8", "group 0");
+  };
+  EXPECT_EQ(without_end(""), Verdict::inconclusive);
+  EXPECT_EQ(without_end("\n30 start fusion\n32 end fusion"), Verdict::fail) << "it lived on";
 }
 
 TEST(SingleCallbackGroup, JudgesGroupsOfPoolsNot) {
