@@ -48,21 +48,6 @@ inline bool InstanceMeasurer::is_isolated_thread(const PendingInstance& pending)
   return pending.thread_facts != nullptr && pending.thread_facts->role == ThreadRole::callback;
 }
 
-bool InstanceMeasurer::is_recorded(const PendingInstance& pending) const {
-  const auto begin = pending.start.time;
-  const auto end = pending.end ? pending.end->time : *pending.measured_to;
-  const auto& coverage = recording_.coverage();
-  if (!pending.parts->has_left && pending.start.cpu) {  // then no other CPU matters
-    const std::optional<std::int32_t> cpu = pending.start.cpu;
-    return recording_.kernel_window(pending.host, begin, cpu).contains(begin, end) &&
-           coverage.covers(pending.host, *pending.start.cpu) &&
-           !timeline_.overlaps_hole(pending.host, begin, end, pending.start.cpu);
-  }
-  return recording_.kernel_window(pending.host, begin).contains(begin, end) &&
-         (pending.is_confined || coverage.covers_all(pending.host)) &&
-         !timeline_.overlaps_hole(pending.host, begin, end);
-}
-
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
 inline bool InstanceMeasurer::is_woken_last(const PendingInstance& pending) const {
   if (!pending.wake.waking) return false;

@@ -1,5 +1,6 @@
-// Of instances that were measured before a hole in the kernel's record was told of: a CPU that stays idle
-// for longer than they wait tells of it by its next switch.
+// What holes in the kernel's record make of instances: whether one was recorded whole, and those that were
+// measured before a hole was told of: a CPU that stays idle for longer than they wait tells of it by its
+// next switch.
 #include "instance_measurer.hpp"
 
 #include <tuple>
@@ -37,6 +38,21 @@ void InstanceMeasurer::hole_was_told(HostIndex host, const ThreadTimeline::Hole&
     facts.max_execution.reset();
     bounds.execution = {};
   }
+}
+
+bool InstanceMeasurer::is_recorded(const PendingInstance& pending) const {
+  const auto begin = pending.start.time;
+  const auto end = pending.end ? pending.end->time : *pending.measured_to;
+  const auto& coverage = recording_.coverage();
+  if (!pending.parts->has_left && pending.start.cpu) {  // then no other CPU matters
+    const std::optional<std::int32_t> cpu = pending.start.cpu;
+    return recording_.kernel_window(pending.host, begin, cpu).contains(begin, end) &&
+           coverage.covers(pending.host, *pending.start.cpu) &&
+           !timeline_.overlaps_hole(pending.host, begin, end, pending.start.cpu);
+  }
+  return recording_.kernel_window(pending.host, begin).contains(begin, end) &&
+         (pending.is_confined || coverage.covers_all(pending.host)) &&
+         !timeline_.overlaps_hole(pending.host, begin, end);
 }
 
 }  // namespace cie::analysis
