@@ -47,9 +47,11 @@ class Few {
   }
   // Returns where the next one is.
   Pointer* erase(const Pointer* place) noexcept {
-    if (many_)
-      return many_->data() +
-             (many_->erase(many_->begin() + (place - many_->data())) - many_->begin());
+    if (many_) {
+      const auto index = place - many_->data();
+      many_->erase(many_->begin() + index);
+      return many_->data() + index;
+    }
     one_ = nullptr;
     return end();
   }
