@@ -116,9 +116,10 @@ void write_callbacks(std::string& out, const std::vector<CallbackView>& callback
       out, "cie_callback_open_seconds", "gauge",
       "Since the start of the instance that has been running for longest, as events of its process "
       "show; 0: none runs.");
-  for (const auto& c : callbacks)
+  for (const auto& c : callbacks) {
     sample(out, "cie_callback_open_seconds", labels_of(c),
            static_cast<double>(c.open_ns.value_or(0)) * kNanoseconds);
+  }
   describe(out, "cie_callback_missed_releases_total", "counter", "Periods that a timer skipped.");
   for (const auto& c : callbacks) {
     if (c.total_missed)

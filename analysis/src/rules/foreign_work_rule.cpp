@@ -11,7 +11,6 @@
 #include <iterator>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -103,8 +102,9 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
     }
     const auto& announced = in_force(announcements, found.start.at.time);
     if (!callback.registered && !announced.callback) continue;  // perhaps of its group
-    if (auto spin = context.proof.unseen_spin(index, found.start.since, found.start.at.time)) {
-      judgement.doubt(std::move(spin));  // it may have been for this callback
+    if (const auto spin =
+            context.proof.unseen_spin(index, found.start.since, found.start.at.time)) {
+      judgement.doubt(spin);  // it may have been for this callback
       continue;
     }
     fail_foreign(callback, *pair, announced, found.start, judgement);
