@@ -134,7 +134,7 @@ std::string late_runs(const Judged& judged, const CallbackReport& callback) {
 // response time and the shortest inter-arrival time are of different instances.
 std::string overtaken(const SubjectVerdict& subject) {
   const bool is_seen = !subject.evidence.empty() && subject.evidence[0].event == "callback_end";
-  return is_seen ? "; one overran the next release" : "";
+  return is_seen ? "; one overran" : "";
 }
 
 struct Told {
