@@ -1,5 +1,7 @@
 #include <cie/scheduling/kernel_view.hpp>
 
+#include "base/text.hpp"
+
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -52,18 +54,12 @@ std::uint64_t KernelView::threads_of_user() const {
   std::filesystem::directory_iterator entry(path("/proc"), error);
   for (const std::filesystem::directory_iterator end; !error && entry != end;
        entry.increment(error)) {
-    const auto name = entry->path().filename().string();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream status{entry->path() / "status"};
-    bool is_ours = false;
-    for (std::string text; std::getline(status, text);) {
-      std::istringstream words{text};
-      std::string key;
-      std::uint64_t value = 0;
-      words >> key >> value;
-      if (key == "Uid:") is_ours = value == getuid();
-      if (key == "Threads:" && is_ours) threads += value;
-    }
+    const auto process = entry->path().filename().string();
+    if (process.find_first_not_of("0123456789") != std::string::npos) continue;
+    const auto users = words_of(files_.status("Uid", process).value_or(""));  // the real one first
+    if (users.empty() || users.front() != std::to_string(getuid())) continue;
+    threads +=
+        parse_number<std::uint64_t>(files_.status("Threads", process).value_or("")).value_or(0);
   }
   return threads;
 }

@@ -28,6 +28,17 @@ std::optional<char> state_of(const std::string& process) {
   return stat[name_end + 2];
 }
 
+std::vector<pid_t> all_processes() {
+  std::vector<pid_t> all;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename().string();
+    const auto pid = static_cast<pid_t>(std::strtol(name.c_str(), nullptr, 10));
+    if (pid > 0) all.push_back(pid);
+  }
+  return all;
+}
+
 }  // namespace
 
 std::string process_name(pid_t pid) { return first_line("/proc/" + in_proc(pid) + "/comm"); }
@@ -72,13 +83,8 @@ bool is_running(const ProcessIdentity& process) {
 }
 
 std::vector<pid_t> children_of(pid_t pid) {
-  std::vector<pid_t> children;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-    const std::string name = entry.path().filename().string();
-    const auto child = static_cast<pid_t>(std::strtol(name.c_str(), nullptr, 10));
-    if (child > 0 && parent_of(child) == pid) children.push_back(child);
-  }
+  auto children = all_processes();
+  std::erase_if(children, [pid](pid_t child) { return parent_of(child) != pid; });
   return children;
 }
 
@@ -110,14 +116,10 @@ void end_process(pid_t pid, std::chrono::milliseconds patience) noexcept {
 }
 
 bool is_group_running(pid_t group) {
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-    const std::string name = entry.path().filename().string();
-    const auto pid = static_cast<pid_t>(std::strtol(name.c_str(), nullptr, 10));
-    if (pid <= 0 || stat_field(in_proc(pid), 5) != static_cast<std::uint64_t>(group)) continue;
-    if (state_of(in_proc(pid)) != 'Z') return true;
-  }
-  return false;
+  return std::ranges::any_of(all_processes(), [group](pid_t pid) {
+    return stat_field(in_proc(pid), 5) == static_cast<std::uint64_t>(group) &&
+           state_of(in_proc(pid)) != 'Z';
+  });
 }
 
 bool descends_from(pid_t pid, pid_t ancestor) {
