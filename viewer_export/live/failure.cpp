@@ -14,8 +14,9 @@ void note_failure(Snapshot& snapshot, const std::string& why) {
   snapshot.verdict = std::max(snapshot.verdict, Verdict::inconclusive);
   const auto after_violations = std::ranges::find_if(
       snapshot.verdicts, [](const VerdictView& view) { return view.verdict != Verdict::fail; });
-  snapshot.verdicts.insert(after_violations, VerdictView{.rule = std::string(analysis::kNoLossRule),
-                                                         .name = "no-loss",
+  const auto& page = *analysis::find_rule_page(analysis::kNoLossRule);
+  snapshot.verdicts.insert(after_violations, VerdictView{.rule = std::string(page.id),
+                                                         .name = std::string(page.name),
                                                          .subject = "trace",
                                                          .verdict = Verdict::inconclusive,
                                                          .since_ns = snapshot.time_ns,

@@ -21,7 +21,8 @@ struct SaveLimits {
 
 // Reasons are violations that begin, each rule and subject once; and instances beyond a deadline
 // that stands in the spec. (Of deadlines that the application declares the flight recorder knows by
-// itself, as soon as an instance ends; so one that has not ended is a reason, too.) What comes too early is told with what comes next.
+// itself, as soon as an instance ends; so one that has not ended is a reason, too.) What comes too
+// early is told with what comes next.
 class SaveTrigger {
  public:
   using Clock = std::chrono::steady_clock;

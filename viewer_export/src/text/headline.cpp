@@ -132,13 +132,6 @@ Lines Headline::lines_of(const std::string& fact) const {
 
 namespace {
 
-std::uint64_t count_of(const analysis::Report& report, analysis::DefectKind kind) {
-  std::uint64_t count = 0;
-  for (const auto& defect : report.defects)
-    count += defect.kind == kind ? defect.count : 0;
-  return count;
-}
-
 // Instances that numbers show to be missing between others. Totals may prove more: of callbacks that
 // were not seen, after the last one, or from before the recording began.
 Lines missing_instances(const analysis::Report& report) {

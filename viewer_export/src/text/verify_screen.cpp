@@ -9,6 +9,7 @@
 #include "words/verify_words.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -253,23 +254,12 @@ class VerifyScreen {
     });
   }
 
-  // The tracer had no room for what applications told.
-  bool is_any_discarded() const {
+  // T2 is undecided, and the trace has one of these defects.
+  bool is_loss_open_by(std::initializer_list<analysis::DefectKind> kinds) const {
     const auto open = head_.rules_with(Verdict::inconclusive);
-    const auto is_of_full_buffers = [](const analysis::TraceDefect& defect) {
-      return defect.kind == analysis::DefectKind::discarded_events ||
-             defect.kind == analysis::DefectKind::discarded_packets;
-    };
     return std::ranges::find(open, analysis::kNoLossRule) != open.end() &&
-           std::ranges::any_of(judged_.report.defects, is_of_full_buffers);
-  }
-
-  bool has_recorder_failed() const {
-    const auto open = head_.rules_with(Verdict::inconclusive);
-    const auto& defects = judged_.report.defects;
-    return std::ranges::find(open, analysis::kNoLossRule) != open.end() &&
-           std::ranges::find(defects, analysis::DefectKind::recorder_problem,
-                             &analysis::TraceDefect::kind) != defects.end();
+           std::ranges::any_of(kinds,
+                               [this](auto kind) { return count_of(judged_.report, kind) > 0; });
   }
 
   // Of rules that are undecided, when none is violated.
@@ -281,11 +271,12 @@ class VerifyScreen {
       return "it holds nothing to judge: record again, with what T5 asks for, while the application "
              "runs";
     }
-    if (is_any_discarded()) {
+    using enum analysis::DefectKind;
+    if (is_loss_open_by({discarded_events, discarded_packets})) {
       return "record again with larger or more sub-buffers (cie record --subbuf-size, "
              "--num-subbuf), or fewer events";
     }
-    if (has_recorder_failed()) {
+    if (is_loss_open_by({recorder_problem})) {
       return "record again, or where the recording goes on, read it when it has ended; "
              "--inconclusive=warn exits with 0 whatever stays undecided";
     }

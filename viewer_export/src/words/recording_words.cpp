@@ -105,11 +105,15 @@ std::string name_of_defect(analysis::DefectKind kind, std::uint64_t count,
   return fmt::format("{} x {}", analysis::label(kind), count);
 }
 
+std::uint64_t count_of(const analysis::Report& report, analysis::DefectKind kind) {
+  std::uint64_t count = 0;
+  for (const auto& defect : report.defects)
+    count += defect.kind == kind ? defect.count : 0;
+  return count;
+}
+
 std::string_view unknown_losses(const analysis::Report& report) {
-  const auto has = [&report](analysis::DefectKind kind) {
-    return std::ranges::find(report.defects, kind, &analysis::TraceDefect::kind) !=
-           report.defects.end();
-  };
+  const auto has = [&report](analysis::DefectKind kind) { return count_of(report, kind) > 0; };
   const bool is_of_recorder = has(analysis::DefectKind::recorder_problem) &&
                               !has(analysis::DefectKind::discarded_packets) &&
                               !has(analysis::DefectKind::damaged_packets);

@@ -36,6 +36,9 @@ std::string window_words(const analysis::TimeWindow& window);
 // "discarded-events x 5"; of a problem of the recorder, what it says.
 std::string name_of_defect(analysis::DefectKind kind, std::uint64_t count, std::string_view advice);
 
+// How often the trace has such defects.
+std::uint64_t count_of(const analysis::Report& report, analysis::DefectKind kind);
+
 // Where the number of lost events is not known: "whole packets lost", or "losses unknown" where the recorder
 // failed.
 std::string_view unknown_losses(const analysis::Report& report);
