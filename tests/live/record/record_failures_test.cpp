@@ -5,6 +5,7 @@
 #include <csignal>
 #include <filesystem>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,15 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class FailingRecord : public Record {};
+class FailingRecord : public Record {
+ protected:
+  // LTTng's daemon of that name that the process started.
+  pid_t daemon_of(pid_t parent, const std::string& name) {
+    const Finished found = sandbox_.run({"pgrep", "-x", name, "-P", std::to_string(parent)});
+    if (found.out.empty()) throw std::runtime_error("no " + name + " runs");
+    return static_cast<pid_t>(std::stoi(found.out));
+  }
+};
 
 TEST_P(FailingRecord, SaysThatTheSessionDaemonWentAwayAtTheEnd) {
   const Finished result = sandbox_.run({"env", "LD_PRELOAD=" CIE_LOST_DAEMON, CIE_RECORD, "-o",
@@ -34,14 +43,8 @@ TEST_P(FailingRecord, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
       "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
   const pid_t application = wait_until_ready("pid");
   wait_until_recorded("rec");
-  const Finished daemons =
-      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
-  ASSERT_FALSE(daemons.out.empty());
-  const auto daemon = static_cast<pid_t>(std::stoi(daemons.out));
-  const Finished consumers =
-      sandbox_.run({"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(daemon)});
-  ASSERT_FALSE(consumers.out.empty());
-  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
+  const pid_t daemon = daemon_of(recorder.pid(), "lttng-sessiond");
+  kill(daemon_of(daemon, "lttng-consumerd"), SIGKILL);
   kill(daemon, SIGKILL);
   const std::string message = "the session daemon ended: nothing more is recorded";
   EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
@@ -62,13 +65,7 @@ TEST_P(FailingRecord, SaysAtOnceWhenTheConsumerDaemonDied) {
       "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
   const pid_t application = wait_until_ready("pid");
   wait_until_recorded("rec");
-  const Finished daemons =
-      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
-  ASSERT_FALSE(daemons.out.empty());
-  const Finished consumers = sandbox_.run(
-      {"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(std::stoi(daemons.out))});
-  ASSERT_FALSE(consumers.out.empty());
-  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
+  kill(daemon_of(daemon_of(recorder.pid(), "lttng-sessiond"), "lttng-consumerd"), SIGKILL);
   const std::string message =
       "the consumer daemon ended: nothing more is recorded; end the command";
   EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
