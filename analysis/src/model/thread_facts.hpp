@@ -270,8 +270,8 @@ struct FormerAnnouncement {
   std::uint32_t last_change = 0;  // as of ThreadFacts
 };
 
-// One thread incarnation: (process, tid, creation). What every instance looks at comes first.
-// What every instance on it reads comes first and together, so that it takes few cache lines.
+// One thread incarnation: (process, tid, creation). What every instance on it reads comes first and
+// together, so that it takes few cache lines.
 struct alignas(64) ThreadFacts {
   std::optional<EventRef> announced{};  // first thread_init; empty: never announced
   std::optional<EventRef> fini{};

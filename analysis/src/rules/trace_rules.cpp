@@ -190,7 +190,7 @@ bool has_no_callbacks(const Model& model) {
   bool is_any = false;
   for (const auto& process : model.processes) {
     if (!process.has_cie_events) continue;
-    if (!process.run_end || (*process.run_end).callbacks != 0) return false;
+    if (!process.run_end || process.run_end->callbacks != 0) return false;
     is_any = true;
   }
   return is_any;

@@ -29,11 +29,13 @@ void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
   }
   auto heeded = kTold | kinds<RunEnd, Publish, CallbackStart>();
   if (is_ros2_told_) heeded |= kinds<CallbackEnd>();
+  constexpr std::size_t kInCache = 512;  // publishers; of fewer, and of ROS 2's, hints gain nothing
   constexpr std::size_t kFar = 8;
   constexpr std::size_t kNear = 4;
+  const auto hinted = own_publisher_count_ > kInCache ? events.size() : 0;
   for (std::size_t i = 0; i < events.size(); ++i) {
-    if (i + kFar < events.size()) prefetch(events[i + kFar]);
-    if (i + kNear < events.size()) prefetch_next(events[i + kNear]);
+    if (i + kFar < hinted) prefetch(events[i + kFar]);
+    if (i + kNear < hinted) prefetch_next(events[i + kNear]);
     auto& event = events[i];
     if (may_have_copies_ && leave_copy(event)) continue;
     if ((heeded >> event.body.index() & 1) == 0) continue;  // most of them
