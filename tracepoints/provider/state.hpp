@@ -5,6 +5,7 @@
 
 #include <cie/tracepoints/trace.hpp>
 
+#include "base/prefetch.hpp"
 #include "message_clock.hpp"
 #include "process_info.hpp"
 
@@ -18,8 +19,6 @@
 #include <vector>
 
 namespace cie::trace {
-
-inline constexpr std::size_t kCacheLine = 64;
 
 struct CallbackState {
   CallbackState(CallbackId callback, CallbackInfo callback_info, bool may_overlap_itself)

@@ -1,7 +1,7 @@
 // The last few values of a series.
 #pragma once
 
-#include "prefetch.hpp"
+#include "base/prefetch.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,6 @@
 #include "callback_report.hpp"
 
+#include "base/prefetch.hpp"
 #include "model/callback_questions.hpp"
 #include "rules/callback_doubts.hpp"
 #include "rules/judgement.hpp"
@@ -180,7 +181,7 @@ TimeWindow life_of(const RuleContext& context, const CallbackFacts& facts) {
 void prefetch(const CallbackFacts& facts) {
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    quantity->prefetch();
+    prefetch_place(quantity->next_place());
   }
 }
 

@@ -1,6 +1,6 @@
 // Which publication led to an instance, and by whom: what links instances to chains.
+#include "base/prefetch.hpp"
 #include "chain_tracker.hpp"
-#include "model/prefetch.hpp"
 
 #include <algorithm>
 
@@ -137,14 +137,14 @@ void ChainTracker::link(ChainNode& node) {
   if (last->path == nullptr) return;
   const auto& facts = last->path->second.facts;
   prefetch_head(&facts.instances);
-  facts.path_latency.prefetch();
-  facts.reaction_time.prefetch();
-  facts.data_age.prefetch();
+  prefetch_place(facts.path_latency.next_place());
+  prefetch_place(facts.reaction_time.next_place());
+  prefetch_place(facts.data_age.next_place());
   prefetch_to_write(&last->path->second.progress);
   for (const auto& quantity : facts.processing)
-    quantity.prefetch();
+    prefetch_place(quantity.next_place());
   for (const auto& quantity : facts.communication)
-    quantity.prefetch();
+    prefetch_place(quantity.next_place());
 }
 
 }  // namespace cie::analysis

@@ -5,13 +5,13 @@
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "base/prefetch.hpp"
 #include "chain_node.hpp"
 #include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/greatest.hpp"
 #include "model/loss_times.hpp"
-#include "model/prefetch.hpp"
 #include "model/recent.hpp"
 #include "registry.hpp"
 

@@ -4,11 +4,11 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "base/prefetch.hpp"
 #include "flat_map.hpp"
 #include "instance_builder.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/prefetch.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"

@@ -1,6 +1,6 @@
 #include "instance_builder.hpp"
 
-#include "model/prefetch.hpp"
+#include "base/prefetch.hpp"
 
 #include <algorithm>
 #include <memory>

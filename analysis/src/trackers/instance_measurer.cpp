@@ -145,7 +145,7 @@ void InstanceMeasurer::prefetch(const PendingInstance& pending) const noexcept {
   const auto& facts = *pending.callback_facts;
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    quantity->prefetch();
+    prefetch_place(quantity->next_place());
   }
   if (pending.wakeup)
     return;  // what is told by the callback alone was said when the thread woke up

@@ -5,12 +5,12 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 
+#include "base/prefetch.hpp"
 #include "chain_tracker.hpp"
 #include "host_clocks.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/greatest.hpp"
-#include "model/prefetch.hpp"
 #include "model/recent.hpp"
 #include "pending_instance.hpp"
 #include "recording_tracker.hpp"

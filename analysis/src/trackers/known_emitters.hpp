@@ -5,10 +5,10 @@
 #include <cie/analysis/context_number.hpp>
 #include <cie/analysis/event.hpp>
 
+#include "base/prefetch.hpp"
 #include "flat_map.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/prefetch.hpp"
 
 #include <cstddef>
 #include <cstdint>

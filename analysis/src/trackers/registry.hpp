@@ -6,12 +6,12 @@
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "base/prefetch.hpp"
 #include "begun_again.hpp"
 #include "flat_map.hpp"
 #include "known_emitters.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
-#include "model/prefetch.hpp"
 #include "sequence_tracker.hpp"
 
 #include <cstddef>

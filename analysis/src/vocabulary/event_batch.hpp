@@ -3,6 +3,7 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "base/prefetch.hpp"
 #include "field.hpp"
 #include "vocabulary.hpp"
 
@@ -136,7 +137,6 @@ class EventBatch {
     constexpr std::ptrdiff_t kNear = 6;
     constexpr std::ptrdiff_t kFar = 9;
     constexpr std::ptrdiff_t kAhead = 12;
-    constexpr std::ptrdiff_t kCacheLine = 64;
     auto derived = derived_.begin();
     const Event* next = events_.get();
     const Event* cause = next_;  // none yet
@@ -150,9 +150,8 @@ class EventBatch {
       } else {
         event = cause = next++;
         const auto* line = reinterpret_cast<const char*>(event + kAhead);
-        for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event));
-             at += kCacheLine)
-          __builtin_prefetch(line + at);
+        for (std::size_t at = 0; at < sizeof(Event); at += kCacheLine)
+          prefetch_line<Access::read>(line + at);
         const auto left = next_ - event;
         if (left > kFar) hints.far(event[kFar]);
         if (left > kNear) hints.near(event[kNear]);

@@ -1,6 +1,7 @@
 // Walks over the events of one packet.
 #pragma once
 
+#include "base/prefetch.hpp"
 #include "ctf/program/program.hpp"
 #include "packet.hpp"
 #include "window.hpp"
@@ -41,11 +42,10 @@ class EventCursor {
   void walk_fixed(const Take& take);
   // Other streams have their turn before this one is read on: by then it is in the cache.
   void prefetch() const noexcept {
-    constexpr std::size_t kCacheLine = 64;
     constexpr std::size_t kLines = 8;
     const auto* next = bits_.data + bits_.at / 8;
     for (std::size_t line = 0; line < kLines; ++line)
-      __builtin_prefetch(next + line * kCacheLine);
+      prefetch_line<Access::read>(next + line * kCacheLine);
   }
 
   enum class Step : std::uint8_t { event, end, damaged };

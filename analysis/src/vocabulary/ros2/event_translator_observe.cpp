@@ -1,6 +1,6 @@
 // What other events tell it: of streams and losses, and this project's own of their processes.
+#include "base/prefetch.hpp"
 #include "event_translator.hpp"
-#include "model/prefetch.hpp"
 #include "model/stream_ends.hpp"
 
 #include <algorithm>

@@ -1,24 +1,34 @@
 // Asking for memory before it is needed.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
-namespace cie::analysis {
+namespace cie {
+
+inline constexpr std::size_t kCacheLine = 64;  // bytes
+
+enum class Access : int { read = 0, write = 1 };
 
 // Compilers take a function that does nothing else for one without effect, and leave out calls of it
 // that are not inlined at once; an empty statement of assembler has an effect.
-[[gnu::always_inline]] inline void ask_for(const void* line) noexcept {
-  __builtin_prefetch(line, 1);
+template <Access access = Access::write>
+[[gnu::always_inline]] inline void prefetch_line(const void* line) noexcept {
+  __builtin_prefetch(line, static_cast<int>(access));
   asm volatile("");
 }
 
-// Brings what lies there, and will be written, into the cache: all lines of it.
+// The same of a place that will be written. Null does nothing.
+inline void prefetch_place(const void* place) noexcept {
+  if (place != nullptr) prefetch_line(place);
+}
+
+// All lines of what lies there and will be written.
 inline void prefetch_lines(const void* begin, const void* end) noexcept {
-  constexpr std::uintptr_t kCacheLine = 64;
   const auto* line = static_cast<const char*>(begin);
   line -= reinterpret_cast<std::uintptr_t>(line) % kCacheLine;
   for (; line < end; line += kCacheLine)
-    ask_for(line);
+    prefetch_line(line);
 }
 
 // The same of an object. Null does nothing.
@@ -30,7 +40,7 @@ void prefetch_to_write(const T* object) noexcept {
 // The same of its first line only.
 template <typename T>
 void prefetch_head(const T* object) noexcept {
-  ask_for(object);
+  prefetch_line(object);
 }
 
-}  // namespace cie::analysis
+}  // namespace cie
