@@ -104,6 +104,11 @@ std::string published_and_taken(int time) {
          " callback_end pid=2 callback=0x51\n";
 }
 
+// rmw's handle of the publisher of /t.
+constexpr const char* kRmwHandle = R"(
+  5 rcl_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 rmw_publisher_handle=0xb0 topic_name=/t
+)";
+
 // "FROM: MESSAGES" of each edge.
 std::vector<std::string> messages(const Ros2Result& result) {
   const auto& report = result.analysis.report;
@@ -117,6 +122,26 @@ std::vector<std::string> messages(const Ros2Result& result) {
 
 constexpr const char* kRun =
     "50 callback_start pid=1 callback=0x30\n51 callback_end pid=1 callback=0x30\n";
+
+// What is serialized already, a generic publisher's messages and those of publish(SerializedMessage),
+// rcl does not tell of; rclcpp tells of the first alone.
+TEST(Ros2Publications, AMessageThatIsSerializedAlreadyIsOfThePublisherThatRmwNames) {
+  const auto published = [](const std::string& by_user, const std::string& handle) {
+    return std::string(kTwoSubscriptions) + kRmwHandle + "10 callback_start pid=1 callback=0x30\n" +
+           by_user +
+           "16 rmw_publish pid=1 message=0x99 timestamp=1000015 rmw_publisher_handle=" + handle +
+           "\n20 callback_end pid=1 callback=0x30\n" + taken_outside(1'000'015);
+  };
+  constexpr const char* kGeneric = "13 rclcpp_publish pid=1 message=0x99\n";
+  for (const auto* by_user : {kGeneric, ""}) {
+    const auto result = analyze_ros2(published(by_user, "0xb0"));
+    EXPECT_EQ(result.publications, 1U) << by_user;
+    EXPECT_THAT(result.chains(), ElementsAre(kBetween)) << by_user;
+    EXPECT_THAT(messages(result), ElementsAre("/a@Timer(7): 1")) << by_user;
+    // What rmw itself publishes, of which rcl knows nothing, is no publication of the user's.
+    EXPECT_EQ(analyze_ros2(published(by_user, "0xb1")).publications, 0U) << by_user;
+  }
+}
 
 // The timer runs again: what it ran before was left. What the thread publishes outside of callbacks is
 // then of nobody.

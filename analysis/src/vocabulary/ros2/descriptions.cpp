@@ -65,11 +65,14 @@ std::optional<TimerMade> made_at(const Telling& telling, Address timer, Duration
 
 void enter_publisher(const Telling& telling, const Payload& p, Directory& directory,
                      MessageLinks& links) {
-  const auto handle = p.number<Address>(0);
-  const auto topic = p.text(2);
+  const AnnouncedPublisher init{.handle = p.number<Address>(0),
+                                .node = p.number<Address>(1),
+                                .topic = p.text(2),
+                                .rmw_handle = p.number<Address>(3)};
   const auto gid = links.new_gid();
-  directory.add_publisher(handle, p.number<Address>(1), topic, gid, telling);
-  if (directory.publisher(handle).gid == gid) links.topic(std::string(topic)).add_publisher(gid);
+  directory.add_publisher(init, gid, telling);
+  if (directory.publisher(init.handle).gid == gid)
+    links.topic(std::string(init.topic)).add_publisher(gid);
 }
 
 }  // namespace

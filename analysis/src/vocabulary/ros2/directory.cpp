@@ -83,15 +83,16 @@ bool Directory::is_renewed(Publisher& known, std::string_view topic, const Telli
   return !is_same;
 }
 
-void Directory::add_publisher(Address handle, Address node, std::string_view topic,
-                              std::uint64_t gid, const Telling& telling) {
-  auto& entry = publishers_[handle];
-  if (!is_renewed(entry, topic, telling)) return;
+void Directory::add_publisher(const AnnouncedPublisher& init, std::uint64_t gid,
+                              const Telling& telling) {
+  auto& entry = publishers_[init.handle];
+  if (!is_renewed(entry, init.topic, telling)) return;
   entry = Publisher{.id = id_of<PublisherId>(publishers_made_++),
-                    .node = node_of(node, telling.made),
-                    .topic = std::string(topic),
+                    .node = node_of(init.node, telling.made),
+                    .topic = std::string(init.topic),
                     .gid = gid,
                     .made = telling.made};
+  if (init.rmw_handle != 0) publishers_of_rmw_[init.rmw_handle] = init.handle;
 }
 
 bool Directory::add_caller(Address rmw_handle, Address node, std::string_view topic,
@@ -105,6 +106,11 @@ bool Directory::add_caller(Address rmw_handle, Address node, std::string_view to
                       .made = telling.made};
   }
   return entry.topic == topic;
+}
+
+std::optional<Address> Directory::publisher_of(Address rmw_handle) const {
+  const auto found = publishers_of_rmw_.find(rmw_handle);
+  return found == publishers_of_rmw_.end() ? std::nullopt : std::optional(found->second);
 }
 
 Publisher* Directory::caller(Address rmw_handle) {

@@ -107,6 +107,14 @@ struct Namesakes {
   std::multiset<std::uint32_t> numbers{};  // that were told
 };
 
+// What rcl_publisher_init says.
+struct AnnouncedPublisher {
+  Address handle = 0;
+  Address node = 0;
+  std::string_view topic;
+  Address rmw_handle = 0;  // 0: not told
+};
+
 // What rcl_subscription_init says.
 struct SubscriptionInit {
   Address handle = 0;
@@ -126,8 +134,7 @@ class Directory {
   // What the events of the same names say.
   void add_node(Address handle, std::string_view name, std::string_view name_space,
                 const Telling& telling);
-  void add_publisher(Address handle, Address node, std::string_view topic, std::uint64_t gid,
-                     const Telling& telling);
+  void add_publisher(const AnnouncedPublisher& init, std::uint64_t gid, const Telling& telling);
   void add_subscription(const SubscriptionInit& init, const Telling& telling);
   void add_service(Address handle, Address node, std::string_view service, const Telling& telling);
   void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
@@ -201,6 +208,8 @@ class Directory {
   std::size_t hidden_callbacks() const noexcept { return hidden_.size(); }
   // A publisher of that handle; one without a topic if it was never announced.
   Publisher& publisher(Address handle);
+  // The handle of what publishes by that rmw handle. Empty: unknown.
+  std::optional<Address> publisher_of(Address rmw_handle) const;
   Publisher* caller(Address rmw_handle);  // null: unknown
   Node* node(NodeId id);
   std::optional<GroupType> group_type(Address group) const;
@@ -384,6 +393,7 @@ class Directory {
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;
+  std::unordered_map<Address, Address> publishers_of_rmw_;  // by rmw's handle
   std::unordered_map<Address, Publisher> callers_;
   std::uint32_t callers_made_ = 0;
   std::unordered_map<Address, Entity> entities_;  // by rcl handle

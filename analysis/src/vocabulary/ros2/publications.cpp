@@ -38,6 +38,8 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       return true;
     }
     case Ros2Event::rmw_publish:
+      find_publisher(p, context);
+      [[fallthrough]];
     case Ros2Event::bind_stamp: {
       if (!is_current(thread, p.number<Address>(0)) || !thread.publishing->publisher) return false;
       const auto stamp = p.integer(1);
@@ -105,6 +107,17 @@ void Publications::add_doubtful(const Publishing& publishing, Context& context) 
   const WrittenMessage call{.from = publishing.realtime, .is_doubtful = true};
   auto& messages = topic.empty() ? links_.unannounced() : links_.topic(topic);
   context.thread.writing = messages.add(call);
+}
+
+void Publications::find_publisher(const Payload& rmw_publish, Context& context) {
+  auto& thread = context.thread;
+  const auto message = rmw_publish.number<Address>(0);
+  const bool is_begun = is_current(thread, message);
+  if (is_begun && thread.publishing->publisher) return;
+  const auto publisher = context.process.directory.publisher_of(rmw_publish.number<Address>(2));
+  if (!publisher) return;
+  if (!is_begun) begin(message, std::nullopt, context);
+  thread.publishing->publisher = publisher;
 }
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {

@@ -27,6 +27,9 @@ class Publications {
   void complete(Context& context);
   // Events between its parts may have been lost: it is none that is told, but messages may be of it.
   void add_doubtful(const Publishing& publishing, Context& context);
+  // rcl does not tell of what is serialized already, as a generic publisher's messages are: whose it is
+  // the layer below tells.
+  void find_publisher(const Payload& rmw_publish, Context& context);
   void begin(Address message, std::optional<Address> publisher, Context& context);
   // A message that has a source timestamp from after the event that tells of it: CLOCK_REALTIME was set
   // forward. What was written later is not put before that by more than the call took.

@@ -11,7 +11,7 @@ namespace cie::analysis::ros2 {
 enum class Ros2Event : std::uint32_t {
   begin,                   // context_handle, version, procname
   node_init,               // node_handle, node_name, namespace
-  publisher_init,          // publisher_handle, node_handle, topic_name
+  publisher_init,          // publisher_handle, node_handle, topic_name, rmw_publisher_handle
   subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth,
                            // rmw_subscription_handle
   subscription_object,     // subscription_handle, subscription
@@ -29,7 +29,7 @@ enum class Ros2Event : std::uint32_t {
   publish,                 // message: the call of the user's code
   intra_publish,           // publisher_handle, message
   rcl_publish,             // publisher_handle, message
-  rmw_publish,             // message, timestamp (of the source; since Iron)
+  rmw_publish,             // message; since Iron timestamp (of the source), rmw_publisher_handle
   bind_stamp,              // addr, source_stamp: CARET's word for a message's source timestamp
   rmw_take,                // rmw_subscription_handle, source_timestamp, taken
   send_request,            // rmw_client_handle, sequence_number

@@ -41,7 +41,7 @@ void add_entities(std::vector<Translation>& table) {
   add(table, Ros2Event::publisher_init,
       {"ros2:rcl_publisher_init", "ros2_caret:rcl_publisher_init",
        "agnocast:agnocast_publisher_init", "ros2_caret:agnocast_publisher_init"},
-      {"publisher_handle", "node_handle", "topic_name"});
+      {"publisher_handle", "node_handle", "topic_name", "rmw_publisher_handle"});
   add(table, Ros2Event::subscription_init,
       {"ros2:rcl_subscription_init", "ros2_caret:rcl_subscription_init"},
       {"subscription_handle", "node_handle", "topic_name", "queue_depth",
@@ -94,7 +94,8 @@ void add_running(std::vector<Translation>& table) {
   add(table, Ros2Event::intra_publish, {"ros2:rclcpp_intra_publish"},
       {"publisher_handle", "message"});
   add(table, Ros2Event::rcl_publish, {"ros2:rcl_publish"}, {"publisher_handle", "message"});
-  add(table, Ros2Event::rmw_publish, {"ros2:rmw_publish"}, {"message", "timestamp"});
+  add(table, Ros2Event::rmw_publish, {"ros2:rmw_publish"},
+      {"message", "timestamp", "rmw_publisher_handle"});
   add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
       {"addr", "source_stamp"});
   add(table, Ros2Event::rmw_take, {"ros2:rmw_take"},
