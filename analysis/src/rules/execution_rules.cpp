@@ -27,7 +27,7 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;
     if (open.is_left) {
-      judgement.remark(exception_in(open));
+      judgement.remark(untold_end(callback, open));
       continue;
     }
     judgement.doubt(

@@ -29,11 +29,14 @@ Evidence evidence(std::string event, const EventRef& where, std::string note) {
   return item;
 }
 
-Evidence exception_in(const OpenInstance& left) {
-  return evidence("callback_start", left.start,
-                  "seq " + std::to_string(left.seq) +
-                      " starts and an exception ends it, as what its thread did next shows; no "
-                      "event tells when");
+Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left) {
+  const auto* const by =
+      callback.kind == CallbackKind::service
+          ? " starts and ends untold, as what its thread did next shows: by an exception, or its "
+            "response is sent later"
+          : " starts and an exception ends it, as what its thread did next shows; no event tells "
+            "when";
+  return evidence("callback_start", left.start, "seq " + std::to_string(left.seq) + by);
 }
 
 void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }

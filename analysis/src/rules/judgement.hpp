@@ -46,8 +46,9 @@ inline constexpr std::string_view kPerhapsAnothers =
 inline std::string nanoseconds(std::int64_t value) { return std::to_string(value) + " ns"; }
 inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
 
-// Of an instance that an exception left.
-Evidence exception_in(const OpenInstance& left);
+// Of an instance that is over though no event told its end: an exception left it. A service whose
+// callback takes the request alone, to respond later, has such instances too: rclcpp tells no end then.
+Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left);
 
 class Judgement {
  public:

@@ -16,7 +16,10 @@ std::optional<std::string> why_unseen(const RuleContext& context, const Callback
                                       const OpenInstance& open, const StreamFacts& stream) {
   const auto& model = context.model;
   if (!callback.is_accounted) {
-    return "an exception may have ended it, which no event of ROS 2 tells";
+    return callback.kind == CallbackKind::service
+               ? "an exception may have ended it, or its response is sent later, which no event of "
+                 "ROS 2 tells"
+               : "an exception may have ended it, which no event of ROS 2 tells";
   }
   if (callback.last_init && callback.last_init->time > open.start.time) {
     return "its callback was registered again since: its end may be lost";

@@ -95,7 +95,7 @@ void Proof::compare_totals_of(CallbackIndex index) {
   }
   if (!loss) {
     const auto left = std::ranges::find(facts.open, true, &OpenInstance::is_left);
-    if (left != facts.open.end()) untold_ends_.emplace(index, exception_in(*left));
+    if (left != facts.open.end()) untold_ends_.emplace(index, untold_end(facts, *left));
     return;
   }
   is_anything_lost_ = true;

@@ -95,10 +95,12 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   });
 }
 
-// More periods were skipped than allowed, before whosever runs.
-void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, Judgement& judgement) {
-  const auto in_all = [allowed](std::uint64_t missed) {
-    return counted(missed, "period") + " skipped in all, " + std::to_string(allowed) + " allowed";
+// More periods were skipped than allowed, before whosever runs. `doubt`: why there may be more.
+void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed,
+                   const std::optional<Evidence>& doubt, Judgement& judgement) {
+  const auto in_all = [&](std::uint64_t missed) {
+    return (doubt ? "at least " : "") + counted(missed, "period") + " skipped in all, " +
+           std::to_string(allowed) + " allowed";
   };
   const auto accuse = [&](std::uint64_t missed, const auto& first) {
     if (first) {
@@ -128,18 +130,20 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
     if (!callback.kind) return;
     const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
     judgement.check(callback.starts.count);
-    judgement.doubt(context.proof.lost_runs(index));
+    const auto lost = context.proof.lost_runs(index);
+    judgement.doubt(lost);
     judgement.doubt(calculated_releases(callback));
+    const auto unknown =
+        callback.has_grid_releases() ? unresolved_periods(callback) : inexact_releases(callback);
     if (callback.missed > allowed && !callback.are_releases_certain()) {
       judgement.doubt(evidence("callback_start", callback.starts.last_at,
                                counted(callback.missed, "period") +
                                    " skipped in all, if the timer was not reset; " +
                                    std::to_string(allowed) + " allowed"));
     } else if (callback.missed > allowed) {
-      judge_skipped(callback, allowed, judgement);
+      judge_skipped(callback, allowed, lost ? lost : unknown, judgement);
     }
-    judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
-                                                 : inexact_releases(callback));
+    judgement.doubt(unknown);
   });
 }
 

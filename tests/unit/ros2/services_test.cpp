@@ -199,6 +199,19 @@ chains:
   EXPECT_EQ(result.analysis.report.chains.front().response->sum, 33 - 28);
 }
 
+// A callback that takes the request alone responds later: rclcpp tells no end of it.
+TEST(Ros2Services, AnEndThatIsNotToldNeedNotBeAnException) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + R"(
+    20 callback_start pid=2 tid=2 callback=0x50
+    30 callback_start pid=2 tid=2 callback=0x50
+    40 callback_start pid=2 tid=2 callback=0x50)");
+  for (const auto* rule : {"E1", "E2"}) {
+    EXPECT_THAT(result.evidence(rule),
+                testing::HasSubstr("by an exception, or its response is sent later"))
+        << rule;
+  }
+}
+
 // Before tracetools 8.5 nothing tells of calls.
 TEST(Ros2Services, WithoutTheirEventsNothingIsKnown) {
   const auto result = analyze_ros2(std::string(kClientAndService) + R"(

@@ -103,6 +103,15 @@ TEST(NoMissedRelease, CountsSkippedPeriodsOverTheRun) {
   EXPECT_EQ(Verified(kMissed, spec("missed_releases_allowed: 3"))["R2"], Verdict::pass);
 }
 
+TEST(NoMissedRelease, SaysAtLeastHowManyWhereOneReleaseIsNotKnown) {
+  const Verified verified(std::string(kTwoRuns) +
+                          "\n42 start fusion release=40 missed=1\n45 end fusion"
+                          "\n62 start fusion release=none\n65 end fusion");
+  EXPECT_EQ(verified["R2"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("R2", "callback fusion"),
+              HasSubstr("at least 1 period skipped in all, 0 allowed"));
+}
+
 TEST(NoMissedRelease, CountsThoseBeforeAnOpenInstance) {
   EXPECT_EQ(Verified(std::string(kTwoRuns) + "\n42 start fusion release=40 missed=1")["R2"],
             Verdict::fail);

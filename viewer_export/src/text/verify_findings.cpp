@@ -82,8 +82,8 @@ std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) 
   return text;
 }
 
-// "2 threads: 21 on pool-1, 19 on 4008": how many instances on each, which is told by its name where
-// that tells it from the callback's others.
+// "2 threads: 21 on pool-1, 19 on 4008": how many complete instances on each, if any, which is told by
+// its name where that tells it from the callback's others.
 std::string runs_on_threads(const CallbackReport& callback) {
   auto threads = callback.threads;
   std::ranges::stable_sort(threads, std::ranges::greater{}, &analysis::CallbackThread::instances);
@@ -94,7 +94,8 @@ std::string runs_on_threads(const CallbackReport& callback) {
         !thread.name.empty() &&
         std::ranges::count(threads, thread.name, &analysis::CallbackThread::name) == 1;
     const auto name = is_told ? printable(thread.name) : fmt::format("{}", thread.tid);
-    text += fmt::format("{}{} on {}", i == 0 ? ": " : ", ", thread.instances, name);
+    text += i == 0 ? ": " : ", ";
+    text += thread.instances == 0 ? name : fmt::format("{} on {}", thread.instances, name);
   }
   return text;
 }
