@@ -52,11 +52,18 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   return verdicts;
 }
 
-Evidence unseen_end(const Model& model, const ProcessFacts& process) {
+Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
+  const auto& model = context.model;
+  const auto& process = model.processes[at(index)];
   const auto last = process.last_seen.value_or(EventRef{});
   if (process.is_from_ros2) {
-    return without_event(last,
-                         "ROS 2's events do not tell when a process ends; this is its last one");
+    // A crash lets the kernel tell of an exit, too.
+    return without_event(
+        last,
+        context.lives.has_exited(index)
+            ? "its main thread exited, after an orderly end or a crash: ROS 2's events do not "
+              "tell how a process ends; this is its last one"
+            : "ROS 2's events do not tell when a process ends; this is its last one");
   }
   if (model.events.cie_without_pid > 0) {
     return without_event(
@@ -102,10 +109,10 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
-    if (!process.run_end && !(is_of_ros2 && context.lives.has_exited(index))) {
+    if (!process.run_end) {
       const auto* failure = is_of_ros2 ? nullptr : proof.lost_end(index);
       auto note =
-          failure != nullptr ? unrecorded_end(process, *failure) : unseen_end(model, process);
+          failure != nullptr ? unrecorded_end(process, *failure) : unseen_end(context, index);
       const bool is_crash_allowed = context.options.allow_crash && failure == nullptr;
       if (is_crash_allowed || outlives_window) {
         judgement.remark(std::move(note));
@@ -431,8 +438,8 @@ const Rule kRunComplete{
         "That something did not happen can only be said of a recording that is known to be whole.",
     .inconclusive_when =
         "run_begin or run_end is missing (the process was still running when the recording ended, "
-        "as in snapshots, chunks and where it was attached to; or it crashed), or a total differs "
-        "from what was seen. --allow-crash accepts a process without a run_end, unless its recorder "
+        "as in snapshots, chunks and where it was attached to; or it crashed; a process of ROS 2 "
+        "alone has none), or a total differs from what was seen. --allow-crash accepts a process without a run_end, unless its recorder "
         "failed; the other rules judge what was seen.",
     .remedy =
         "start the recording before the application and end the application before the recording, "
