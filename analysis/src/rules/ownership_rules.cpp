@@ -18,15 +18,21 @@
 namespace cie::analysis {
 namespace {
 
-// Until when the callback lived, for all that is known. Its end is missing if its process ended in order,
-// and may be among what was lost since its last sign.
-Timestamp known_end(const RuleContext& context, const CallbackFacts& callback) {
+// Who is known to have lived at a time had not ended then.
+constexpr Duration kInstant{1};
+
+// Until when the callback lived, as far as is proven: nothing proves that an end that was not seen did not
+// come right after its last sign.
+Timestamp known_end(const CallbackFacts& callback) {
   if (callback.fini) return callback.fini->at.time;
-  const auto last = last_sign(callback).time;
-  const bool is_missing = !context.proof.is_interrupted(callback.process);
-  const bool may_be_lost =
-      is_missing || context.user_losses.between(callback.process, last, kLatest).has_value();
-  return may_be_lost ? last : kLatest;
+  const auto told = callback.last_told.value_or(callback.registered->time);
+  return std::max(last_sign(callback).time, told) + kInstant;
+}
+
+// Both were announced when a session attached: what is announced lives.
+bool are_announced_together(const CallbackFacts& one, const CallbackFacts& other) {
+  return one.may_repeat && other.may_repeat &&
+         one.announcements_at_init == other.announcements_at_init;
 }
 
 // How many of the group's callbacks lived at the same time, at most: one that was made after another
@@ -35,10 +41,15 @@ std::size_t most_alive(const RuleContext& context, const std::vector<CallbackInd
   const auto& model = context.model;
   std::multiset<Timestamp> ends;  // of those alive
   std::size_t most = 0;
+  if (callbacks.empty()) return most;
+  const auto& last = model.callbacks[at(callbacks.back())];
   for (const auto index : callbacks) {  // as they were registered
     const auto& callback = model.callbacks[at(index)];
     ends.erase(ends.begin(), ends.upper_bound(callback.registered->time));
-    ends.insert(known_end(context, callback));
+    auto end = known_end(callback);
+    if (are_announced_together(callback, last))
+      end = std::max(end, last.registered->time + kInstant);
+    ends.insert(end);
     most = std::max(most, ends.size());
   }
   return most;
@@ -236,7 +247,7 @@ const Rule kSingleCallbackGroup{
         "isolated in the configuration; a reentrant group needs several threads.",
     .inconclusive_when =
         "the group, the callbacks in it, or the threads of its process were never announced, or the "
-        "callback_fini of one before the next was registered may have been lost.",
+        "callback_fini of one was not seen, nor that it lived when the next was registered.",
     .remedy =
         "create each callback with a callback group of its own, which is the default but in rclcpp, "
         "instead of handing several the same one.",

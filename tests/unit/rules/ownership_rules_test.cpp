@@ -240,6 +240,32 @@ TEST(SingleCallbackGroup, DoesNotTakeALostEndForALife) {
   };
   EXPECT_EQ(without_end(""), Verdict::inconclusive);
   EXPECT_EQ(without_end("\n30 start fusion\n32 end fusion"), Verdict::fail) << "it lived on";
+  // Nor does a process without run_end prove that nothing is missing.
+  const std::string crashed = std::string("process app crash") + kInTurn;
+  auto untold = registered_late(crashed);
+  untold.erase<CallbackFini>();
+  EXPECT_EQ(Verified(untold).of("M8", "group 0"), Verdict::inconclusive);
+}
+
+// Who attaches is told what lives, also where none of it runs.
+TEST(SingleCallbackGroup, FailsForThoseThatWereAnnouncedTogether) {
+  constexpr auto kIdle = R"(
+    group both
+    callback fusion group=both
+    callback plan group=both
+    22 start plan
+    24 end plan)";
+  const auto recorded = [&](const std::string& process) {
+    auto trace = trace_of(process + kIdle);
+    for (auto& event : trace.events) {
+      const auto* init = std::get_if<CallbackInit>(&event.body);
+      if (init != nullptr && init->logical_id == "plan") event.head.time.ns += 5;
+    }
+    std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+    return Verified(trace).of("M8", "group 0");
+  };
+  EXPECT_EQ(recorded("process app attached crash"), Verdict::fail);
+  EXPECT_EQ(recorded("process app crash"), Verdict::inconclusive);
 }
 
 TEST(SingleCallbackGroup, JudgesGroupsOfPoolsNot) {
