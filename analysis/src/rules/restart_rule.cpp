@@ -155,6 +155,14 @@ std::optional<Evidence> untold_begin(const RuleContext& context, const CallbackF
       "before: it may have lived beside the earlier one");
 }
 
+// A process with another lifetime of it may have come between the two, and all it told be lost.
+std::optional<Evidence> unseen_lifetime(const RuleContext& context, CallbackIndex before,
+                                        const Lifetime& after) {
+  const auto process = context.model.callbacks[at(before)].process;
+  return context.user_losses.unseen_process(context.model.processes[at(process)].host,
+                                            lifetime_of(context, before).end, after.begin);
+}
+
 // Of several predecessors that differ nobody knows which one it follows.
 void conclude_restart(const RuleContext& context, const std::vector<CallbackIndex>& before,
                       const Lifetime& life, std::vector<SubjectVerdict>& verdicts) {
@@ -166,6 +174,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
     judgement.check();
     compare_properties(model.callbacks[at(index)], after, judgement);
     compare_parameters(context, index, life.index, judgement);
+    judgement.doubt(unseen_lifetime(context, index, life));
     if (judgement.has_witness()) {
       judgement.overrule(untold_end(context, model.callbacks[at(index)], after));
       judgement.overrule(untold_begin(context, after));
@@ -369,7 +378,8 @@ const Rule kMappingSurvivesRestart{
         "(ROS 2, which tells no deadline either), when it ran in a pool whose threads have "
         "different parameters and some of them are those of both lifetimes, when the later one was announced only, after "
         "the other had ended, and when they differ and the earlier process was not seen to end: "
-        "it may have lived on.",
+        "it may have lived on; and when so many events were lost between the two that another "
+        "lifetime may be among them.",
     .remedy =
         "let the application apply the spec itself at every start; make ids and parameters depend "
         "on nothing that changes between starts.",

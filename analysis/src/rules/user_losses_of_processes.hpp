@@ -1,6 +1,7 @@
 // Where events of applications were lost, as evidence about a process: see model/user_losses.
 #pragma once
 
+#include <cie/analysis/identity.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/analysis/verdict.hpp>
 
@@ -20,6 +21,10 @@ class UserLossesOfProcesses {
   std::optional<Evidence> between(ProcessIndex process, Timestamp begin, Timestamp end) const;
   // The same then or later.
   std::optional<Evidence> since(ProcessIndex process, Timestamp time) const;
+
+  // Of a machine: so many events or packets were lost between the two that all of a process with a callback
+  // may have been among them, and no manifest names every process.
+  std::optional<Evidence> unseen_process(HostIndex host, Timestamp begin, Timestamp end) const;
 
   const UserLosses& of_hosts() const noexcept { return losses_; }
 

@@ -48,6 +48,19 @@ TEST(MappingSurvivesRestart, FailsWhenThePropertiesChanged) {
   EXPECT_THAT(verified.evidence("M5", kLater), HasSubstr("is: timer, period 20 ns"));
 }
 
+// Another process may have been between the two.
+TEST(MappingSurvivesRestart, IsInconclusiveWhereALossMayHideALifetime) {
+  const auto with_loss = [](const char* after, const char* loss) {
+    return Verified(restarted("policy=fifo priority=50", after) + "\n" + loss).of("M5", kLater);
+  };
+  constexpr auto kSame = "policy=fifo priority=50";
+  EXPECT_EQ(with_loss(kSame, "500 discard user until=600 count=4"), Verdict::inconclusive);
+  EXPECT_EQ(with_loss(kSame, "500 discard user until=600 count=3"), Verdict::pass);
+  EXPECT_EQ(with_loss(kSame, "1111 discard user until=1112 count=4"), Verdict::pass);
+  EXPECT_EQ(with_loss("policy=other", "500 discard user until=600 count=4"), Verdict::fail)
+      << "it was changed, if by another restart";
+}
+
 // Nothing is missing: no thread was ever made for it.
 TEST(MappingSurvivesRestart, AsksForNoParametersOfWhatNeverHadAThread) {
   const Verified verified(
