@@ -340,7 +340,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     }
     if (thread && !undecided_.empty()) [[unlikely]]
       decide(*thread, nullptr);
-    leave_unseen(thread);
+    leave_unseen(thread, index, event.seq);
     note_end_without_start(head, index, event.seq);
     if (thread) note_unseen_run(*thread, here, index, event);
     forget_wakes(on_thread, who, head);

@@ -22,8 +22,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -214,7 +216,8 @@ class InstanceBuilder {
     if (is_pause) thread.busy_since = start;
     thread.last_activity = start;
   }
-  void leave_unseen(const std::optional<ThreadIndex>& thread);
+  // An instance that began before the window ended; `thread`: where, if that of its start is not known.
+  void leave_unseen(std::optional<ThreadIndex> thread, CallbackIndex callback, std::uint64_t seq);
   // An instance that will not end any more, as its thread is seen for the last time.
   void measure_open(PendingInstance& pending, const ThreadTimeline::Mark& last) const;
   void finish_grid(CallbackIndex index);
@@ -259,6 +262,8 @@ class InstanceBuilder {
   ByIndex<ThreadIndex, ThreadTimeline::Mark> left_;
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   Timestamp window_begin_ = kEarliest;
+  // Where instances began before the window that have not ended.
+  std::map<std::pair<CallbackIndex, std::uint64_t>, std::optional<ThreadIndex>> begun_outside_;
   std::vector<UndecidedPublication> undecided_;
   HeldPublications held_publications_;
 };

@@ -13,16 +13,23 @@ namespace cie::analysis {
 void InstanceBuilder::begin_outside(const EventHead& head, const Emitter& who,
                                     CallbackIndex callback, std::uint64_t seq) {
   ++of_thread(who.thread).unseen;
+  begun_outside_.insert_or_assign({callback, seq}, who.thread);
   pass_start(head, who, callback, seq);
 }
 
 void InstanceBuilder::end_outside(const EventHead& head, const Emitter& who, CallbackIndex callback,
                                   std::uint64_t seq) {
-  leave_unseen(who.thread);
+  leave_unseen(who.thread, callback, seq);
   pass_end(head, who, callback, seq);
 }
 
-void InstanceBuilder::leave_unseen(const std::optional<ThreadIndex>& thread) {
+void InstanceBuilder::leave_unseen(std::optional<ThreadIndex> thread, CallbackIndex callback,
+                                   std::uint64_t seq) {
+  const auto begun = begun_outside_.find({callback, seq});
+  if (begun != begun_outside_.end()) {
+    thread = begun->second;
+    begun_outside_.erase(begun);
+  }
   auto& unseen = of_thread(thread).unseen;
   if (unseen > 0) --unseen;
 }

@@ -106,6 +106,34 @@ TEST(Window, AThreadThatEndedBeforeItIsNoneOfItsConcern) {
   EXPECT_EQ(in_window(kTrace, 500, 1200)["S3"], Verdict::pass);
 }
 
+// The thread that it began on is free then, whichever thread tells its end.
+TEST(Window, AnInstanceThatBeganBeforeItEndsOnItsThreadWhereAnotherOneTellsThat) {
+  const auto ended_on = [](const std::string& thread) {
+    const auto trace = R"(
+      kernel
+      callback a
+      callback b cpu=1
+      1 switch 0 idle a
+      2 switch 0 a idle state=1
+      20 switch 0 idle a
+      22 start a
+      24 switch 1 idle b
+      30 end a on=)" + thread +
+                       R"(
+      32 switch 0 a idle state=1
+      33 switch 1 b idle state=1
+      40 switch 0 idle a
+      50 switch 0 a idle state=1
+      52 switch 1 idle b
+      53 start b
+      54 end b)";
+    constexpr const char* kSpec = "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
+    return in_window(trace, 25, 60, kSpec).of("M6", "thread 101");
+  };
+  EXPECT_EQ(ended_on("a"), Verdict::fail) << "10 of 28";
+  EXPECT_EQ(ended_on("b"), Verdict::fail);
+}
+
 TEST(Window, AThreadThatWasOverBeforeItDoesNoForeignWorkInIt) {
   constexpr const char* kTrace = R"(
     kernel
