@@ -22,10 +22,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -131,6 +129,10 @@ class InstanceBuilder {
     std::uint32_t publisher = 0;
     EventRef where;
     std::int64_t source_timestamp = 0;
+  };
+  struct BegunOutside {  // before the window
+    std::uint64_t seq = 0;
+    std::optional<ThreadIndex> thread{};
   };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;
@@ -262,8 +264,8 @@ class InstanceBuilder {
   ByIndex<ThreadIndex, ThreadTimeline::Mark> left_;
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   Timestamp window_begin_ = kEarliest;
-  // Where instances began before the window that have not ended.
-  std::map<std::pair<CallbackIndex, std::uint64_t>, std::optional<ThreadIndex>> begun_outside_;
+  // That have not ended; of more, some whose ends were lost, the thread of the end is taken for theirs.
+  ByIndex<CallbackIndex, std::vector<BegunOutside>> begun_outside_;
   std::vector<UndecidedPublication> undecided_;
   HeldPublications held_publications_;
 };

@@ -3,17 +3,25 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxBegunOutside = 64;  // of a callback
+
+}  // namespace
 
 void InstanceBuilder::begin_outside(const EventHead& head, const Emitter& who,
                                     CallbackIndex callback, std::uint64_t seq) {
   ++of_thread(who.thread).unseen;
-  begun_outside_.insert_or_assign({callback, seq}, who.thread);
+  auto& begun = begun_outside_[callback];
+  if (begun.size() >= kMaxBegunOutside) begun.erase(begun.begin());
+  begun.push_back({.seq = seq, .thread = who.thread});
   pass_start(head, who, callback, seq);
 }
 
@@ -25,10 +33,13 @@ void InstanceBuilder::end_outside(const EventHead& head, const Emitter& who, Cal
 
 void InstanceBuilder::leave_unseen(std::optional<ThreadIndex> thread, CallbackIndex callback,
                                    std::uint64_t seq) {
-  const auto begun = begun_outside_.find({callback, seq});
-  if (begun != begun_outside_.end()) {
-    thread = begun->second;
-    begun_outside_.erase(begun);
+  if (auto* begun = begun_outside_.find(callback)) {
+    const auto found = std::find_if(begun->rbegin(), begun->rend(),
+                                    [seq](const BegunOutside& one) { return one.seq == seq; });
+    if (found != begun->rend()) {
+      thread = found->thread;
+      begun->erase(std::next(found).base());
+    }
   }
   auto& unseen = of_thread(thread).unseen;
   if (unseen > 0) --unseen;
