@@ -29,14 +29,9 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
     case Ros2Event::publish:
       begin(p.number<Address>(0), std::nullopt, context);
       return true;
-    case Ros2Event::rcl_publish: {
-      const auto message = p.number<Address>(1);
-      if (!is_current(thread, message) || thread.publishing->publisher) {
-        begin(message, p.number<Address>(0), context);
-      }
-      thread.publishing->publisher = p.number<Address>(0);
+    case Ros2Event::rcl_publish:
+      name_publisher(p.number<Address>(1), p.number<Address>(0), context);
       return true;
-    }
     case Ros2Event::rmw_publish:
       find_publisher(p, context);
       [[fallthrough]];
@@ -109,15 +104,19 @@ void Publications::add_doubtful(const Publishing& publishing, Context& context) 
   context.thread.writing = messages.add(call);
 }
 
-void Publications::find_publisher(const Payload& rmw_publish, Context& context) {
+void Publications::name_publisher(Address message, Address publisher, Context& context) {
   auto& thread = context.thread;
-  const auto message = rmw_publish.number<Address>(0);
-  const bool is_begun = is_current(thread, message);
-  if (is_begun && thread.publishing->publisher) return;
-  const auto publisher = context.process.directory.publisher_of(rmw_publish.number<Address>(2));
-  if (!publisher) return;
-  if (!is_begun) begin(message, std::nullopt, context);
+  if (!is_current(thread, message) || thread.publishing->publisher)
+    begin(message, publisher, context);
   thread.publishing->publisher = publisher;
+}
+
+void Publications::find_publisher(const Payload& rmw_publish, Context& context) {
+  const auto& thread = context.thread;
+  const auto message = rmw_publish.number<Address>(0);
+  if (is_current(thread, message) && thread.publishing->publisher) return;
+  const auto publisher = context.process.directory.publisher_of(rmw_publish.number<Address>(2));
+  if (publisher) name_publisher(message, *publisher, context);
 }
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {

@@ -27,6 +27,8 @@ class Publications {
   void complete(Context& context);
   // Events between its parts may have been lost: it is none that is told, but messages may be of it.
   void add_doubtful(const Publishing& publishing, Context& context);
+  // A layer below rclcpp's tells whose message it is.
+  void name_publisher(Address message, Address publisher, Context& context);
   // rcl does not tell of what is serialized already, as a generic publisher's messages are: whose it is
   // the layer below tells.
   void find_publisher(const Payload& rmw_publish, Context& context);
