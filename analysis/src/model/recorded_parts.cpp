@@ -215,6 +215,10 @@ std::string in_words(const RecorderFailure& failure, const std::string& problem)
          problem + in_recording(*failure.recording);
 }
 
+bool names_all_processes(const Recording& recording) noexcept {
+  return recording.manifest && recording.manifest->names_all_processes;
+}
+
 bool may_be_of(const Model& model, const Recording& recording, const ProcessFacts& process) {
   return !recording.manifest || !is_host_known(model, *recording.manifest) ||
          is_host_of(*recording.manifest, model.hosts[at(process.host)]);

@@ -37,6 +37,9 @@ std::vector<RecorderFailure> recorder_failures(const Model& model);
 // "cie record says: the disk was full (run1)".
 std::string in_words(const RecorderFailure& failure, const std::string& problem);
 
+// Its manifest names every process that was recorded there; one that is not finished has none.
+bool names_all_processes(const Recording& recording) noexcept;
+
 // The process may be one that was recorded there.
 bool may_be_of(const Model& model, const Recording& recording, const ProcessFacts& process);
 

@@ -439,8 +439,8 @@ const Rule kRunComplete{
     .inconclusive_when =
         "run_begin or run_end is missing (the process was still running when the recording ended, "
         "as in snapshots, chunks and where it was attached to; or it crashed; a process of ROS 2 "
-        "alone has none), or a total differs from what was seen. --allow-crash accepts a process without a run_end, unless its recorder "
-        "failed; the other rules judge what was seen.",
+        "alone has none), or a total differs from what was seen. --allow-crash accepts a process "
+        "without a run_end, unless its recorder failed; the other rules judge what was seen.",
     .remedy =
         "start the recording before the application and end the application before the recording, "
         "or judge with --allow-crash; where it crashed, find out why.",

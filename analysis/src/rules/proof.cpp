@@ -61,7 +61,7 @@ void Proof::find_recorder_losses() {
 }
 
 bool Proof::is_proven_whole(const Recording& recording) const {
-  if (recording.is_unfinished || !recording.manifest->names_all_processes) return false;
+  if (!names_all_processes(recording)) return false;
   for (std::size_t i = 0; i < model_.processes.size(); ++i) {
     const auto& process = model_.processes[i];
     if (!process.has_cie_events || !may_be_of(model_, recording, process)) continue;

@@ -95,11 +95,11 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   });
 }
 
-// More periods were skipped than allowed, before whosever runs. `doubt`: why there may be more.
-void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed,
-                   const std::optional<Evidence>& doubt, Judgement& judgement) {
+// More periods were skipped than allowed, before whosever runs. `may_be_more`: than are known.
+void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, bool may_be_more,
+                   Judgement& judgement) {
   const auto in_all = [&](std::uint64_t missed) {
-    return (doubt ? "at least " : "") + counted(missed, "period") + " skipped in all, " +
+    return (may_be_more ? "at least " : "") + counted(missed, "period") + " skipped in all, " +
            std::to_string(allowed) + " allowed";
   };
   const auto accuse = [&](std::uint64_t missed, const auto& first) {
@@ -141,7 +141,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
                                    " skipped in all, if the timer was not reset; " +
                                    std::to_string(allowed) + " allowed"));
     } else if (callback.missed > allowed) {
-      judge_skipped(callback, allowed, lost ? lost : unknown, judgement);
+      judge_skipped(callback, allowed, lost || unknown, judgement);
     }
     judgement.doubt(unknown);
   });

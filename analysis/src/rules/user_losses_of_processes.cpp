@@ -1,6 +1,7 @@
 #include "user_losses_of_processes.hpp"
 
 #include "kernel_holes.hpp"
+#include "model/recorded_parts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -11,10 +12,6 @@ namespace {
 
 // run_begin, callback_init, thread_init, callback_start.
 constexpr std::uint64_t kLeastOfProcess = 4;
-
-bool names_all_processes(const Recording& recording) {
-  return recording.manifest && recording.manifest->names_all_processes;
-}
 
 // Of events that LTTng discarded, and as many for each packet: nothing tells how many it had.
 std::uint64_t most_events(const Loss& loss) {

@@ -113,6 +113,29 @@ TEST(RecorderFailures, MayHideAProcessThatNobodyNames) {
   EXPECT_EQ(judged(whole(), unfinished())["T2"], Verdict::inconclusive);
 }
 
+// What was lost between two lifetimes may be all of another one, unless the manifest names every process.
+TEST(RecorderFailures, NoLossHidesALifetimeWhereTheManifestNamesAll) {
+  const auto trace = trace_of(R"(
+    process app pid=100 until=100
+    callback a id=/n@Timer timer period=10
+    process later pid=200 from=1000
+    callback b id=/n@Timer timer period=10
+    1 initial a
+    2 applied a policy=fifo priority=50
+    10 start a
+    12 end a
+    500 discard user until=600 count=4
+    1101 initial b
+    1102 applied b policy=fifo priority=50
+    1110 start b
+    1112 end b)");
+  auto recording = failed({});
+  recording.manifest->processes.push_back({.pid = 200, .name = "later", .start_ns = std::nullopt});
+  EXPECT_EQ(judged(trace, recording)["M5"], Verdict::pass);
+  recording.manifest->names_all_processes = false;
+  EXPECT_EQ(judged(trace, recording)["M5"], Verdict::inconclusive);
+}
+
 // L6: a kernel trace that is not whole costs nothing that the application's events decide.
 TEST(RecorderFailures, OfTheKernelsRecordCostNoEventOfApplications) {
   auto recording = failed({});

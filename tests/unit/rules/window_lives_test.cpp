@@ -106,17 +106,23 @@ TEST(Window, AThreadThatEndedBeforeItIsNoneOfItsConcern) {
   EXPECT_EQ(in_window(kTrace, 500, 1200)["S3"], Verdict::pass);
 }
 
+// `a` starts on CPU 0, once its thread was switched in; that of `b` has the other CPU.
+constexpr const char* kOneStarted = R"(
+    kernel
+    callback a
+    callback b cpu=1
+    1 switch 0 idle a
+    2 switch 0 a idle state=1
+    20 switch 0 idle a
+    22 start a
+)";
+constexpr const char* kBudgetOfA =
+    "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
+
 // The thread that it began on is free then, whichever thread tells its end.
 TEST(Window, AnInstanceThatBeganBeforeItEndsOnItsThreadWhereAnotherOneTellsThat) {
   const auto ended_on = [](const std::string& thread) {
-    const auto trace = R"(
-      kernel
-      callback a
-      callback b cpu=1
-      1 switch 0 idle a
-      2 switch 0 a idle state=1
-      20 switch 0 idle a
-      22 start a
+    const auto trace = std::string(kOneStarted) + R"(
       24 switch 1 idle b
       30 end a on=)" + thread +
                        R"(
@@ -127,22 +133,14 @@ TEST(Window, AnInstanceThatBeganBeforeItEndsOnItsThreadWhereAnotherOneTellsThat)
       52 switch 1 idle b
       53 start b
       54 end b)";
-    constexpr const char* kSpec = "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
-    return in_window(trace, 25, 60, kSpec).of("M6", "thread 101");
+    return in_window(trace, 25, 60, kBudgetOfA).of("M6", "thread 101");
   };
   EXPECT_EQ(ended_on("a"), Verdict::fail) << "10 of 28";
   EXPECT_EQ(ended_on("b"), Verdict::fail);
 }
 
 TEST(Window, AThreadThatWasOverBeforeItDoesNoForeignWorkInIt) {
-  constexpr const char* kTrace = R"(
-    kernel
-    callback a
-    callback b cpu=1
-    1 switch 0 idle a
-    2 switch 0 a idle state=1
-    20 switch 0 idle a
-    22 start a
+  const auto trace = std::string(kOneStarted) + R"(
     30 end a
     31 finish a
     32 switch 0 a idle state=64
@@ -150,9 +148,8 @@ TEST(Window, AThreadThatWasOverBeforeItDoesNoForeignWorkInIt) {
     42 start b
     50 end b
     51 switch 1 b idle state=1)";
-  constexpr const char* kSpec = "callback_groups:\n  - {id: a, foreign_work_budget: 100000000}\n";
-  EXPECT_EQ(in_window(kTrace, 0, 60, kSpec)["M6"], Verdict::fail) << "3 of 29";
-  const auto later = in_window(kTrace, 35, 60, kSpec);
+  EXPECT_EQ(in_window(trace, 0, 60, kBudgetOfA)["M6"], Verdict::fail) << "3 of 29";
+  const auto later = in_window(trace, 35, 60, kBudgetOfA);
   for (const auto& rule : later.result.verdicts.rules)
     EXPECT_NE(rule.verdict, Verdict::fail) << rule.id;
 }
