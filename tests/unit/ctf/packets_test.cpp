@@ -245,6 +245,39 @@ TEST(Packets, OneUndecodableEventCostsItsWholePacket) {
                           HasSubstr("beyond the packet's content (event text)"), "310 tick on 0"));
 }
 
+// The next packet's bytes lie behind it: they are none of its own.
+TEST(Packets, AnEventThatTheirContentCutsCostsThatPacketOnly) {
+  const std::string event("\x01\x20\x01\0\0\x07", 6);
+  for (std::size_t size = 1; size <= event.size(); ++size) {
+    auto packets = three();
+    packets[0].tail = event.substr(0, size);
+    const auto lines = lines_of(bytes_of(packets));
+    if (size == event.size()) {
+      EXPECT_THAT(lines, Contains("288 tick on 0")) << "it is whole";
+    } else {
+      EXPECT_THAT(lines, ElementsAre(HasSubstr("beyond the packet's content"), "210 tick on 0",
+                                     "310 tick on 0"))
+          << size;
+    }
+  }
+}
+
+// The first ones of a packet that lies in the window whole are found as it is looked at.
+TEST(Packets, EventsAreReadOnceAndInTheirOrderHoweverManyThereAre) {
+  for (const std::uint64_t count : {1U, 255U, 256U, 257U, 1'000U}) {
+    std::vector<PacketText> packets(2);
+    std::vector<std::string> expected;
+    for (std::uint64_t i = 0; i < packets.size(); ++i) {
+      packets[i] = {.begin = 1'000 * i, .end = 1'000 * i + 999, .sequence = i};
+      for (std::uint64_t tick = 0; tick < count; ++tick) {
+        packets[i].ticks.push_back({.time = 1'000 * i + tick});
+        expected.push_back(std::to_string(1'000 * i + tick) + " tick on 0");
+      }
+    }
+    EXPECT_EQ(lines_of(bytes_of(packets)), expected) << count;
+  }
+}
+
 // Whose class is of no vocabulary: it is read when the first event of it comes.
 TEST(Packets, AnEventOfAMalformedClassCostsItsPacket) {
   auto metadata_of = metadata();

@@ -6,6 +6,7 @@
 #include "packet.hpp"
 #include "window.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +41,17 @@ class EventCursor {
   // window moves meanwhile.
   template <typename Take>
   void walk_fixed(const Take& take);
+  // Where the walk stands. A cursor at the begin of the same packet may go on there, if the window has
+  // that as before.
+  struct Place {
+    std::uint64_t at = 0;  // bits of the window's data
+    std::uint64_t clock = 0;
+  };
+  Place place() const noexcept { return {.at = bits_.at, .clock = clock_}; }
+  void go_on_at(const Place& place) noexcept {
+    bits_.at = place.at;
+    clock_ = place.clock;
+  }
   // Other streams have their turn before this one is read on: by then it is in the cache.
   void prefetch() const noexcept {
     constexpr std::size_t kLines = 8;
@@ -125,9 +137,11 @@ template <typename Read, typename Take>
 [[gnu::always_inline]] inline void EventCursor::walk_fixed(const Read& read, const Take& take) {
   const auto& stream = *packet_->stream;
   const auto size = bits_.end / 8;
-  if (size < stream.most_fixed_bytes()) return;
+  if (size == 0 || size + Window::kReadable < stream.most_fixed_bytes()) return;
   const auto events = stream.fixed_events();
-  const auto* const last = bits_.data + (size - stream.most_fixed_bytes());
+  const auto* const end = bits_.data + size;
+  // The last place where any event may be read, though it may reach beyond the end.
+  const auto* const last = std::min(end - 1, end + Window::kReadable - stream.most_fixed_bytes());
   const auto* begin = bits_.data + bits_.at / 8;
   auto clock = clock_;
   while (begin <= last) {
@@ -138,12 +152,15 @@ template <typename Read, typename Take>
     if (event.plan == nullptr) [[unlikely]]
       break;
     const auto* body = begin + header.bytes;
+    const auto* const next = body + event.bytes;
+    if (next > end) [[unlikely]]
+      break;
     if (!take(Fixed{
             .plan = event.plan, .body = body, .clock = header.clock, .is_other = event.is_other})) {
       break;
     }
     clock = header.clock;
-    begin = body + event.bytes;
+    begin = next;
   }
   bits_.at = static_cast<std::uint64_t>(begin - bits_.data) * 8;
   clock_ = clock;

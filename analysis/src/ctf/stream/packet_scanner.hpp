@@ -4,6 +4,7 @@
 #include <cie/analysis/time.hpp>
 
 #include "event_cursor.hpp"
+#include "events_ahead.hpp"
 #include "packet.hpp"
 
 #include <cstddef>
@@ -32,7 +33,15 @@ class PacketScanner {
     std::uint64_t last_clock = 0;  // of its last event, or its begin
     bool is_outside = false;       // of the window: nobody looked at its events
   };
-  Found next();
+  // The first events of a packet, as they were looked at.
+  struct First {
+    EventsAhead events;
+    EventCursor::Place end{};          // behind them
+    std::uint64_t window_version = 0;  // where they are
+  };
+  // `first`: where to note those of the packet found, null: nowhere. None are if the window does not
+  // hold all of it.
+  Found next(First* first = nullptr);
   // The next packet by its header alone, whatever it holds. A scanner does either this or the
   // above.
   std::optional<Packet> next_header();
@@ -79,7 +88,8 @@ class PacketScanner {
   bool is_of_other_cpu(const Packet& packet);
   bool is_outside(const Packet& packet) const;
   bool is_mostly_hole(const Packet& packet);
-  bool has_readable_events(const Packet& packet, std::uint64_t& last_clock);
+  bool has_readable_events(const Packet& packet, std::uint64_t& last_clock, First* first = nullptr);
+  void note_first(const Packet& packet, First& first);
   std::uint64_t find_magic(std::uint64_t from, Window& window);
   std::uint64_t after_bad_content(const Packet& packet);
 

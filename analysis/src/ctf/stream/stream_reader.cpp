@@ -10,7 +10,8 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
       index_(identity.index),
       counts_others_(identity.counts_others && !files.front().trace->plan().is_snapshot),
       files_(std::move(files)),
-      identity_(identity) {
+      identity_(identity),
+      first_{.events{{}, 0, false}} {
   if (const auto& first = files_.front().first) {
     clock_ = first->stream->clock;
     has_packet_times_ = first->stream->has_packet_times;
@@ -18,6 +19,7 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
   } else {
     clock_ = files_.front().trace->plan().clock();  // no evidence of another boot
   }
+  first_.events = {ahead_, clock_.frequency, counts_others_};
   frame_.elements = &elements_;
   load_packet();
 }
@@ -112,6 +114,7 @@ void StreamReader::load_packet() {
   cpu_.reset();
   cursor_.reset();
   gap_ = {};
+  first_.events.restart({});
   PacketScanner::Found found;
   while (file_ < files_.size() && !packet_) {
     const auto& current = files_[file_];
@@ -122,7 +125,7 @@ void StreamReader::load_packet() {
       trace_ = current.trace.get();
     }
     found = found_ahead_ ? *std::exchange(found_ahead_, std::nullopt)
-                         : in_window([this] { return scanner_->next(); });
+                         : in_window([this] { return scanner_->next(&first_); });
     if (found.damage) note_damage(*found.damage);
     if (!found.packet) {
       note_position(current.file.size());
@@ -238,9 +241,22 @@ void StreamReader::emit_packet_begin(EventWriter& writer) {
   if (is_outside_) {
     step_ = Step::packet_end;
     stand_at(time_of(*packet_->end));
-  } else {
+  } else if (!take_first()) {
     find_event();
   }
+}
+
+bool StreamReader::take_first() {
+  const auto& [events, end, window_version] = first_;
+  const bool are_there =
+      events.is_any() && has_packet_times_ && window_->version() == window_version;
+  if (!are_there) return false;
+  counted_ += events.others();
+  last_time_ = events.last();
+  next_ahead_ = 0;
+  end_ahead_ = events.size();
+  cursor_->go_on_at(end);
+  return end_ahead_ > 0;
 }
 
 bool StreamReader::look_ahead() {
@@ -248,26 +264,12 @@ bool StreamReader::look_ahead() {
   end_ahead_ = 0;
   if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
   // Of its own, so that nothing that is written could change it.
-  auto last = last_time_.value_or(kEarliest);
-  auto* next = ahead_.data();
-  const auto* const end = next + ahead_.size();
-  std::uint64_t counted = 0;
-  const bool counts_others = counts_others_;
-  const auto frequency = clock_.frequency;
-  cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
-    const auto time = time_of_cycles(found.clock, frequency);
-    if (next == end || time < last) return false;  // what runs backwards is told
-    last = time;
-    if (counts_others && found.is_other) {
-      ++counted;
-      return true;
-    }
-    *next++ = {.plan = found.plan, .body = found.body, .time = time};
-    return true;
-  });
-  counted_ += counted;
-  end_ahead_ = static_cast<std::uint32_t>(next - ahead_.data());
-  if (counted > 0 || end_ahead_ > 0) last_time_ = last;
+  EventsAhead events({ahead_.data(), kAhead}, clock_.frequency, counts_others_);
+  events.restart(last_time_.value_or(kEarliest));
+  cursor_->walk_fixed([&events](const EventCursor::Fixed& event) { return events.take(event); });
+  counted_ += events.others();
+  end_ahead_ = events.size();
+  if (events.is_any()) last_time_ = events.last();
   if (end_ahead_ == 0) return false;
   cursor_->prefetch();
   return true;

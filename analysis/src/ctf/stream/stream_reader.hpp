@@ -10,6 +10,7 @@
 #include "ctf/program/trace_plan.hpp"
 #include "event_cursor.hpp"
 #include "event_writer.hpp"
+#include "events_ahead.hpp"
 #include "packet_scanner.hpp"
 
 #include <algorithm>
@@ -155,12 +156,12 @@ class alignas(64) StreamReader {
 
   // The next events if they are of fixed layout. Looking for several at a time stays within one
   // stream for a while: there it can be predicted what follows on what.
-  struct Ahead {
-    const EventPlan* plan = nullptr;
-    const std::uint8_t* body = nullptr;
-    Timestamp time;
-  };
   static constexpr std::size_t kAhead = 16;
+  // So many of a packet's first ones need not be looked for again: who looked whether all of its events
+  // can be read has found them.
+  static constexpr std::size_t kFirst = 256;
+  // The events ahead are those, if there are any.
+  bool take_first();
 
   // What emitting one of them touches beside it, in one cache line: streams take turns, and lines of
   // all of them stay in the cache if they are few.
@@ -173,7 +174,7 @@ class alignas(64) StreamReader {
   ContextNumber<std::int32_t> cpu_;  // of the packet
   bool counts_others_;
   std::uint64_t counted_ = 0;  // events of the packet that are only counted
-  std::array<Ahead, kAhead> ahead_;
+  std::array<EventAhead, kFirst> ahead_;
 
   std::vector<StreamFile> files_;
   StreamIdentity identity_;
@@ -186,6 +187,7 @@ class alignas(64) StreamReader {
   std::uint64_t position_ = 0;  // in it, as progress was told
   std::unique_ptr<PacketScanner> scanner_;
   std::optional<PacketScanner::Found> found_ahead_;
+  PacketScanner::First first_;    // in ahead_; of the packet, until it begins
   std::optional<Window> window_;  // these three: for the events of the packet
   Frame frame_;
   std::vector<std::uint32_t> elements_;

@@ -12,6 +12,7 @@ std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
     shown_ = static_cast<std::size_t>(offset - begin_);
     return end - offset;
   }
+  ++version_;
   const auto size = file_->size();
   if (offset >= size) {
     begin_ = offset;
@@ -24,7 +25,8 @@ std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
   std::size_t kept = 0;
   auto old = std::unique_ptr<std::uint8_t[]>();  // NOLINT(modernize-avoid-c-arrays)
   if (capacity_ < length) {
-    old = std::exchange(buffer_, std::make_unique_for_overwrite<std::uint8_t[]>(length));
+    old =
+        std::exchange(buffer_, std::make_unique_for_overwrite<std::uint8_t[]>(length + kReadable));
     capacity_ = length;
   }
   if (offset >= begin_ && offset < end) {
@@ -34,6 +36,7 @@ std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
   begin_ = offset;
   shown_ = 0;
   valid_ = kept + file_->read(offset + kept, {buffer_.get() + kept, length - kept});
+  std::memset(buffer_.get() + valid_, 0, kReadable);
   return valid_;
 }
 

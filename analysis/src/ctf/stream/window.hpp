@@ -20,8 +20,13 @@ class Window {
   bool holds(std::uint64_t offset, std::uint64_t length) const noexcept {
     return offset >= begin_ && offset - begin_ <= valid_ && valid_ - (offset - begin_) >= length;
   }
-  // Of the offset shown last.
+  // Of the offset shown last. Behind what is available kReadable more bytes may be read, whatever they
+  // hold: whoever loads a few bytes at once need not ask how many there are.
+  static constexpr std::size_t kReadable = 256;
   const std::uint8_t* data() const noexcept { return buffer_.get() + shown_; }
+
+  // Another one whenever pointers into it have become void.
+  std::uint64_t version() const noexcept { return version_; }
 
   const File& file() const noexcept { return *file_; }
   std::size_t piece() const noexcept { return piece_; }
@@ -35,6 +40,7 @@ class Window {
   std::uint64_t begin_ = 0;  // of what is in the buffer, in the file
   std::uint64_t valid_ = 0;  // bytes
   std::size_t shown_ = 0;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace cie::analysis::ctf
