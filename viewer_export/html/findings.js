@@ -296,7 +296,7 @@ export const rules = () => {
       .filter(Boolean)
       .join(", ");
   const told = s => [
-    el("p", {title: s.subject}, inWords(s.subject), ` (${count(s.checked)} checked)`),
+    el("p", {title: s.name ?? s.subject}, inWords(s.name ?? s.subject), ` (${count(s.checked)} checked)`),
     el(
       "ul",
       {class: "evidence"},

@@ -22,16 +22,17 @@ std::string note_of(const SubjectVerdict& verdict) {
 
 std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict& verdict,
                         const VerdictLog::Telling& tell) {
+  const auto subject = verdict.name_told_apart();
   if (tell && verdict.verdict == Verdict::fail) {
-    if (const auto told = tell(rule, verdict); !told.empty()) return verdict.subject + ": " + told;
+    if (const auto told = tell(rule, verdict); !told.empty()) return subject + ": " + told;
   }
   const auto at = viewer_export::main_evidence_of(rule.id);
   const auto& all = verdict.evidence;
-  if (all.empty()) return verdict.subject;
+  if (all.empty()) return subject;
   const auto& note = (at < all.size() ? all[at] : all.front()).note;
   // Numbers of nanoseconds are durations there, and no times.
   const bool has_durations = rule.id == analysis::kDeadlineRule;
-  return verdict.subject + ": " + (has_durations ? viewer_export::with_fitting_units(note) : note);
+  return subject + ": " + (has_durations ? viewer_export::with_fitting_units(note) : note);
 }
 
 }  // namespace
@@ -65,7 +66,7 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, anal
                                  .rule = rule.id,
                                  .name = rule.name,
                                  .about = subject.about,
-                                 .subject = subject.subject,
+                                 .subject = subject.name_told_apart(),
                                  .from = before,
                                  .to = subject.verdict,
                                  .note = note_of(subject),
@@ -75,7 +76,7 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, anal
       noted.current.push_back({.rule = rule.id,
                                .name = rule.name,
                                .about = subject.about,
-                               .subject = subject.subject,
+                               .subject = subject.name_told_apart(),
                                .verdict = subject.verdict,
                                .since_ns = known.since_ns,
                                .note = note_of(subject),

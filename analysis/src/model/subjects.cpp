@@ -26,9 +26,38 @@ std::vector<std::uint32_t> programs_of_pids(const Model& model) {
   return programs;
 }
 
+// Of each item how many up to it, itself included, have its key.
+template <typename Items, typename KeyOf>
+std::vector<std::uint32_t> numbered_by(const Items& items, const KeyOf& key_of) {
+  std::map<decltype(key_of(items.front())), std::uint32_t> counts;
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(items.size());
+  for (const auto& item : items)
+    numbers.push_back(++counts[key_of(item)]);
+  return numbers;
+}
+
+// " (lifetime 2)"; the first one has its plain name.
+std::string ordinal(std::string_view what, std::uint32_t number) {
+  if (number < 2) return {};
+  return " (" + std::string(what) + ' ' + std::to_string(number) + ')';
+}
+
+std::string topic_name(const PublisherFacts& publisher) {
+  return publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id));
+}
+
 }  // namespace
 
-Subjects::Subjects(const Model& model) : model_(model), programs_(programs_of_pids(model)) {
+Subjects::Subjects(const Model& model)
+    : model_(model),
+      programs_(programs_of_pids(model)),
+      lifetimes_(numbered_by(
+          model.threads,
+          [](const ThreadFacts& thread) { return std::pair(thread.process, thread.tid); })),
+      publishers_(numbered_by(model.publishers, [](const PublisherFacts& publisher) {
+        return std::pair(publisher.process, topic_name(publisher));
+      })) {
   const ProcessFacts* first = nullptr;
   for (const auto& process : model.processes) {
     if (!process.has_cie_events) continue;
@@ -65,9 +94,10 @@ NamedSubject NamedSubject::without_row(SubjectKind kind, const std::string& name
   return {.about = {.kind = kind}, .name = std::string(label(kind)) + ' ' + name};
 }
 
-NamedSubject Subjects::named(Subject about, const std::string& name) const {
+NamedSubject Subjects::named(Subject about, const std::string& name, std::string ordinal) const {
   return {.about = about,
           .name = std::string(label(about.kind)) + ' ' + name,
+          .ordinal = std::move(ordinal),
           .place = about.process ? place_of(*about.process) : std::string()};
 }
 
@@ -76,6 +106,10 @@ std::string Subjects::place_of(ProcessIndex index) const {
   const auto& process = model_.processes[at(index)];
   const auto host = has_several_hosts_ ? " on " + model_.hosts[at(process.host)].name : "";
   return " (" + pid_words(process.pid, program_of(index)) + host + ")";
+}
+
+std::string Subjects::lifetime_of(ThreadIndex index) const {
+  return ordinal("lifetime", lifetimes_[at(index)]);
 }
 
 NamedSubject Subjects::process(ProcessIndex index) const {
@@ -90,7 +124,8 @@ NamedSubject Subjects::callback(CallbackIndex index) const {
 
 NamedSubject Subjects::thread(ThreadIndex index) const {
   const auto& thread = model_.threads[at(index)];
-  return named(Subject::of(SubjectKind::thread, index, thread.process), std::to_string(thread.tid));
+  return named(Subject::of(SubjectKind::thread, index, thread.process), std::to_string(thread.tid),
+               lifetime_of(index));
 }
 
 NamedSubject Subjects::group(GroupIndex index) const {
@@ -107,14 +142,13 @@ NamedSubject Subjects::group(ProcessIndex process, GroupId id) const {
 NamedSubject Subjects::group_of(ThreadIndex index) const {
   const auto& thread = model_.threads[at(index)];
   return named({.kind = SubjectKind::group, .process = thread.process},
-               "of thread " + std::to_string(thread.tid));
+               "of thread " + std::to_string(thread.tid), lifetime_of(index));
 }
 
 NamedSubject Subjects::topic(PublisherIndex index) const {
   const auto& publisher = model_.publishers[at(index)];
-  return named(
-      Subject::of(SubjectKind::topic, index, publisher.process),
-      publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id)));
+  return named(Subject::of(SubjectKind::topic, index, publisher.process), topic_name(publisher),
+               ordinal("publisher", publishers_[at(index)]));
 }
 
 NamedSubject Subjects::chain(ChainIndex index) const {

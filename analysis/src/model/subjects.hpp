@@ -15,6 +15,7 @@ namespace cie::analysis {
 struct NamedSubject {
   Subject about{};
   std::string name{};
+  std::string ordinal{};
   std::string place{};
 
   // The trace as a whole.
@@ -24,7 +25,9 @@ struct NamedSubject {
 };
 
 // Their places are " (pid N)" when the trace holds several processes, " (pid N, program M)" when they
-// had one pid, and " (pid N on HOST)" when they are of several hosts.
+// had one pid, and " (pid N on HOST)" when they are of several hosts. Before that stands
+// " (lifetime N)" of later threads of a process that had one tid, and " (publisher N)" of later
+// publishers of one topic, in the order in which they were first seen.
 class Subjects {
  public:
   explicit Subjects(const Model& model);
@@ -42,13 +45,16 @@ class Subjects {
   NamedSubject chain(ChainIndex index) const;  // of no process when it spans several
 
  private:
-  NamedSubject named(Subject about, const std::string& name) const;
+  NamedSubject named(Subject about, const std::string& name, std::string ordinal = {}) const;
+  std::string lifetime_of(ThreadIndex index) const;
   std::string place_of(ProcessIndex index) const;
 
   const Model& model_;
   bool has_several_ = false;  // processes
   bool has_several_hosts_ = false;
-  std::vector<std::uint32_t> programs_;  // by process
+  std::vector<std::uint32_t> programs_;    // by process
+  std::vector<std::uint32_t> lifetimes_;   // by thread, from 1: of its process's with its tid
+  std::vector<std::uint32_t> publishers_;  // likewise, with its topic
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.

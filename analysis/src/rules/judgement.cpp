@@ -60,7 +60,8 @@ std::optional<SubjectVerdict> Judgement::finish() && {
                          .subject = std::move(subject_.name) + subject_.place,
                          .place = std::move(subject_.place),
                          .checked = checked_,
-                         .evidence = {}};
+                         .evidence = {},
+                         .ordinal = std::move(subject_.ordinal)};
   if (!overruling_.empty()) {
     verdict.verdict = Verdict::inconclusive;
     verdict.evidence = std::move(overruling_);

@@ -29,6 +29,7 @@ namespace {
 
 bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
   if (const auto order = natural_order(a.subject, b.subject); order != 0) return order < 0;
+  if (const auto order = natural_order(a.ordinal, b.ordinal); order != 0) return order < 0;
   const auto key = [](const SubjectVerdict& verdict) {
     const auto* first = verdict.evidence.empty() ? nullptr : verdict.evidence.data();
     return std::tuple(std::string_view(verdict.subject), verdict.verdict, verdict.checked,

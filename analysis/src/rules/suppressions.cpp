@@ -39,9 +39,13 @@ bool matches(std::string_view pattern, std::string_view text) noexcept {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
+// One that does not tell subjects of one name apart means them all.
 bool names(const Suppression& suppression, const SubjectVerdict& subject) {
-  return matches(suppression.subject, subject.subject) ||
-         matches(suppression.subject, subject.name());
+  if (matches(suppression.subject, subject.subject) || matches(suppression.subject, subject.name()))
+    return true;
+  return !subject.ordinal.empty() &&
+         (matches(suppression.subject, subject.name_told_apart()) ||
+          matches(suppression.subject, std::string(subject.name()) + subject.ordinal));
 }
 
 const std::string& required(const yaml::Fields& entry, std::string_view key,

@@ -73,6 +73,31 @@ TEST(Suppressions, DoNotNeedThePlaceAndTakeNoNameForOne) {
   EXPECT_FALSE(is_suppressed("")) << "of a callback that is called so";
 }
 
+// Of a tid that was given anew.
+TEST(Suppressions, NameAllLifetimesUnlessTheyNameOne) {
+  const auto suppressed_by = [](const std::string& subject) {
+    VerdictReport verdicts{
+        .rules = {{.id = "M2", .name = "one-callback-per-thread", .subjects = {}}}};
+    auto& subjects = verdicts.rules[0].subjects;
+    subjects.resize(2, {.subject = "thread 101 (pid 3)",
+                        .place = " (pid 3)",
+                        .verdict = Verdict::fail,
+                        .checked = 1,
+                        .evidence = {}});
+    subjects[1].ordinal = " (lifetime 2)";
+    Suppressions::parse("suppressions:\n" + entry("M2", subject, "never"), "accepted.yaml")
+        .apply(verdicts, kToday);
+    return std::pair(subjects[0].is_suppressed(), subjects[1].is_suppressed());
+  };
+  const std::pair both(true, true);
+  const std::pair second(false, true);
+  EXPECT_EQ(suppressed_by("thread 101"), both);
+  EXPECT_EQ(suppressed_by("thread 101 (pid 3)"), both);
+  EXPECT_EQ(suppressed_by("thread 101 (lifetime 2)"), second);
+  EXPECT_EQ(suppressed_by("thread 101 (lifetime 2) (pid 3)"), second);
+  EXPECT_EQ(suppressed_by("thread 101 (lifetime 3)"), std::pair(false, false));
+}
+
 TEST(Suppressions, TakeAVerdictOutOfTheOverallOneAndLeaveItVisible) {
   const auto verdicts = suppressed(entry("R2", "callback /lidar@a", "never") +
                                    entry("R2", "callback /radar*", "2026-06-15"));

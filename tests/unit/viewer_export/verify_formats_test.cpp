@@ -16,6 +16,7 @@
 namespace cie::viewer_export {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -138,6 +139,20 @@ TEST(VerifySarif, OnceAResultHasSuppressionsEveryResultHas) {
   EXPECT_EQ(suppression["location"]["physicalLocation"]["region"]["startLine"], 2);
   EXPECT_EQ(results_of(true)[3]["suppressions"][0]["status"], "rejected");
   EXPECT_THAT(written(write_verify_sarif), Not(HasSubstr("suppressions")));
+}
+
+// A tool that keys test cases by their names has one for each subject.
+TEST(VerifyFormats, TellSubjectsOfOneNameApart) {
+  auto verdicts = test::sample_verdicts();
+  auto& subjects = verdicts.rules[2].subjects;  // of M2
+  subjects[1].subject = subjects[0].subject;
+  subjects[1].ordinal = " (lifetime 2)";
+  EXPECT_THAT(
+      written(write_verify_junit, verdicts),
+      AllOf(HasSubstr("name=\"thread 4005\""), HasSubstr("name=\"thread 4005 (lifetime 2)\"")));
+  EXPECT_THAT(written(write_verify_tap, verdicts), HasSubstr("thread 4005 (lifetime 2)"));
+  EXPECT_THAT(written(write_verify_sarif, verdicts),
+              AllOf(HasSubstr("\"M2 thread 4005\""), HasSubstr("\"M2 thread 4005 (lifetime 2)\"")));
 }
 
 // The only line that servers show: what is violated, not its first event, which alone is no violation.

@@ -66,6 +66,19 @@ TEST(VerifyJson, NamesSuppressionsOfASubjectAndOfTheFile) {
       "expired");
 }
 
+// The contract has "thread TID"; what tells two of them apart is beside it.
+TEST(VerifyJson, TellsSubjectsOfOneNameApart) {
+  auto verdicts = test::sample_verdicts();
+  auto& second = verdicts.rules[2].subjects[1];
+  second.subject = "thread 4005 (pid 7)";
+  second.place = " (pid 7)";
+  second.ordinal = " (lifetime 2)";
+  const auto subjects = json_of(verdicts)["rules"][2]["subjects"];
+  EXPECT_EQ(subjects[1]["subject"], "thread 4005 (pid 7)");
+  EXPECT_EQ(subjects[1]["name"], "thread 4005 (lifetime 2) (pid 7)");
+  EXPECT_FALSE(subjects[0].contains("name"));
+}
+
 TEST(VerifyJson, ATimeThatIsNotKnownIsNull) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects[1].evidence[0].time.reset();

@@ -28,7 +28,8 @@ std::string subject_words(const analysis::SubjectVerdict& subject, const analysi
   const auto* callback = about.kind == SubjectKind::callback && about.index
                              ? rows.find(analysis::CallbackIndex{*about.index})
                              : nullptr;
-  return callback == nullptr ? names.in_words(subject.subject) : "callback " + names.of(*callback);
+  return callback == nullptr ? names.in_words(subject.name_told_apart())
+                             : "callback " + names.of(*callback);
 }
 
 // Those of the rule's verdict; of a violated rule the worst first, and last what is suppressed.
@@ -73,7 +74,7 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
     }
     subjects.resize(std::min(subjects.size(), kMostSubjects));
     for (const auto* subject : subjects) {
-      say(subject->subject, subject_words(*subject, judged.rows, names));
+      say(subject->name_told_apart(), subject_words(*subject, judged.rows, names));
       for (std::size_t i = 0; i < std::min(subject->evidence.size(), kMostEvidence); ++i) {
         const auto& note = subject->evidence[i].note;
         say(note, with_fitting_units(names.in_words(note)));

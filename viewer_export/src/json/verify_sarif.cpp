@@ -86,7 +86,7 @@ Json suppressions_json(const analysis::SubjectVerdict& subject) {
 
 Json result_json(const analysis::RuleVerdict& rule, std::size_t rule_index,
                  const analysis::SubjectVerdict& subject, const analysis::Report& report) {
-  const auto name = subject.subject.empty() ? rule.name : subject.subject;
+  const auto name = subject.subject.empty() ? rule.name : subject.name_told_apart();
   Json location{{"logicalLocations", {{{"fullyQualifiedName", name}}}}};
   if (!report.trace.paths.empty()) location["physicalLocation"] = artifact_location(report);
   Json result{

@@ -25,7 +25,7 @@ Annotations notes_of(const analysis::RuleVerdict& rule, std::string_view demand,
                      const analysis::SubjectVerdict& subject, const analysis::Evidence& evidence) {
   Annotations notes;
   notes.add(Note::rule, std::string_view(rule.id));
-  notes.add(Note::subject, valid_utf8(subject.subject));
+  notes.add(Note::subject, valid_utf8(subject.name_told_apart()));
   notes.add(Note::verdict, analysis::label(subject.verdict));
   notes.add(Note::demands, demand);
   notes.add(Note::found, valid_utf8(evidence.note));

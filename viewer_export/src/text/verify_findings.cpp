@@ -56,11 +56,12 @@ std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
   if (const auto* callback = reported_callback(judged, subject)) return judged.names.of(*callback);
   const auto* thread = reported_thread(judged, subject);
   const bool is_unique = thread != nullptr && judged.report.trace.hosts.size() < 2;
-  std::string_view name = is_unique ? subject.name() : std::string_view(subject.subject);
+  auto name = std::string(subject.name()) + subject.ordinal;
+  if (!is_unique) name += subject.place;
   const auto kind = label(subject.about.kind);
   const bool is_small_number = subject.about.kind == SubjectKind::group;  // "group 0"
   if (!is_small_number && name.starts_with(kind) && name.size() > kind.size())
-    name.remove_prefix(kind.size() + 1);
+    name.erase(0, kind.size() + 1);
   if (thread == nullptr || thread->name.empty()) return printable(name);
   return fmt::format("{} ({})", printable(thread->name), printable(name));
 }
@@ -320,7 +321,7 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
   struct Gathered {
     std::set<std::string_view> notes;
     std::vector<std::string> rules;
-    std::set<std::string_view> subjects;
+    std::set<std::string> subjects;
     std::set<SubjectKind> kinds;
   };
   std::map<std::string, Gathered> by_reason;
@@ -335,7 +336,7 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
       gathered.notes.insert(note);
       if (gathered.rules.empty() || gathered.rules.back() != rule.id)
         gathered.rules.push_back(rule.id);
-      gathered.subjects.insert(subject.subject);
+      gathered.subjects.insert(subject.name_told_apart());
       gathered.kinds.insert(subject.about.kind);
     }
   }

@@ -70,7 +70,7 @@ void write_outcome(std::ostream& out, const analysis::RuleVerdict& rule,
 void write_case(std::ostream& out, const analysis::RuleVerdict& rule,
                 const analysis::SubjectVerdict& subject, const analysis::Report& report) {
   out << fmt::format("    <testcase classname=\"cie.verify.{}\" name=\"{}\"", rule.id,
-                     xml_escaped(subject.subject.empty() ? rule.name : subject.subject));
+                     xml_escaped(subject.subject.empty() ? rule.name : subject.name_told_apart()));
   if (subject.verdict == Verdict::pass) {
     out << "/>\n";
     return;

@@ -68,7 +68,7 @@ void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts
                          const analysis::SubjectVerdict& subject) {
     const bool is_ok = subject.verdict < Verdict::inconclusive;
     out << fmt::format("{} {} - {}{}\n", is_ok ? "ok" : "not ok", ++number,
-                       description(rule, subject.subject), directive(subject));
+                       description(rule, subject.name_told_apart()), directive(subject));
     if (!is_ok) write_diagnostics(out, rule, subject, report);
   };
   for (const auto& rule : verdicts.rules)

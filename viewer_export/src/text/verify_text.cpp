@@ -98,7 +98,7 @@ std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVe
   const auto checked =
       subject.checked > 0 ? fmt::format(" ({} checked)", subject.checked) : std::string();
   const auto title = filled(fmt::format("{}{}  {} {}: {}{}", suppressed, label, rule.id, rule.name,
-                                        printable(subject.subject), checked),
+                                        printable(subject.name_told_apart()), checked),
                             style.columns, kIndent + 2);
   auto text = paint(suppressed, Look::faint, style) +
               paint(label, look_of(subject.verdict), style) +
@@ -122,8 +122,9 @@ bool says_the_same(const analysis::SubjectVerdict& one, const analysis::SubjectV
            std::tie(b.event, b.time, b.pid, b.tid, b.note);
   };
   return one.verdict == Verdict::inconclusive && other.verdict == one.verdict &&
-         one.subject == other.subject && !one.suppression && !other.suppression &&
-         !one.evidence.empty() && std::ranges::equal(one.evidence, other.evidence, is_same);
+         one.name_told_apart() == other.name_told_apart() && !one.suppression &&
+         !other.suppression && !one.evidence.empty() &&
+         std::ranges::equal(one.evidence, other.evidence, is_same);
 }
 
 // Rules that say the same of the same subject, in their order.

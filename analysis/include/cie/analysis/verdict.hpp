@@ -74,11 +74,17 @@ struct SubjectVerdict {
   std::uint64_t checked = 0;  // instances or events judged; at least 1 for pass and fail
   std::vector<Evidence> evidence;
   std::optional<Suppression> suppression{};  // of a FAIL or INCONCLUSIVE
+  // " (lifetime 2)" of the second thread of a process that had its tid, " (publisher 2)" of the
+  // second one of a topic; empty: it is the first.
+  std::string ordinal{};
 
   // The name without the place, which nobody can foresee.
   std::string_view name() const noexcept {
     return std::string_view(subject).substr(0, subject.size() - place.size());
   }
+
+  // The same with what tells it from others of that name, the place last.
+  std::string name_told_apart() const { return std::string(name()) + ordinal + place; }
 
   bool is_suppressed() const noexcept { return suppression && !suppression->is_expired; }
 };

@@ -4,6 +4,7 @@
 #include <cie/analysis/report_fields.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include <optional>
 #include <string_view>
 
 namespace cie::analysis {
@@ -40,6 +41,9 @@ void fields(auto& visit, Is<SubjectVerdict> auto& s) {
   visit("index", s.about.index);
   visit.number("process", s.about.process);
   visit.present("suppression", s.suppression);
+  // That of several subjects of one name; the contract has the name alone.
+  const auto name = s.ordinal.empty() ? std::nullopt : std::optional(s.name_told_apart());
+  visit.present("name", name);
 }
 
 void fields(auto& visit, Is<RuleVerdict> auto& r) {
