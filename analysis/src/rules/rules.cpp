@@ -69,7 +69,8 @@ RulePage page_of(const Rule& rule) {
                 .remedy_rclcpp = rule.remedy_rclcpp,
                 .violation = rule.violation,
                 .gravity = rule.gravity,
-                .main_evidence = rule.main_evidence};
+                .main_evidence = rule.main_evidence,
+                .needs_spec = rule.needs.spec};
   const auto add = [&page](std::string_view begin, std::string_view paragraph) {
     if (!paragraph.empty()) page.page.append("\n").append(begin).append(paragraph);
   };

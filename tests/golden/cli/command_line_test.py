@@ -437,7 +437,7 @@ class Verdicts(unittest.TestCase):
             result = cie("verify", os.path.join(failing, "trace"), "--spec", os.path.join(failing, "spec.yaml"), "-f", form)
             self.assertEqual(result.returncode, 1)
             self.assertIn(b"FAIL", result.stdout)
-        self.assertIn(b"(no --spec)", cie("verify", TRACE).stdout)
+        self.assertIn(b"(6 need --spec)", cie("verify", TRACE).stdout)
 
     def test_without_the_kernel_or_the_user_half(self):
         kernel = cie("verify", os.path.join(TRACE, "kernel"), "-f", "json")

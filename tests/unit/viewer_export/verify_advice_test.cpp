@@ -50,6 +50,24 @@ TEST(VerifyScreen, TellsOfRefusedParametersBeforeWhatNeverRanForThem) {
   EXPECT_THAT(text(misspelt, 0), HasSubstr("  -> write the id that"));
 }
 
+// A spec makes rules applicable that compare with one: S1 and R4, not M5.
+TEST(VerifyScreen, SaysHowManyOfTheRulesThatDoNotApplyNeedASpec) {
+  const auto text = [](const std::vector<const char*>& rules, const VerifyContext& context) {
+    analysis::VerdictReport verdicts{.verdict = Verdict::pass, .rules = {}};
+    for (const auto* id : rules)
+      verdicts.rules.push_back({.id = id, .name = id, .subjects = {}});
+    return screen_of(verdicts, test::sample_report(), {.columns = 200}, context);
+  };
+  const auto without = usual_verify_context();
+  auto with = without;
+  with.spec_name = "app.yaml";
+  EXPECT_THAT(text({"S1", "M5", "R4"}, without), HasSubstr("  3 do not apply (2 need --spec);"));
+  EXPECT_THAT(text({"S1", "M5"}, without), HasSubstr("  2 do not apply (1 needs --spec);"));
+  EXPECT_THAT(text({"S1"}, without), HasSubstr("  1 does not apply (1 needs --spec);"));
+  EXPECT_THAT(text({"M5"}, without), HasSubstr("  1 does not apply;"));
+  EXPECT_THAT(text({"S1", "M5"}, with), HasSubstr("  2 do not apply;"));
+}
+
 TEST(VerifyScreen, OfARefusedRequestAdvisesByItsErrno) {
   const auto screen = [](std::vector<int> errors) {
     analysis::RuleVerdict rule{

@@ -75,8 +75,8 @@ TEST(VerifyScreen, OfATerminalOf80Columns) {
                 "  undecided\n"
                 "     T4  1 process  no run_end: the process was interrupted\n"
                 "  → give each callback a callback group of its own\n"
-                "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 instances,\n"
-                "  nothing lost, 1 cut or never ended\n"
+                "  1 rule passes, 1 undecided, 1 does not apply; 14 instances, nothing lost, 1\n"
+                "  cut or never ended\n"
                 "  evidence: cie verify 'recordings/run 1' --only M2 --all\n"
                 "  rule: cie verify --explain M2    look: cie view 'recordings/run 1'\n");
 }
@@ -90,8 +90,8 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
           "  undecided\n"
           "     T4  1 process  no run_end: the process was interrupted\n"
           "  → give each callback a callback group of its own\n"
-          "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 instances, nothing lost, 1 cut "
-          "or never ended\n"
+          "  1 rule passes, 1 undecided, 1 does not apply; 14 instances, nothing lost, 1 cut or "
+          "never ended\n"
           "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify --explain "
           "M2\n"
           "  look: cie view 'recordings/run 1'\n");

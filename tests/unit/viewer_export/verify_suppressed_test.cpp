@@ -69,8 +69,8 @@ TEST(VerifyScreen, NamesTheRulesThatAreSuppressedWithReasonAndExpiry) {
             "PASS  run 1: no rule is kept without what is suppressed: M2 M3 R1\n"
             "  M2 M3  suppressed until 2026-12-31: the pool is meant\n"
             "  R1     suppressed for ever: bursts\n"
-            "  1 does not apply (no --spec), 7 verdicts suppressed; 14 instances, nothing\n"
-            "  lost, 1 cut or never ended\n"
+            "  1 does not apply, 7 verdicts suppressed; 14 instances, nothing lost, 1 cut or\n"
+            "  never ended\n"
             "  evidence: cie verify 'recordings/run 1' --only M2 --all\n"
             "  look: cie view 'recordings/run 1'\n");
   EXPECT_THAT(screen_of(test::suppressed_verdicts(false), shared_report()),

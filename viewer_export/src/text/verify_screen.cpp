@@ -353,18 +353,23 @@ class VerifyScreen {
     return lines;
   }
 
+  // " (6 need --spec)" of rules that do not apply. Where nothing ran, a spec would not help.
+  std::string wanting_a_spec(const std::vector<std::string>& ids) const {
+    if (!judged_.context.spec_name.empty() || judged_.report.callbacks.empty()) return {};
+    const auto count = std::ranges::count_if(ids, needs_spec);
+    return count == 0 ? "" : fmt::format(" ({} {} --spec)", count, count == 1 ? "needs" : "need");
+  }
+
   Lines counts() const {
     Lines parts;
     if (const auto passed = head_.rules_with(Verdict::pass).size(); passed > 0)
       parts.push_back(counted(passed, "rule") + (passed == 1 ? " passes" : " pass"));
     if (const auto open = head_.rules_with(Verdict::inconclusive).size(); open > 0)
       parts.push_back(fmt::format("{} undecided", open));
-    if (const auto without = head_.rules_with(Verdict::not_applicable).size(); without > 0) {
-      // Where nothing ran, a spec would not help.
-      const bool is_for_want_of_a_spec =
-          judged_.context.spec_name.empty() && !judged_.report.callbacks.empty();
-      parts.push_back(fmt::format("{} {} not apply{}", without, without == 1 ? "does" : "do",
-                                  is_for_want_of_a_spec ? " (no --spec)" : ""));
+    const auto without = head_.rules_with(Verdict::not_applicable);
+    if (!without.empty()) {
+      parts.push_back(fmt::format("{} {} not apply{}", without.size(),
+                                  without.size() == 1 ? "does" : "do", wanting_a_spec(without)));
     }
     if (const auto known = head_.suppressed(); known > 0)
       parts.push_back(counted(known, "verdict") + " suppressed");

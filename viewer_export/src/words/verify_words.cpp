@@ -201,6 +201,11 @@ int gravity_of(std::string_view rule) {
   return page == nullptr ? 0 : page->gravity;
 }
 
+bool needs_spec(std::string_view rule) {
+  const auto* page = analysis::find_rule_page(rule);
+  return page != nullptr && page->needs_spec;
+}
+
 std::size_t main_evidence_of(std::string_view rule) {
   const auto* page = analysis::find_rule_page(rule);
   return page == nullptr ? 0 : page->main_evidence;

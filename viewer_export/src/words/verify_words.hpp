@@ -67,6 +67,9 @@ std::unordered_set<std::uint32_t> callbacks_violating(const analysis::VerdictRep
 // Of a violated rule: the largest are told first, and equal ones keep their order.
 int gravity_of(std::string_view rule);
 
+// Without a scheduling spec the rule does not apply.
+bool needs_spec(std::string_view rule);
+
 // The first evidence of its subjects that says why: see RulePage::main_evidence.
 std::size_t main_evidence_of(std::string_view rule);
 

@@ -41,6 +41,7 @@ struct RulePage {
   std::string_view violation;     // what violating subjects did: "ran several callbacks"
   int gravity = 0;                // of violated rules the larger ones are told first
   std::size_t main_evidence = 0;  // which of a subject's evidence is the first that says why
+  bool needs_spec = false;        // without one it does not apply
 };
 
 // One page per rule, in the contract's order. It lives as long as the program.
