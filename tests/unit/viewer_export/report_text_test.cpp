@@ -51,6 +51,25 @@ TEST(ReportText, SaysFirstWhatMatters) {
                 "Chain braking", "Notes"});
 }
 
+// As the column before it counts instances: those that ended, and those that did not.
+TEST(ReportText, CountsLateInstancesThatNeverEnded) {
+  auto report = test::sample_report();
+  auto& callback = report.callbacks[0];
+  callback.incomplete = 1;
+  callback.response_deadline = analysis::Duration{1'000'000};
+  const auto row = [&report] {
+    const auto text = report_text_of(report, nullptr, {.columns = 200});
+    const auto begin = text.find("/a/plan@Timer(20000000)", text.find("Callbacks of pid"));
+    return text.substr(begin, text.find('\n', begin) - begin);
+  };
+  callback.late = 0;
+  EXPECT_THAT(row(), testing::ContainsRegex("7\\+1 .* 1\\.000 ms +0 "));
+  callback.late_open = 1;
+  EXPECT_THAT(row(), testing::ContainsRegex("7\\+1 .* 1\\.000 ms +0\\+1 "));
+  callback.late = 2;
+  EXPECT_THAT(row(), testing::ContainsRegex("7\\+1 .* 1\\.000 ms +2\\+1 "));
+}
+
 // Where ids are wanted, one can find it in the other outputs.
 TEST(ReportText, NamesAChainWithoutASpecByItsFirstAndLastCallback) {
   auto report = test::sample_report();

@@ -124,5 +124,40 @@ TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
               HasSubstr("instance 3 at +1.500 ms took 2.500 ms: 2.400 ms waiting to start"));
 }
 
+TEST(ReportScreen, CountsLateInstancesThatNeverEnded) {
+  auto report = shared_report();
+  auto& callback = report.callbacks[0];
+  callback.incomplete = 1;
+  callback.response_deadline = analysis::Duration{1'000'000};
+  callback.late = 0;
+  const auto text = [&report] { return screen_of(report, {}, {.columns = 200}); };
+  EXPECT_THAT(text(), testing::ContainsRegex("plan timer 20 ms .* 7\\+1 .* 1\\.000ms +0 "));
+  callback.late_open = 1;
+  EXPECT_THAT(text(), testing::ContainsRegex("plan timer 20 ms .* 7\\+1 .* 1\\.000ms +0\\+1 "));
+}
+
+TEST(ReportScreen, NamesTheLongestRunsThatDidNotEndAndCountsTheOthers) {
+  auto report = shared_report();
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    auto callback = report.callbacks[0];
+    callback.index = analysis::CallbackIndex{3 + i};
+    callback.logical_id = "/a/t" + std::to_string(i) + "@Timer(1000000)";
+    callback.node = "/a/t" + std::to_string(i);
+    callback.period_ns = 1'000'000;
+    callback.incomplete = 1;
+    callback.longest_open = analysis::OpenRun{.seq = i, .until_end = {(i + 1) * 100'000'000}};
+    report.callbacks.push_back(callback);
+  }
+  const auto text = [&report] { return screen_of(report, {}, {.columns = 300}); };
+  EXPECT_THAT(text(),
+              HasSubstr("  did not end: t3 timer 1 ms, instance 3 began 400.0 ms before the "
+                        "end; t2 timer 1 ms, instance 2 began 300.0 ms before the end; ... 2 "
+                        "more callbacks\n"));
+  report.callbacks.pop_back();
+  report.callbacks.pop_back();
+  EXPECT_THAT(text(), HasSubstr("t1 timer 1 ms, instance 1 began 200.0 ms before the end; t0 timer "
+                                "1 ms, instance 0 began 100.0 ms before the end\n"));
+}
+
 }  // namespace
 }  // namespace cie::viewer_export

@@ -39,24 +39,20 @@ TextCell duration_cell(const Rare<Summary>& summary, std::int64_t Summary::*part
 // Where no response time is known exactly, what else says how long and how often it runs.
 std::vector<TextCell> callback_row(const CallbackReport& c, const MissedCells& missed,
                                    bool has_bounds_alone) {
-  const auto late =
-      c.late ? TextCell{fmt::format("{}", *c.late), *c.late > 0 ? Look::bad : Look::plain}
-             : not_measured();
   // Neither for what never ran, nor where it is not known.
   const auto isolated = c.is_isolated() ? TextCell{"yes", Look::good}
                         : c.isolation == analysis::Isolation::not_isolated
                             ? TextCell{"NO", Look::bad}
                             : not_measured();
   return {{printable(c.logical_id)},
-          {fmt::format("{}{}", c.instances,
-                       c.partly_seen() > 0 ? fmt::format("+{}", c.partly_seen()) : "")},
+          {whole_and_other(c.instances, c.partly_seen())},
           has_bounds_alone ? duration_cell(c.inter_arrival, &Summary::p50) : not_measured(),
           response_cell(c, &Summary::p50, format_duration),
           response_cell(c, &Summary::p99, format_duration),
           response_cell(c, &Summary::max, format_duration),
           at_most_cell(c, format_duration),
           c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
-          late,
+          late_runs_cell(c),
           has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
           duration_cell(c.start_latency, &Summary::max),
           duration_cell(c.execution_time, &Summary::max),
@@ -361,6 +357,17 @@ std::optional<std::int64_t> longest_at_most(const CallbackReport& callback) {
 TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std::int64_t ns)) {
   const auto most = longest_at_most(callback);
   return most ? TextCell{"<" + format(*most), Look::doubtful} : not_measured();
+}
+
+std::string whole_and_other(std::uint64_t whole, std::uint64_t other) {
+  return other > 0 ? fmt::format("{}+{}", whole, other) : fmt::format("{}", whole);
+}
+
+TextCell late_runs_cell(const CallbackReport& callback) {
+  if (!callback.late) return not_measured();
+  const bool is_any_late = *callback.late + callback.late_open > 0;
+  return {whole_and_other(*callback.late, callback.late_open),
+          is_any_late ? Look::bad : Look::plain};
 }
 
 MissedCells::MissedCells(const analysis::VerdictReport* verdicts) {

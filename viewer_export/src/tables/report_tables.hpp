@@ -34,6 +34,10 @@ TextCell response_cell(const analysis::CallbackReport& callback,
 std::optional<std::int64_t> longest_at_most(const analysis::CallbackReport& callback);
 TextCell at_most_cell(const analysis::CallbackReport& callback,
                       std::string (*format)(std::int64_t ns));
+// "7", and "7+1" of such that ended and such that did not, or are cut by an edge of the window.
+std::string whole_and_other(std::uint64_t whole, std::uint64_t other);
+// How many of its instances are certainly beyond the deadline.
+TextCell late_runs_cell(const analysis::CallbackReport& callback);
 // Releases that callbacks missed; bad if these are more than they may (R2).
 class MissedCells {
  public:

@@ -215,20 +215,16 @@ class ReportScreen {
       return has_durations_alone_ ? time_cell(callback.duration, part)
                                   : response_cell(callback, part, compact_duration);
     };
-    const auto cut_off = callback.partly_seen();
-    const auto late = callback.late.value_or(0);
     std::vector<TextCell> cells{
         {judged_.names.of(callback)},
-        {fmt::format("{}{}", callback.instances,
-                     cut_off > 0 ? fmt::format("+{}", cut_off) : std::string())},
+        {whole_and_other(callback.instances, callback.partly_seen())},
         has_durations_alone_ ? time_cell(callback.inter_arrival, &Summary::p50) : not_measured(),
         time(&Summary::p50),
         time(&Summary::p99),
         time(&Summary::max),
         callback.response_deadline ? TextCell{compact_duration(callback.response_deadline->ns)}
                                    : not_measured(),
-        callback.late ? TextCell{fmt::format("{}", late), late > 0 ? Look::bad : Look::plain}
-                      : not_measured(),
+        late_runs_cell(callback),
         busy_cell(callback)};
     for (const auto extra : extras)
       cells.push_back(extra_cell(callback, extra));
@@ -406,29 +402,39 @@ class ReportScreen {
     return paragraph(fmt::format("  {}: {}: ", what, counted(count, "callback")), names, 1, style_);
   }
 
-  // Of those that did not end the one that began first, if no other run of its callback took as
-  // long, or it has a deadline that it missed for certain.
-  Lines open_runs() const {
-    const CallbackReport* longest = nullptr;
-    for (const auto* callback : callbacks_) {
-      const auto& open = callback->longest_open;
-      const auto ended =
-          analysis::longest_response(*callback).value_or(analysis::LongestResponse{});
-      const auto& deadline = callback->response_deadline;
-      const bool is_notable =
-          open && (open->until_end.ns > ended.ns || (deadline && open->until_end > *deadline));
-      const bool is_longer =
-          is_notable && (longest == nullptr || longest->longest_open->until_end < open->until_end);
-      if (is_longer) longest = callback;
-    }
-    if (longest == nullptr) return {};
-    const auto seq = longest->longest_open->seq;
-    const auto until_end = longest->longest_open->until_end;
-    auto text = fmt::format("{}, instance {} began {} before the end", judged_.names.of(*longest),
-                            seq, format_duration(until_end.ns));
-    if (const auto& deadline = longest->response_deadline)
+  // A run that did not end has taken longer than all others of its callback, or than its deadline.
+  static bool has_notable_open_run(const CallbackReport& callback) {
+    const auto& open = callback.longest_open;
+    const auto ended = analysis::longest_response(callback).value_or(analysis::LongestResponse{});
+    const auto& deadline = callback.response_deadline;
+    return open && (open->until_end.ns > ended.ns || (deadline && open->until_end > *deadline));
+  }
+
+  // "plan timer 20 ms, instance 7 began 470.0 ms before the end (deadline 20.00 ms)".
+  std::string open_run(const CallbackReport& callback) const {
+    const auto& open = *callback.longest_open;
+    auto text = fmt::format("{}, instance {} began {} before the end", judged_.names.of(callback),
+                            open.seq, format_duration(open.until_end.ns));
+    if (const auto& deadline = callback.response_deadline)
       text += fmt::format(" (deadline {})", format_duration(deadline->ns));
-    return paragraph("  did not end: ", text, 2, style_);
+    return text;
+  }
+
+  // Those that began first, and of how many callbacks there are others.
+  Lines open_runs() const {
+    constexpr std::size_t kNamed = 2;
+    auto open = callbacks_;
+    std::erase_if(open, [](const auto* callback) { return !has_notable_open_run(*callback); });
+    if (open.empty()) return {};
+    std::ranges::stable_sort(open, std::ranges::greater{}, [](const auto* callback) {
+      return callback->longest_open->until_end;
+    });
+    std::string text;
+    for (std::size_t i = 0; i < std::min(kNamed, open.size()); ++i)
+      text += (i == 0 ? "" : "; ") + open_run(*open[i]);
+    if (open.size() > kNamed)
+      text += fmt::format("; {} {}", gap_, counted(open.size() - kNamed, "more callback"));
+    return paragraph("  did not end: ", text, kNamed + 1, style_);
   }
 
   Lines commands() const {
