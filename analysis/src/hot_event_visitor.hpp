@@ -75,6 +75,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     pipeline.registry.apply(head, e);
     pipeline.timeline.on_exit(who.host, e.tid);
   }
+  void operator()(const SchedProcessExec& e) const { pipeline.registry.apply(head, e); }
   void operator()(const SchedMigrateTask& e) const {
     pipeline.recording.coverage().see(who.host, e.dest_cpu);
     pipeline.timeline.on_migrate(who.host, e.tid, e.dest_cpu, head.time);

@@ -32,7 +32,8 @@ bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
   const bool is_before = cut->is_before(event.head.time);
   return std::visit(
       Overloaded{
-          [](const SchedProcessExit&) { return true; }, [](const ProcessName&) { return true; },
+          [](const SchedProcessExit&) { return true; },
+          [](const SchedProcessExec&) { return true; }, [](const ProcessName&) { return true; },
           [](const ClockSync&) { return true; }, [](const ThreadWakeup&) { return true; },
           [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
           [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },

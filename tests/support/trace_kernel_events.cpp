@@ -51,6 +51,8 @@ bool Writer::kernel_event(std::int64_t time, const Line& line) {
                          .child_comm = keep(thread(3)->name)});
   } else if (verb == "exit") {
     add(time, head, SchedProcessExit{.tid = thread(2)->tid});
+  } else if (verb == "exec") {
+    add(time, head, SchedProcessExec{.tid = thread(2)->process->pid, .old_tid = thread(2)->tid});
   } else if (verb == "boost") {
     add(time, head,
         SchedPiSetprio{.tid = thread(2)->tid,

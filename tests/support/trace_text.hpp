@@ -33,7 +33,7 @@
 //                                      again: another spin on the thread that T was, for C
 //   init C · fini C                    callback_init (again), callback_fini, likewise
 //   reload [spec=SHA256]               run_begin again, for another spec
-//   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T
+//   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T · exec T
 //       `idle` is the idle thread; states are the kernel's (0 runnable, 1 blocked)
 //   preempt T by=T · block T · resume T       switches on T's CPU
 //   boost T prio=N [old=N]             sched_pi_setprio

@@ -84,6 +84,7 @@ struct ProcessFacts {
   std::optional<RunTotals> run_end{};    // last one seen
   Timestamp last_begin{};                // last run_begin seen
   std::int64_t last_begin_told = 0;      // its monotonic_ns
+  std::optional<EventRef> executed{};    // another program in its place, as the kernel tells
   std::optional<EventRef> first_seen{};  // any event of this pid
   std::optional<EventRef> last_seen{};
   std::uint64_t announcements = 0;               // run_begin of moment announce

@@ -56,6 +56,14 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
   const auto& model = context.model;
   const auto& process = model.processes[at(index)];
   const auto last = process.last_seen.value_or(EventRef{});
+  if (process.executed && process.executed->time >= last.time) {
+    const auto* const missing = process.is_from_ros2 ? "" : "no run_end: ";
+    auto end = evidence(
+        "sched_process_exec", *process.executed,
+        missing + std::string("the process executed another program here, in place of its own"));
+    end.is_without_run_end = !process.is_from_ros2;
+    return end;
+  }
   if (process.is_from_ros2) {
     // A crash lets the kernel tell of an exit, too.
     return without_event(
@@ -438,9 +446,10 @@ const Rule kRunComplete{
         "That something did not happen can only be said of a recording that is known to be whole.",
     .inconclusive_when =
         "run_begin or run_end is missing (the process was still running when the recording ended, "
-        "as in snapshots, chunks and where it was attached to; or it crashed; a process of ROS 2 "
-        "alone has none), or a total differs from what was seen. --allow-crash accepts a process "
-        "without a run_end, unless its recorder failed; the other rules judge what was seen.",
+        "as in snapshots, chunks and where it was attached to; or it crashed, or executed another "
+        "program; a process of ROS 2 alone has none), or a total differs from what was seen. "
+        "--allow-crash accepts a process without a run_end, unless its recorder failed; the other "
+        "rules judge what was seen.",
     .remedy =
         "start the recording before the application and end the application before the recording, "
         "or judge with --allow-crash; where it crashed, find out why.",

@@ -185,6 +185,7 @@ class Registry {
   // Returns the thread whose parameters were read back.
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadSched& event);
   void apply(const EventHead& head, const SchedProcessExit& event);
+  void apply(const EventHead& head, const SchedProcessExec& event);
   void apply(const EventHead& head, const ProcessName& event);
   void apply(const EventHead& head, const Ros2ProcessBegin& event);
   void apply(const EventHead& head, const ProcessContinued& event);

@@ -330,6 +330,13 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
     note_exit(head, *index, SchedProcessExit::kName);
 }
 
+void Registry::apply(const EventHead& head, const SchedProcessExec& event) {
+  const auto index = thread_by_tid(host_of(head), event.old_tid);
+  if (!index || is_gone(model_.threads[at(*index)])) return;
+  auto& process = model_.processes[at(model_.threads[at(*index)].process)];
+  if (process.pid == event.tid) process.executed = ref(head);
+}
+
 void Registry::apply(const EventHead& head, const ProcessName& event) {
   const auto process = process_of(head);
   if (!process) return;

@@ -69,6 +69,11 @@ void process_exit(const Payload& p, VocabularyState&, EventBody& body) {
   body.emplace<SchedProcessExit>() = {.tid = p.number<std::int64_t>(0)};
 }
 
+void process_exec(const Payload& p, VocabularyState&, EventBody& body) {
+  body.emplace<SchedProcessExec>() = {.tid = p.number<std::int64_t>(0),
+                                      .old_tid = p.number<std::int64_t>(1)};
+}
+
 void migrate_task(const Payload& p, VocabularyState&, EventBody& body) {
   body.emplace<SchedMigrateTask>() = {.tid = p.number<std::int64_t>(0),
                                       .orig_cpu = p.number<std::int32_t>(1),
@@ -100,6 +105,10 @@ std::vector<Translation> kernel_table() {
              "child_comm"},
             process_fork},
            {"sched_process_exit", "sched:sched_process_exit", {"tid|pid"}, process_exit},
+           {"sched_process_exec",
+            "sched:sched_process_exec",
+            {"tid|pid", "old_tid|old_pid"},
+            process_exec},
            {"sched_migrate_task",
             "sched:sched_migrate_task",
             {"tid|pid", "orig_cpu", "dest_cpu"},

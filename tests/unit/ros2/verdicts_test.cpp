@@ -255,6 +255,13 @@ TEST(Ros2Verdicts, HowAProcessEndedIsNotTold) {
       analyze_ros2(std::string(kTwoTimers) + kIsolated + "\n  30 sched:sched_process_exit tid=1");
   EXPECT_EQ(seen.verdict("T4"), Verdict::inconclusive);
   EXPECT_THAT(seen.evidence("T4"), HasSubstr("exited, after an orderly end or a crash"));
+  for (const auto* names : {"tid=1 old_tid=1", "pid=1 old_pid=1"}) {
+    const auto executed = analyze_ros2(std::string(kTwoTimers) + kIsolated +
+                                       "\n  30 sched:sched_process_exec " + names);
+    EXPECT_EQ(executed.verdict("T4"), Verdict::inconclusive);
+    EXPECT_THAT(executed.evidence("T4"), HasSubstr("the process executed another program here"));
+    EXPECT_THAT(executed.evidence("T4"), Not(HasSubstr("run_end"))) << "ROS 2 tells none";
+  }
 }
 
 }  // namespace

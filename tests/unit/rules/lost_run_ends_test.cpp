@@ -4,12 +4,15 @@
 #include <cstdint>
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
 
 using namespace analysis;
+using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kThreeRuns = R"(
   callback a
@@ -58,6 +61,29 @@ TEST(LostRunEnds, WithoutTotalsALaterRunOnTheThreadShowsThatItEnded) {
   const auto& open = last.result.report.callbacks.at(0).longest_open;
   ASSERT_TRUE(open);
   EXPECT_EQ(open->seq, 2U);
+}
+
+constexpr auto kCrashed =
+    "no run_end: interrupted by the end of the recording, while it was still "
+    "running, or by a crash; this is its last event";
+
+TEST(LostRunEnds, OfAProcessThatExecutedAnotherProgramIsNoCrash) {
+  const auto run = "process app crash\n" + std::string(kThreeRuns);
+  const auto told = [](const std::string& trace) {
+    const Verified verified(trace);
+    EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
+    return verified.evidence("T4", "process 100");
+  };
+  EXPECT_THAT(told(run), HasSubstr(kCrashed));
+  const auto executed = told(run + "\n40 exec a");
+  EXPECT_THAT(executed, HasSubstr("40 sched_process_exec no run_end: the process executed another "
+                                  "program here, in place of its own\n"));
+  EXPECT_THAT(executed, Not(HasSubstr("crash")));
+  EXPECT_THAT(told(run + "\n31 exec a"), HasSubstr(kCrashed)) << "it emitted events since";
+  EXPECT_THAT(told(run + "\n36 exit a\n40 exec a"), HasSubstr(kCrashed)) << "another process";
+  EXPECT_EQ(
+      Verified(trace_of(run + "\n40 exec a"), {}, {.allow_crash = true}).of("T4", "process 100"),
+      Verified(trace_of(run), {}, {.allow_crash = true}).of("T4", "process 100"));
 }
 
 }  // namespace

@@ -57,9 +57,10 @@ INCONCLUSIVE  T4 run-complete: process 4001
     (callbacks, threads, groups, publishers, instances started and ended, messages, read-backs) is
     what the trace shows.
     Inconclusive when run_begin or run_end is missing (the process was still running when the
-    recording ended, as in snapshots, chunks and where it was attached to; or it crashed; a process
-    of ROS 2 alone has none), or a total differs from what was seen. --allow-crash accepts a process
-    without a run_end, unless its recorder failed; the other rules judge what was seen.
+    recording ended, as in snapshots, chunks and where it was attached to; or it crashed, or
+    executed another program; a process of ROS 2 alone has none), or a total differs from what was
+    seen. --allow-crash accepts a process without a run_end, unless its recorder failed; the other
+    rules judge what was seen.
 
 14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never ended
 spec app.yaml sha256 abc123

@@ -26,8 +26,8 @@ using EventBody =
                  ClockSync, Ros2ProcessBegin, ProcessContinued, InterleavedInstances,
                  ForeignInstance, ForeignCallback, Ros2Tracer, UntracedEntity, UntracedWriter,
                  UntracedInstance, ResponseTaken, SchedSwitch, SchedWaking, SchedWakeup,
-                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
-                 OtherEvent>;
+                 SchedProcessFork, SchedProcessExit, SchedProcessExec, SchedMigrateTask,
+                 SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

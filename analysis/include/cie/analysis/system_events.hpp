@@ -70,6 +70,13 @@ struct SchedProcessExit {
   static constexpr std::string_view kName = "sched_process_exit";
   std::int64_t tid = 0;
 };
+// A thread executes another program in place of its process's, whose other threads end.
+struct SchedProcessExec {
+  static constexpr EventCategory kCategory = EventCategory::system;
+  static constexpr std::string_view kName = "sched_process_exec";
+  std::int64_t tid = 0;  // from here on: its process's pid
+  std::int64_t old_tid = 0;
+};
 struct SchedMigrateTask {
   static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_migrate_task";
