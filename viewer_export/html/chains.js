@@ -4,10 +4,22 @@ import {graph} from "./graph.js";
 import {callbackByIndex, inWords, name, report, section, severalHosts, shortNames} from "./recording.js";
 import {count, plural, time} from "./words.js";
 
+const soft = text => el("p", {class: "soft"}, text);
+const sum = numbers => numbers.reduce((total, number) => total + number, 0);
+
+// Null: of all messages that were taken it was seen who published them.
+const unrecordedPublishers = () => {
+  const unrecorded = sum(report.edges.map(e => e.unrecorded ?? 0));
+  if (unrecorded === 0) return null;
+  const taken = plural(sum(report.edges.map(e => e.messages)), "message");
+  return soft(`${count(unrecorded)} of ${taken} taken came from publishers that were not recorded.`);
+};
+
 export const chains = () => {
   if (!report.chains.length) {
     const drawn = graph();
-    if (drawn) section("chains", "Who takes whose messages", drawn);
+    const note = unrecordedPublishers();
+    if (drawn || note) section("chains", "Who takes whose messages", drawn, note);
     return;
   }
   const short = c => shortNames.chains[report.chains.indexOf(c)];
@@ -22,7 +34,6 @@ export const chains = () => {
   const latencyCells = c => (isByStarts(c) ? cells(c.from_start_ns).map(t => `\u2265 ${t}`) : cells(c.path_latency_ns));
   const hopCells = (c, hop) =>
     isByStarts(c) ? [hop.start_to_publish_ns, hop.publish_to_start_ns] : [hop.processing_ns, hop.communication_ns];
-  const soft = text => el("p", {class: "soft"}, text);
   const header = names =>
     el(
       "thead",
@@ -37,6 +48,7 @@ export const chains = () => {
     "chains",
     "Chains of callbacks",
     graph(),
+    unrecordedPublishers(),
     scrolled(
       "Table of chains",
       withoutEmptyColumns(

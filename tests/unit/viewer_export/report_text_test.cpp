@@ -70,6 +70,18 @@ TEST(ReportText, CountsLateInstancesThatNeverEnded) {
   EXPECT_THAT(row(), testing::ContainsRegex("7\\+1 .* 1\\.000 ms +2\\+1 "));
 }
 
+TEST(ReportText, SaysHowManyMessagesCameFromPublishersThatWereNotRecorded) {
+  auto report = test::sample_report();
+  report.edges.resize(2);
+  report.edges[0].messages = 5;
+  report.edges[1].messages = 7;
+  const auto text = [&report] { return report_text_of(report, nullptr, {.columns = 200}); };
+  EXPECT_THAT(text(), Not(HasSubstr("messages taken")));
+  report.edges[0].unrecorded = 2;
+  EXPECT_THAT(text(), HasSubstr("\n2 of 12 messages taken came from publishers that were not "
+                                "recorded\n"));
+}
+
 // Where ids are wanted, one can find it in the other outputs.
 TEST(ReportText, NamesAChainWithoutASpecByItsFirstAndLastCallback) {
   auto report = test::sample_report();

@@ -5,6 +5,7 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include "words/callback_names.hpp"
+#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 
@@ -481,7 +482,8 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
                         chains.size(), report.chains.size());
   }
-  if (const auto note = messages_note(report); !note.empty()) {
+  for (const auto& note : {messages_note(report), unrecorded_publishers(report)}) {
+    if (note.empty()) continue;
     for (const auto& line : wrap(note, style.columns))
       text += line + "\n";
     text += "\n";

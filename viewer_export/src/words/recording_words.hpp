@@ -46,6 +46,9 @@ std::string_view unknown_losses(const analysis::Report& report);
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);
 
+// "2 of 12 messages taken came from publishers that were not recorded"; empty: none did.
+std::string unrecorded_publishers(const analysis::Report& report);
+
 // "seq-gaps x 5: " and what that means: errors of the trace, then losses. Of more than two, the
 // gravest and how many more there are.
 std::vector<std::string> damages_of(const analysis::Report& report, std::string_view gap);
