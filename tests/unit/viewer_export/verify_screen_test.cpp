@@ -394,7 +394,7 @@ TEST(VerifyScreen, OfARestartSaysWhatWasAndWhatIs) {
 }
 
 TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
-  const auto text = [](const std::string& event) {
+  const auto text = [](const std::string& event, std::int64_t shortest) {
     auto verdicts = test::sample_verdicts();
     const analysis::Evidence first{.event = event,
                                    .time = analysis::Timestamp{983'005'016'596},
@@ -411,15 +411,19 @@ TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
                                      .checked = 7,
                                      .evidence = {first}}}}};
     auto report = test::sample_report();
-    report.callbacks[0].inter_arrival = test::summary(100'000, 20'000'000, 6);
+    report.callbacks[0].inter_arrival = test::summary(shortest, 20'000'000, 6);
     return screen_of(verdicts, report, {.columns = 120});
   };
   const std::string of_several =
       "FAIL  run 1: 1 of 1 callback overran the next release\n"
       "  R1 arrival-exceeds-turnaround  1 of 1 callback overran the next release\n"
       "     plan timer 20 ms  up to 289.4 us, releases as close as 100.0 us";
-  EXPECT_THAT(text("callback_start"), StartsWith(of_several + "\n"));
-  EXPECT_THAT(text("callback_end"), StartsWith(of_several + "; one overran\n"));
+  EXPECT_THAT(text("callback_start", 100'000), StartsWith(of_several + "\n"));
+  EXPECT_THAT(text("callback_end", 100'000), StartsWith(of_several + "; one overran\n"));
+  EXPECT_THAT(text("callback_start", 289'414),
+              HasSubstr("  up to 289.4 us, releases as close as 289.4 us (1 ns less)\n"));
+  EXPECT_THAT(text("callback_start", 289'415),
+              HasSubstr("  up to 289.4 us, releases as close as 289.4 us\n"));
 }
 
 TEST(VerifyScreen, SaysDurationsOfReasonsInUnitsThatFit) {

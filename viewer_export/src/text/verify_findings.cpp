@@ -175,10 +175,11 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   }
   if (rule.id == analysis::kArrivalExceedsTurnaroundRule && callback != nullptr &&
       callback->response_time && callback->inter_arrival) {
-    return {.weight = static_cast<double>(callback->response_time->max),
-            .detail = fmt::format("up to {}, releases as close as {}",
-                                  format_duration(callback->response_time->max),
-                                  format_duration(callback->inter_arrival->min)),
+    const auto longest = callback->response_time->max;
+    const auto shortest = callback->inter_arrival->min;
+    return {.weight = static_cast<double>(longest),
+            .detail = fmt::format("up to {}, releases as close as {}{}", format_duration(longest),
+                                  format_duration(shortest), difference_unseen(shortest, longest)),
             .of_one = overtaken(subject)};
   }
   if (rule.id == analysis::kNoMissedReleaseRule && callback != nullptr &&

@@ -7,7 +7,9 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
+#include <map>
 #include <numeric>
 #include <system_error>
 
@@ -171,9 +173,16 @@ std::string short_duration(std::int64_t ns) {
   return fmt::format("{:.4g} {}", value / unit->ns, unit->name);
 }
 
+std::string difference_unseen(std::int64_t ns, std::int64_t other_ns) {
+  if (ns == other_ns || format_duration(ns) != format_duration(other_ns)) return {};
+  return fmt::format(" ({} {})", format_duration(std::abs(ns - other_ns)),
+                     ns < other_ns ? "less" : "more");
+}
+
 std::string with_fitting_units(std::string_view sentence) {
   constexpr std::string_view kUnit = " ns";
   std::string text;
+  std::map<std::string, std::int64_t> told;  // by how they read, the first one
   while (!sentence.empty()) {
     const auto begin = std::min(sentence.find_first_of("0123456789"), sentence.size());
     text += sentence.substr(0, begin);
@@ -186,7 +195,12 @@ std::string with_fitting_units(std::string_view sentence) {
     const bool is_duration = error == std::errc{} && rest.starts_with(kUnit) &&
                              (rest.size() == kUnit.size() ||
                               std::isalnum(static_cast<unsigned char>(rest[kUnit.size()])) == 0);
-    text += is_duration ? format_duration(ns) : std::string(sentence.substr(0, size));
+    if (is_duration) {
+      const auto [first_told, is_new] = told.try_emplace(format_duration(ns), ns);
+      text += first_told->first + difference_unseen(ns, first_told->second);
+    } else {
+      text += sentence.substr(0, size);
+    }
     sentence.remove_prefix(size + (is_duration ? kUnit.size() : 0));
   }
   return text;

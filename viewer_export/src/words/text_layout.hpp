@@ -41,13 +41,16 @@ std::string format_duration(std::int64_t ns);
 // "115.2 us > 100.0 us"; where both read the same, by how much: "1.000 ms > 1.000 ms by 1 ns".
 std::string format_excess(std::int64_t ns, std::int64_t limit_ns);
 
+// " (1 ns less)" of two that read the same though they differ; else empty.
+std::string difference_unseen(std::int64_t ns, std::int64_t other_ns);
+
 // "115.2us": a column has one unit less to say than a sentence.
 std::string compact_duration(std::int64_t ns);
 
 // "100 ms", "33.33 ms": of a span that is round, as periods are; no more of four digits than it has.
 std::string short_duration(std::int64_t ns);
 
-// "took 1.235 ms" of "took 1234567 ns".
+// "took 1.235 ms" of "took 1234567 ns"; with the difference from one before that reads the same.
 std::string with_fitting_units(std::string_view sentence);
 
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
