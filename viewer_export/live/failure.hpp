@@ -7,7 +7,8 @@
 
 namespace cie::live {
 
-// `why`: as it is told. How many events were lost is not known then, and nothing passes.
+// `why`: as it is told, in one verdict with losses that were counted. How many events were lost is
+// not known then, and nothing passes.
 void note_failure(Snapshot& snapshot, const std::string& why);
 
 }  // namespace cie::live
