@@ -55,6 +55,9 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
     }
     if (line.gives("for")) thread.callback = named(callbacks_, line, line.value("for", "")).id;
     thread_init(time, thread);
+  } else if (verb == "repeat") {
+    const auto& thread = named(threads_, line, line.word(2));
+    add(time, of_line(line, &thread, *thread.process), init_of(thread));
   } else if (verb == "finish") {
     auto& thread = named(threads_, line, line.word(2));
     thread.has_finish = true;
@@ -78,14 +81,17 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
   return true;
 }
 
+ThreadInit Writer::init_of(const Thread& thread) {
+  return {.tid = static_cast<std::uint32_t>(thread.tid),
+          .role = thread.role,
+          .callback = CallbackId{thread.callback},
+          .group = GroupId{thread.group},
+          .name = keep(thread.name),
+          .start_ns = thread.start};
+}
+
 void Writer::thread_init(std::int64_t time, Thread& thread) {
-  add(time, by(thread),
-      ThreadInit{.tid = static_cast<std::uint32_t>(thread.tid),
-                 .role = thread.role,
-                 .callback = CallbackId{thread.callback},
-                 .group = GroupId{thread.group},
-                 .name = keep(thread.name),
-                 .start_ns = thread.start});
+  add(time, by(thread), init_of(thread));
   ++thread.process->threads;
 }
 

@@ -31,6 +31,7 @@
 //       [old]                          as recordings had it before slice and clamps
 //   begin T [again] [for=C] · finish T thread_init, thread_fini, instead of those that are added;
 //                                      again: another spin on the thread that T was, for C
+//   repeat T on=MAIN                   thread_init, as another thread repeats it in an announcement
 //   init C · fini C                    callback_init (again), callback_fini, likewise
 //   reload [spec=SHA256]               run_begin again, for another spec
 //   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T · exec T

@@ -175,6 +175,7 @@ class Writer {
   bool recording_event(std::int64_t time, const Line& line);
   void switch_to(std::int64_t time, std::int32_t cpu, std::int64_t state, const Thread* next,
                  const Line& line);
+  ThreadInit init_of(const Thread& thread);
   void thread_init(std::int64_t time, Thread& thread);
   void thread_fini(std::int64_t time, Thread& thread);
   RunBegin run_begin(const Process& process, std::int64_t time, const std::string& spec,

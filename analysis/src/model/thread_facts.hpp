@@ -89,6 +89,7 @@ struct ProcessFacts {
   std::optional<EventRef> last_seen{};
   std::uint64_t announcements = 0;               // run_begin of moment announce
   std::optional<std::int64_t> announcing_tid{};  // that told the last of them, and what followed
+  bool is_announcing_callbacks = false;          // it told none of what follows them there since
   // Of its own, or such as follow from ROS 2's: else it is no process of the report.
   bool has_cie_events = false;
   std::string name{};                   // command name where known

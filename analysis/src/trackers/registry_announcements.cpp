@@ -42,6 +42,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   if (event.moment == RunMoment::announce) {
     ++process.announcements;
     process.announcing_tid = head.tid;
+    process.is_announcing_callbacks = true;
   }
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   process.last_begin = head.time;
@@ -117,6 +118,25 @@ bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& fac
          event.deadline_ns != facts.deadline_ns;
 }
 
+namespace {
+
+bool is_by_announcer(const EventHead& head, const ProcessFacts& process) {
+  return !process.announcing_tid || !head.tid || *head.tid == *process.announcing_tid;
+}
+
+// An announcement tells callbacks before publishers and threads, all by one thread.
+bool may_announce(const EventHead& head, const ProcessFacts& process) {
+  return process.is_announcing_callbacks && is_by_announcer(head, process);
+}
+
+// What an announcement tells behind its callbacks.
+void note_behind_callbacks(const EventHead& head, ProcessFacts& process) {
+  const bool is_told = process.announcing_tid && head.tid == process.announcing_tid;
+  if (is_told) process.is_announcing_callbacks = false;
+}
+
+}  // namespace
+
 void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const auto process = reported_process_of(head);
   if (!process) return;
@@ -141,9 +161,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
     return;
   }
   facts.registered = ref(head);
-  const auto& announcer = model_.processes[at(*process)].announcing_tid;
-  const bool is_by_other = announcer && head.tid && *head.tid != *announcer;
-  facts.may_repeat = announcements != 0 && !is_by_other;
+  facts.may_repeat = may_announce(head, model_.processes[at(*process)]);
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
   facts.is_identified = event.inferred.is_identified && !event.logical_id.empty();
@@ -190,6 +208,7 @@ void Registry::apply(const EventHead& head, const CallbackFini& event) {
 void Registry::apply(const EventHead& head, const PublisherInit& event) {
   const auto process = reported_process_of(head);
   if (!process) return;
+  note_behind_callbacks(head, model_.processes[at(*process)]);
   const auto index = publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
   if (facts.registered) {
@@ -248,6 +267,7 @@ void keep_former(ThreadFacts& thread, const EventRef& next) {
 std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
   const auto process = reported_process_of(head);
   if (!process) return std::nullopt;
+  note_behind_callbacks(head, model_.processes[at(*process)]);
   auto index = find_thread(*process, event.tid);
   if (index) {
     const auto& known = model_.threads[at(*index)];

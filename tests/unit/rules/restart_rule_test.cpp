@@ -321,6 +321,33 @@ TEST(MappingSurvivesRestart, ComparesWhatAnAttachedProcessMakesAnew) {
       << "as the run_begin of one that app made";
 }
 
+// Two lifetimes within a process whose spec was reloaded between them, by the thread that makes both.
+// The announcement ends with the threads: what is told behind them is no part of it.
+TEST(MappingSurvivesRestart, ComparesWhatTheThreadThatReloadedTheSpecMakesLater) {
+  const auto judged = [](const std::string& announced, const std::string& more = "") {
+    auto trace = trace_of(
+        "process p pid=200\n"
+        "thread main worker tid=200\n"
+        "callback a id=/n@Timer timer period=10\n"
+        "callback b id=/n@Timer timer period=20\n"
+        "1 start a\n2 end a\n10 finish a\n11 fini a\n15 reload\n" +
+        announced + "\n20 init b\n21 begin b\n22 initial b\n23 applied b\n30 start b\n31 end b\n" +
+        more);
+    trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+      return e.period_ns == 20 && head.time.ns < 1;
+    });
+    return Verified(trace)["M5"];
+  };
+  EXPECT_EQ(judged("16 repeat main on=main"), Verdict::fail) << "its period is another one";
+  EXPECT_EQ(judged(""), Verdict::inconclusive)
+      << "it may be repeated there, and its first callback_init lost before";
+  EXPECT_EQ(judged("16 repeat main on=b"), Verdict::inconclusive) << "another thread told that";
+  EXPECT_EQ(judged("16 repeat main on=main\n18 reload"), Verdict::inconclusive) << "once more";
+  EXPECT_EQ(judged("16 repeat main on=main", "17 discard user until=18 count=1"),
+            Verdict::inconclusive)
+      << "as another announcement's run_begin";
+}
+
 // The first one idles, or was killed: neither tells.
 TextTrace perhaps_idle(int second_priority, const std::string& lines) {
   return trace_of(
