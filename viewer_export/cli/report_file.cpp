@@ -113,7 +113,8 @@ analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_compl
       .response_time = analysis::OrderStatistics::of_response_time(callback),
       .start_latency = analysis::OrderStatistics::of_start_latency(callback),
       .duration = analysis::OrderStatistics::of(callback.duration),
-      .lateness = analysis::Lateness::of(callback)};
+      .lateness = analysis::Lateness::of(callback),
+      .timer_releases = analysis::TimerReleases::of(callback)};
   sample.set_queue_losses(callback);
   return sample;
 }

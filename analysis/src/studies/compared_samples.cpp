@@ -75,6 +75,8 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   add(into.missing_instances, other.missing_instances);
   add(into.lost_samples, other.lost_samples);
   add(into.overwritten_samples, other.overwritten_samples);
+  into.timer_releases.are_recorded |= other.timer_releases.are_recorded;
+  into.timer_releases.are_of_grid |= other.timer_releases.are_of_grid;
   if (!into.lateness || !other.lateness) {
     if (other.lateness) into.lateness = other.lateness;
     return;
@@ -250,7 +252,8 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},
-                          .lateness = Lateness::of(callback)};
+                          .lateness = Lateness::of(callback),
+                          .timer_releases = TimerReleases::of(callback)};
     sample.set_queue_losses(callback);
     if (callback.missed_releases) sample.missing_instances = 0;
     // The first one of an id has what all of them measured.

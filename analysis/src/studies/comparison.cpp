@@ -135,6 +135,13 @@ Change change_of_late(const std::optional<Lateness>& before, const std::optional
   return is_open ? Change::undecided : change;
 }
 
+bool has_other_releases(const CallbackSample& before, const CallbackSample& after) {
+  const bool is_any_skipped =
+      before.missed_releases.value_or(0) > 0 || after.missed_releases.value_or(0) > 0;
+  return is_any_skipped && before.timer_releases.are_known() && after.timer_releases.are_known() &&
+         before.timer_releases != after.timer_releases;
+}
+
 // Whether a complete record after proves it: not where it tells of runs before it began.
 bool can_be_proved(Absence absence, const CallbackSample& before, const CallbackSample& after) {
   switch (absence) {
@@ -188,7 +195,8 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .lost = change_of(&CallbackSample::lost_samples, before, after, tolerance),
           .overwritten_before = before.overwritten_samples,
           .overwritten_after = after.overwritten_samples,
-          .overwritten = change_of(&CallbackSample::overwritten_samples, before, after, tolerance)};
+          .overwritten = change_of(&CallbackSample::overwritten_samples, before, after, tolerance),
+          .has_other_releases = has_other_releases(before, after)};
 }
 
 CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Records& records) {
@@ -245,6 +253,14 @@ bool may_be_late_more_often(const CallbackReport& callback) {
 std::string_view label(Change change) noexcept {
   constexpr std::array<std::string_view, 4> kLabels{"within", "better", "undecided", "worse"};
   return kLabels.at(static_cast<std::size_t>(change));
+}
+
+TimerReleases TimerReleases::of(const CallbackReport& callback) {
+  if (callback.kind != CallbackKind::timer || !callback.response_time) return {};
+  const bool is_grid =
+      callback.release_error || callback.release_source == ReleaseSource::timer_grid;
+  const bool is_recorded = !is_grid && callback.release_source == ReleaseSource::exact;
+  return {.are_recorded = is_recorded, .are_of_grid = is_grid};
 }
 
 std::optional<Lateness> Lateness::of(const CallbackReport& callback) {

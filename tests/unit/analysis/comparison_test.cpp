@@ -278,6 +278,40 @@ TEST(Compare, CountsADelayOnceHoweverManyReleasesItMissed) {
   EXPECT_EQ(change(before, after).missed, Change::worse) << "a report tells releases alone";
 }
 
+CallbackReport timer(ReleaseSource source) {
+  CallbackReport report;
+  report.kind = CallbackKind::timer;
+  report.release_source = source;
+  report.response_time = Summary{};
+  return report;
+}
+
+// What ROS 2's events tell of a timer is another expiry than what its executor does.
+TEST(Compare, NoticesOtherReleasesOfTimersThatSkippedPeriods) {
+  auto own = sample(0, 1'000);
+  own.missed_releases = 0;
+  own.timer_releases = TimerReleases::of(timer(ReleaseSource::exact));
+  auto of_ros2 = own;
+  of_ros2.timer_releases = TimerReleases::of(timer(ReleaseSource::timer_grid));
+  EXPECT_FALSE(change(own, of_ros2).has_other_releases) << "no period was skipped";
+  own.missed_releases = 1;
+  EXPECT_TRUE(change(own, of_ros2).has_other_releases);
+  EXPECT_TRUE(change(of_ros2, own).has_other_releases);
+  EXPECT_FALSE(change(own, own).has_other_releases);
+  auto unknown = of_ros2;
+  unknown.timer_releases = TimerReleases::of(timer(ReleaseSource::start));
+  EXPECT_FALSE(change(own, unknown).has_other_releases) << "it has no releases";
+}
+
+// Some releases are not known, and the others follow from the grid.
+TEST(Compare, KnowsReleasesOfTheGridByTheirError) {
+  auto some = timer(ReleaseSource::mixed);
+  some.release_error = Duration{10'000};
+  EXPECT_TRUE(TimerReleases::of(some).are_of_grid);
+  some.kind = CallbackKind::subscription;
+  EXPECT_FALSE(TimerReleases::of(some).are_known());
+}
+
 TEST(Compare, NoticesWhatNeverEndsAndExceptions) {
   auto hanging = sample(0, 900);
   hanging.incomplete = 1;

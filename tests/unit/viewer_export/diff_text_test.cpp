@@ -395,6 +395,18 @@ TEST(DiffText, SaysWhichProblemsTheRecorderHad) {
                         "recorder-problem (the"));
 }
 
+TEST(DiffText, SaysOnceWhereReleasesAreOtherExpiries) {
+  EXPECT_THAT(diff_text_of({kSame, kWorse}), Not(HasSubstr("releases")));
+  auto changes = std::vector{kSame, kWorse};
+  for (auto& change : changes)
+    change.has_other_releases = true;
+  constexpr auto kTold =
+      "\n  releases   2 timers skipped periods: ROS 2's events tell the oldest expiry that waited, the "
+      "other\n             recording the latest due. Such response times do not compare\n";
+  EXPECT_THAT(diff_text_of(changes), HasSubstr(kTold));
+  EXPECT_THAT(diff_text_of(comparison_of(changes), {}, true), HasSubstr(kTold));
+}
+
 TEST(DiffText, SaysThatThereIsNothingToCompare) {
   auto added = kSame;
   added.is_before = false;

@@ -67,7 +67,8 @@ Json json_of(const CallbackChange& change) {
           {"lost_samples", analysis::label(change.lost)},
           {"overwritten_samples_before", optional_json(change.overwritten_before)},
           {"overwritten_samples_after", optional_json(change.overwritten_after)},
-          {"overwritten_samples", analysis::label(change.overwritten)}};
+          {"overwritten_samples", analysis::label(change.overwritten)},
+          {"other_releases", change.has_other_releases}};
 }
 
 Json json_of(const analysis::ComparedRecord& record) {

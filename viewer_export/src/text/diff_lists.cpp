@@ -150,6 +150,18 @@ Lines record_lines(const analysis::Comparison& comparison, ListLength length,
   return lines;
 }
 
+Lines release_lines(const std::vector<CallbackChange>& changes, const TextStyle& style) {
+  const auto timers = std::ranges::count_if(changes, &CallbackChange::has_other_releases);
+  if (timers == 0) return {};
+  const auto told = counted(static_cast<std::uint64_t>(timers), "timer") +
+                    " skipped periods: ROS 2's events tell the oldest expiry that waited, the "
+                    "other recording the latest due. Such response times do not compare";
+  Lines lines;
+  for (const auto& line : paragraph("  releases   ", told, kEveryLine, style))
+    lines.push_back(paint(line, Look::doubtful, style));
+  return lines;
+}
+
 Lines structural_changes(const std::vector<CallbackChange>& changes, const CallbackNames& names,
                          ListLength length, const TextStyle& style) {
   NameLists lists(changes, names, length, style);

@@ -108,7 +108,8 @@ class DiffText {
     const auto outcome = outcome_words(comparison_, context_.tolerance, style_);
     const auto lateness = urgent_.empty() ? std::string() : lateness_words(urgent_, style_);
     auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
-                text_of(record_lines(comparison_, length, style_));
+                text_of(record_lines(comparison_, length, style_)) +
+                text_of(release_lines(comparison_.callbacks, style_));
     if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0) {
       text += filled(fmt::format("  {:<{}}{}", "isolation", kDiffLabel, isolation_words(context_)),
                      style_.columns, kDiffLabel);

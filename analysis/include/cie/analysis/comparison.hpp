@@ -104,6 +104,17 @@ struct Lateness {
   static std::optional<Lateness> of(const CallbackReport& callback);
 };
 
+// What the release of an instance of a timer that skipped periods is: what was recorded is the latest
+// expiry that was due, what follows from ROS 2's grid the oldest one that waited.
+struct TimerReleases {
+  bool are_recorded = false;
+  bool are_of_grid = false;
+  // Neither for what is no timer, or has no known release.
+  static TimerReleases of(const CallbackReport& callback);
+  bool are_known() const noexcept { return are_recorded || are_of_grid; }
+  friend bool operator==(const TimerReleases&, const TimerReleases&) = default;
+};
+
 // What a comparison knows of one callback of one side, in all of its processes.
 struct CallbackSample {
   std::string logical_id;
@@ -131,6 +142,7 @@ struct CallbackSample {
   // While it was recorded.
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
+  TimerReleases timer_releases{};
 
   void set_queue_losses(const CallbackReport& callback);
   bool has_run() const noexcept { return instances + incomplete > 0; }
@@ -255,6 +267,8 @@ struct CallbackChange {
   std::optional<std::uint64_t> overwritten_before{};
   std::optional<std::uint64_t> overwritten_after{};
   Change overwritten = Change::undecided;
+  // It is a timer that skipped periods, whose releases before and after are then different expiries.
+  bool has_other_releases = false;
 
   // Of what is certain: gone although it ran, never running or never ending, slower, late more often, missing more
   // releases, losing or overwriting more samples, ending by exceptions more often, or no longer
