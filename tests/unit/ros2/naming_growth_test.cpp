@@ -36,20 +36,65 @@ std::string last_name_of(std::int64_t count) {
 }
 
 // The least of several.
-std::int64_t cost_of_naming(std::int64_t count) {
+template <typename Name>
+std::int64_t cost_of(const Name& last_name, std::int64_t count) {
   auto least = std::int64_t{1} << 62;
   for (int i = 0; i < 3; ++i) {
     const auto begin = used_cpu_time();
-    EXPECT_EQ(last_name_of(count), "/n@Timer(10)#" + std::to_string(count));
+    EXPECT_EQ(last_name(count), "/n@Timer(10)#" + std::to_string(count));
     least = std::min(least, used_cpu_time() - begin);
   }
   return least;
 }
 
-TEST(Ros2NamingGrowth, OfManyCallbacksOfOneName) {
+template <typename Name>
+void expect_linear(const Name& last_name) {
   constexpr std::int64_t kFew = 2'000;
   constexpr std::int64_t kTimes = 8;
-  EXPECT_LE(cost_of_naming(kTimes * kFew), cost_of_naming(kFew) * kTimes * 5 / 2);
+  EXPECT_LE(cost_of(last_name, kTimes * kFew), cost_of(last_name, kFew) * kTimes * 5 / 2);
+}
+
+TEST(Ros2NamingGrowth, OfManyCallbacksOfOneName) { expect_linear(last_name_of); }
+
+Telling made_at(std::int64_t time) {
+  return {.repeats = true, .told = Timestamp{1'000'000'000}, .made = Timestamp{time}};
+}
+
+void tell_timer(Directory& directory, Address handle, std::int64_t made) {
+  directory.add_timer(handle, 10, {}, made_at(made));
+  directory.link_timer(handle, 1, made_at(made));
+}
+
+std::string name_of_timer_at(Directory& directory, Address handle, std::int64_t made) {
+  directory.add_handle_callback(CallbackKind::timer, handle, handle + 16, made_at(made));
+  return directory.logical_id(directory.callback(handle + 16, Timestamp{made}));
+}
+
+// A tracer that repeats tells of all that had one handle, the last one first.
+TEST(Ros2NamingGrowth, OfManyThatHadOneHandle) {
+  expect_linear([](std::int64_t count) {
+    Directory directory;
+    directory.add_node(1, "n", "/", made_at(1));
+    for (auto made = count; made > 0; --made)
+      tell_timer(directory, 0x1000, 1 + made);
+    return name_of_timer_at(directory, 0x1000, 1 + count);
+  });
+}
+
+// Of each of many handles, every other of them a callback's, what had it before.
+TEST(Ros2NamingGrowth, OfManyHandlesThatAnotherOneHadBefore) {
+  expect_linear([](std::int64_t count) {
+    Directory directory;
+    directory.add_node(1, "n", "/", made_at(1));
+    Address handle = 0x1000;
+    for (auto i = count / 2; i > 0; --i, handle += 64) {
+      tell_timer(directory, handle, 1 + count + i);
+      directory.add_handle_callback(CallbackKind::timer, handle, handle + 16,
+                                    made_at(1 + count + i));
+      tell_timer(directory, handle, 1 + i);
+    }
+    return directory.logical_id(directory.callback(0x1000 + 16, Timestamp{1 + 2 * count}));
+  });
 }
 
 }  // namespace

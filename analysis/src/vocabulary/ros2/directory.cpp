@@ -1,6 +1,7 @@
 #include "directory.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace cie::analysis::ros2 {
@@ -189,14 +190,17 @@ void Directory::leave_former(Address handle, Entity& entity, const Telling& tell
 
 // It counts where equal ids are numbered, though no callback was told to be its.
 void Directory::count_former(Address handle, const Entity& former) {
-  const auto is_it = [&former, handle](const Callback& known) {
-    return known.kind && known.handle == handle && known.made == former.made;
+  if (!former.made) return;
+  const HandleAndMade key{handle, *former.made};
+  const auto is_it = [&former, handle](const Callback* known) {
+    return known->kind && known->handle == handle && known->made == former.made;
   };
-  const bool is_known =
-      std::ranges::any_of(callbacks_, is_it) || std::ranges::any_of(formers_, is_it);
-  if (!former.made || is_known) return;
-  auto& counted = formers_.emplace_back(Callback{.handle = handle});
-  describe(counted, former);
+  const auto callbacks = callbacks_by_handle_.find(key);
+  const bool is_callback =
+      callbacks != callbacks_by_handle_.end() && std::ranges::any_of(callbacks->second, is_it);
+  if (is_callback) return;
+  const auto [counted, is_new] = formers_.try_emplace(key, Callback{.handle = handle});
+  if (is_new) describe(counted->second, former);
 }
 
 void Directory::add_subscription(const SubscriptionInit& init, const Telling& telling) {
@@ -281,14 +285,12 @@ void Directory::link_timer(Address handle, Address node, const Telling& telling)
 
 // To the node of the timer that had the handle then.
 void Directory::link_former(Address handle, Address node, const Telling& telling) {
-  Callback* its = nullptr;
-  for (auto& former : formers_) {
-    const bool may_be_its = former.handle == handle && *former.made <= *telling.made;
-    if (may_be_its && (its == nullptr || *its->made < *former.made)) its = &former;
-  }
-  if (its == nullptr) return;
-  its->node_handle = node;
-  its->node_made = telling.made;
+  const auto later = formers_.upper_bound({handle, *telling.made});
+  if (later == formers_.begin()) return;
+  auto& [key, former] = *std::prev(later);
+  if (key.first != handle) return;
+  former.node_handle = node;
+  former.node_made = telling.made;
 }
 
 void Directory::add_group(Address group, std::string_view type, const Telling& telling) {
@@ -367,6 +369,14 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.node_handle = entity.node_handle;
   callback.node_made = entity.node_made;
   find_node(callback);
+}
+
+void Directory::describe_anew(Callback& callback, const Entity& entity) {
+  describe(callback, entity);
+  look_again(callback);
+  if (!callback.made) return;
+  auto& described = callbacks_by_handle_[{callback.handle, *callback.made}];
+  if (std::ranges::find(described, &callback) == described.end()) described.push_back(&callback);
 }
 
 void Directory::refresh(const Entity& entity) {

@@ -352,10 +352,7 @@ class Directory {
   void hide(Entity& entity, Hidden hidden);
   void describe(Callback& callback, const Entity& entity) const;
   void refresh(const Entity& entity);
-  void describe_anew(Callback& callback, const Entity& entity) {
-    describe(callback, entity);
-    look_again(callback);
-  }
+  void describe_anew(Callback& callback, const Entity& entity);
   // It is the callback that was looked for under another name.
   void drop(Callback& callback) {
     callback.kind.reset();
@@ -389,7 +386,11 @@ class Directory {
   std::deque<Callback> callbacks_;
   std::unordered_map<std::string, Namesakes> namesakes_;  // by plain_id()
   std::vector<Callback*> described_anew_;
-  std::vector<Callback> formers_;  // gone when a tracer that repeats told of them; nobody else is
+  // What a handle stood for that was made then.
+  using HandleAndMade = std::pair<Address, Timestamp>;
+  std::map<HandleAndMade, Callback> formers_;  // gone when a tracer that repeats told of them
+  // Callbacks that were ever described so.
+  std::map<HandleAndMade, std::vector<const Callback*>> callbacks_by_handle_;
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;

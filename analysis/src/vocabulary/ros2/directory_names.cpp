@@ -40,7 +40,7 @@ std::uint32_t Directory::count_without_callback(const Callback& callback) {
   const auto consider = [&](Callback& other) {
     if (*other.made < *callback.made && is_called_like(callback, other)) ++count;
   };
-  for (auto& former : formers_)
+  for (auto& [key, former] : formers_)
     consider(former);
   for (const auto& [handle, entity] : entities_) {
     if (!entity.may_repeat || entity.callback != nullptr || !entity.made) continue;
