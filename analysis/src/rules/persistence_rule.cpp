@@ -8,6 +8,8 @@
 #include "thread_succession.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -144,6 +146,22 @@ void judge_registered_move(const RuleContext& context, const RegisteredMove& reg
                "went on on another thread, is unknown"));
 }
 
+// Instances came before the first that was seen, as its number tells. All that told of a thread that ran
+// them may be lost, too, where no `run_end` counts threads.
+std::optional<Evidence> lost_first_thread(const RuleContext& context,
+                                          const CallbackFacts& callback) {
+  const auto& process = context.model.processes[at(callback.process)];
+  const auto promised = callback.registered ? callback.first_next_seq : 0;
+  const bool is_first_seen = callback.starts.first.value_or(0) <= promised;
+  if (!callback.is_accounted || process.run_end || is_first_seen) return std::nullopt;
+  const auto begin = process.first_moment == RunMoment::start
+                         ? process.run_begin->time
+                         : Timestamp{std::numeric_limits<std::int64_t>::min()};
+  auto lost = context.user_losses.between(callback.process, begin, callback.starts.first_at.time);
+  if (lost) lost->note += ": a thread that ran its instances before may be among them";
+  return lost;
+}
+
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
   const auto& proof = context.proof;
   const PossibleMoves moves(context);
@@ -153,6 +171,7 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         judgement.check(callback.starts.count);
         const auto& loss = proof.lost_runs(index);
         if (loss && moves.exist_of(callback)) judgement.doubt(loss);
+        judgement.doubt(lost_first_thread(context, callback));
         judgement.doubt(context.hidden.on_thread_of(callback));
         judge_moves(context, callback, judgement);
         for (const auto* pair : callback.ran_on) {
@@ -187,8 +206,9 @@ const Rule kMappingPersistent{
         "the exit of a thread was lost, a new thread_init after a thread_fini, a callback_init in "
         "between or the run_begin by which one only repeats what is known may have been, no "
         "callback_init of the callback was seen before, something else of its process was never "
-        "announced (a stream's file may be missing), or a thread may have served what ROS 2's "
-        "events do not show (M2).",
+        "announced (a stream's file may be missing), a crashed process lost events and earlier "
+        "instances of the callback, or a thread may have served what ROS 2's events do not show "
+        "(M2).",
     .remedy =
         "keep the thread for the life of the callback; where a thread must be replaced, register "
         "the callback again and apply its parameters before it runs.",

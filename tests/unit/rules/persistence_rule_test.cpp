@@ -93,6 +93,44 @@ TEST(MappingPersistent, IsInconclusiveWhereAThreadWasNeverAnnounced) {
   EXPECT_EQ(ran["M4"], Verdict::inconclusive) << ran.evidence("M4", "callback fusion");
 }
 
+// All that tells of the first thread is lost, and of the callback what came before the second one.
+TextTrace without_first_thread(const std::string& lines, bool is_registered) {
+  auto trace = trace_of("process app crash\n" + std::string(kReplaced) + lines);
+  std::erase_if(trace.events, [is_registered](const Event& event) {
+    const auto* init = std::get_if<CallbackInit>(&event.body);
+    const auto* thread = std::get_if<ThreadInit>(&event.body);
+    const bool is_of_first = event.head.tid == 101 || (thread != nullptr && thread->tid == 101);
+    return is_of_first || (init != nullptr && !is_registered);
+  });
+  return trace;
+}
+
+// Numbers tell that it ran before, and the thread that it ran on may be among what was lost.
+TEST(MappingPersistent, IsInconclusiveWhereItsFirstThreadMayBeLost) {
+  const auto crashed = "process app crash\n" + std::string(kReplaced);
+  ASSERT_EQ(Verified(crashed)["M4"], Verdict::fail);
+  constexpr auto kLoss = "\n5 discard user until=14 count=6";
+  for (const bool is_registered : {false, true}) {
+    const Verified lossy(without_first_thread(kLoss, is_registered));
+    EXPECT_EQ(lossy["M4"], Verdict::inconclusive) << is_registered;
+    EXPECT_EQ(
+        Verified(without_first_thread("\n31 discard user until=32 count=6", is_registered))["M4"],
+        Verdict::pass)
+        << "lost since its first instance that was seen";
+  }
+  auto trace = trace_of(crashed + kLoss);
+  trace.erase<CallbackInit>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "it was seen to move, unannounced";
+}
+
+TEST(MappingPersistent, PassesWhereTheInstancesOfAnUnannouncedCallbackAreSeenFromTheFirstOn) {
+  auto trace = trace_of(
+      "process app crash\ncallback fusion\n"
+      "1 discard user until=5 count=6\n10 start fusion\n12 end fusion");
+  trace.erase<CallbackInit>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::pass);
+}
+
 // Two CPUs' events of one nanosecond have no order.
 TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
   for (const auto* time : {"12", "30"}) {
