@@ -1,5 +1,5 @@
 // How a callback kept its deadline before and after.
-#include <cie/analysis/comparison.hpp>
+#include "compared_callbacks.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -43,14 +43,8 @@ CallbackSample late(std::uint64_t count, std::uint64_t of) {
   return sample;
 }
 
-Comparison compared(const CallbackSample& before, const CallbackSample& after) {
-  const ComparedRecord record{.is_complete = true, .losses = {}, .length = Duration{1'000'000'000}};
-  return compare(ComparedSide{.record = record, .callbacks = {before}},
-                 ComparedSide{.record = record, .callbacks = {after}}, 0.05);
-}
-
-Change change(const CallbackSample& before, const CallbackSample& after) {
-  return compared(before, after).callbacks.at(0).late;
+Change change_of_late(const CallbackSample& before, const CallbackSample& after) {
+  return change(before, after).late;
 }
 
 TEST(Lateness, IsKeptOfBothSides) {
@@ -67,27 +61,27 @@ TEST(Lateness, IsARegressionBeyondChance) {
   const auto worse = compared(late(0, 20'000), late(100, 20'000));
   EXPECT_EQ(worse.callbacks.at(0).late, Change::worse);
   EXPECT_EQ(worse.outcome(), Outcome::regression);
-  EXPECT_EQ(change(late(100, 20'000), late(0, 20'000)), Change::better);
-  EXPECT_EQ(change(late(0, 20'000), late(9, 20'000)), Change::undecided);
-  EXPECT_EQ(change(late(0, 20'000), late(0, 20'000)), Change::within);
-  EXPECT_EQ(change(late(100, 20'000), late(50, 10'000)), Change::undecided);
+  EXPECT_EQ(change_of_late(late(100, 20'000), late(0, 20'000)), Change::better);
+  EXPECT_EQ(change_of_late(late(0, 20'000), late(9, 20'000)), Change::undecided);
+  EXPECT_EQ(change_of_late(late(0, 20'000), late(0, 20'000)), Change::within);
+  EXPECT_EQ(change_of_late(late(100, 20'000), late(50, 10'000)), Change::undecided);
 }
 
 TEST(Lateness, IsUndecidedOfTwoDeadlines) {
   auto other = late(100, 20'000);
   other.lateness->deadline = Duration{50};
-  EXPECT_EQ(change(late(0, 20'000), other), Change::undecided);
+  EXPECT_EQ(change_of_late(late(0, 20'000), other), Change::undecided);
 }
 
 TEST(Lateness, IsUndecidedWhereMoreMayHaveBeenLateThanIsKnown) {
   auto none = late(0, 20'000);
   none.lateness->is_late_bound = true;
   auto many = late(100, 20'000);
-  EXPECT_EQ(change(none, many), Change::undecided);
-  EXPECT_EQ(change(many, none), Change::undecided);
+  EXPECT_EQ(change_of_late(none, many), Change::undecided);
+  EXPECT_EQ(change_of_late(many, none), Change::undecided);
   many.lateness->is_late_bound = true;
-  EXPECT_EQ(change(late(0, 20'000), many), Change::worse) << "the more the worse";
-  EXPECT_EQ(change(many, late(0, 20'000)), Change::better);
+  EXPECT_EQ(change_of_late(late(0, 20'000), many), Change::worse) << "the more the worse";
+  EXPECT_EQ(change_of_late(many, late(0, 20'000)), Change::better);
 }
 
 // Up to 10 us too late, say.

@@ -242,22 +242,6 @@ TEST(Ros2Identity, AnAddressIsNoLongerThatOfTheHandleWhichHadItBefore) {
   EXPECT_EQ(result.durations(), "/rviz@Subscription(/path): 2 of 1 to 3\n");
 }
 
-TEST(Ros2Identity, EqualNamesAreNumberedInOrderOfCreation) {
-  const auto result = analyze_ros2(R"(
-    0 rcl_node_init node_handle=0x10 node_name=a namespace=/
-    1 rcl_timer_init timer_handle=0x20 period=5
-    2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
-    3 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
-    4 rcl_timer_init timer_handle=0x21 period=5
-    5 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-    6 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
-    10 callback_start callback=0x31
-    11 callback_end callback=0x31
-    20 callback_start callback=0x30
-    22 callback_end callback=0x30)");
-  EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 2 to 2\n/a@Timer(5)#2: 1 of 1 to 1\n");
-}
-
 TEST(Ros2Identity, APeriodThatWasNotToldIsUnknown) {
   const std::string rest = R"(
     2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
@@ -269,30 +253,6 @@ TEST(Ros2Identity, APeriodThatWasNotToldIsUnknown) {
   EXPECT_THAT(
       analyze_ros2(node + "1 rcl_timer_init timer_handle=0x20 period=0\n" + rest).logical_ids(),
       ElementsAre("/a@Timer(0)"));
-}
-
-// Whether the second one takes the first one's place or lives beside it.
-TEST(Ros2Identity, CallbacksOfTwoNodesOfOneNameAreNumbered) {
-  for (const auto* second : {"0x10", "0x11"}) {
-    const auto result = analyze_ros2(R"(
-    0 rcl_node_init node_handle=0x10 node_name=a namespace=/
-    1 rcl_timer_init timer_handle=0x20 period=5
-    2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
-    3 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
-    4 rcl_node_init node_name=a namespace=/ node_handle=)" +
-                                     std::string(second) + R"(
-    5 rcl_timer_init timer_handle=0x21 period=5
-    6 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-    7 rclcpp_timer_link_node timer_handle=0x21 node_handle=)" +
-                                     second + R"(
-    10 callback_start tid=1 callback=0x30
-    11 callback_end tid=1 callback=0x30
-    20 callback_start tid=2 callback=0x31
-    22 callback_end tid=2 callback=0x31)");
-    EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 1 to 1\n/a@Timer(5)#2: 1 of 2 to 2\n");
-    EXPECT_EQ(result.verdict("M7"), analysis::Verdict::pass) << second;
-    EXPECT_EQ(result.verdict("M5"), analysis::Verdict::not_applicable) << second;
-  }
 }
 
 TEST(Ros2Identity, ProcessesHaveTheirOwnAddresses) {
@@ -387,59 +347,6 @@ TEST(Ros2Identity, CaretTellsGroups) {
   EXPECT_TRUE(result.callback("/demo/talker@Timer(1000)").group);
 }
 
-TEST(Ros2Identity, AgnocastsCallsAreOneCallbackAtManyAddresses) {
-  const auto result = analyze_ros2(R"(
-    0 agnocast:agnocast_node_init node_handle=0x10 node_name=lidar namespace=/
-    1 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/points queue_depth=2 pid_callback_info_id=77
-    2 agnocast:agnocast_timer_init timer_handle=0x21 node_handle=0x10 callback=0x8 callback_group=0x70 symbol=tick period=9
-    10 agnocast:agnocast_create_callable callable=0x91 entry_id=1 pid_callback_info_id=77
-    11 agnocast:agnocast_callable_start callable=0x91
-    13 agnocast:agnocast_callable_end callable=0x91
-    20 agnocast:agnocast_create_callable callable=0x92 entry_id=2 pid_ciid=77
-    21 agnocast:agnocast_callable_start callable=0x92
-    24 agnocast:agnocast_callable_end callable=0x92
-    30 agnocast:agnocast_create_timer_callable callable=0x91 timer_handle=0x21
-    31 agnocast:agnocast_callable_start callable=0x91
-    32 agnocast:agnocast_callable_end callable=0x91)");
-  EXPECT_EQ(result.durations(),
-            "/lidar@Subscription(/points): 2 of 2 to 3\n/lidar@Timer(9): 1 of 1 to 1\n");
-}
-
-// agnocast's TakeSubscription tells of a callback that nobody calls, and of no number of it.
-TEST(Ros2Identity, AgnocastsPollingSubscriptionIsNoCallback) {
-  const auto result = analyze_ros2(R"(
-    0 agnocast:agnocast_node_init node_handle=0x10 node_name=lidar namespace=/
-    1 agnocast:agnocast_subscription_init subscription_handle=0x30 node_handle=0x10 callback=0x7 callback_group=0x75 symbol=dummy_take/points topic_name=/points queue_depth=1 pid_callback_info_id=0
-    2 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/points queue_depth=2 pid_callback_info_id=77
-    10 agnocast:agnocast_create_callable callable=0x91 entry_id=1 pid_callback_info_id=77
-    11 agnocast:agnocast_callable_start callable=0x91
-    13 agnocast:agnocast_callable_end callable=0x91)");
-  EXPECT_EQ(result.durations(), "/lidar@Subscription(/points): 1 of 2 to 2\n");
-  EXPECT_EQ(result.analysis.report.callbacks.size(), 1U);
-}
-
-// A callable is called once; what lies at its address next may be made unseen.
-TEST(Ros2Identity, AgnocastsCallableIsNotTakenForTheOneBefore) {
-  const std::string node = R"(
-    0 agnocast:agnocast_node_init node_handle=0x10 node_name=lidar namespace=/
-    1 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/a queue_depth=2 pid_callback_info_id=77
-    1 agnocast:agnocast_subscription_init subscription_handle=0x21 node_handle=0x10 callback=0xa callback_group=0x71 symbol=take topic_name=/b queue_depth=2 pid_callback_info_id=78
-    10 agnocast:agnocast_create_callable tid=1 callable=0x91 entry_id=1 pid_callback_info_id=77
-    11 agnocast:agnocast_callable_start tid=1 callable=0x91
-    13 agnocast:agnocast_callable_end tid=1 callable=0x91
-)";
-  const std::string made =
-      "20 agnocast:agnocast_create_callable tid=2 callable=0x91 entry_id=2 pid_callback_info_id=78\n";
-  const std::string called = R"(
-    21 agnocast:agnocast_callable_start tid=2 callable=0x91
-    24 agnocast:agnocast_callable_end tid=2 callable=0x91)";
-  EXPECT_EQ(analyze_ros2(node + made + called).durations(),
-            "/lidar@Subscription(/a): 1 of 2 to 2\n/lidar@Subscription(/b): 1 of 3 to 3\n");
-  const auto lost = analyze_ros2(node + called, 20);
-  EXPECT_EQ(lost.verdict("M2"), Verdict::inconclusive);
-  EXPECT_EQ(lost.verdict("M3"), Verdict::inconclusive);
-}
-
 // Half of its name may be another one's.
 TEST(Ros2Identity, IsUnknownWhereAPartOfItWasLost) {
   constexpr const char* kSpec =
@@ -455,51 +362,6 @@ TEST(Ros2Identity, IsUnknownWhereAPartOfItWasLost) {
   };
   EXPECT_EQ(r3(kTwoTimers, "1 rcl_timer_init timer_handle=0x20"), Verdict::inconclusive);
   EXPECT_EQ(r3(kTwoTimers, "0 rcl_node_init"), Verdict::inconclusive);
-}
-
-// Two timers of one period; the second one runs for 10.
-constexpr const char* kTwoOfOneId = R"(
-    0 rcl_init context_handle=0x1
-    1 rcl_node_init node_handle=0x10 node_name=n namespace=/
-    2 rcl_timer_init timer_handle=0x20 period=5
-    3 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
-    4 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
-    5 rcl_timer_init timer_handle=0x21 period=5
-    6 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-    7 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
-    10 callback_start callback=0x31
-    20 callback_end callback=0x31
-    30 callback_start callback=0x30
-    31 callback_end callback=0x30)";
-constexpr const char* kFirstIsUrgent =
-    "callback_groups:\n  - {id: \"/n@Timer(5)\", response_deadline: 5}\n"
-    "  - {id: \"/n@Timer(5)#2\", response_deadline: 1000}\n";
-constexpr const char* kSecondIsUrgent =
-    "callback_groups:\n  - {id: \"/n@Timer(5)\", response_deadline: 1000}\n"
-    "  - {id: \"/n@Timer(5)#2\", response_deadline: 5}\n";
-
-// With the first one's registration the second one's number is lost: it was judged by the entry of the
-// first.
-TEST(Ros2Identity, TheEntryIsUnknownWhereTheOneBeforeMayBeLost) {
-  std::string partly = kTwoOfOneId;
-  const auto at = partly.find("2 rcl_timer_init");
-  partly.erase(at, partly.find('\n', at) - at);
-  EXPECT_EQ(analyze_ros2(kTwoOfOneId, -1, kFirstIsUrgent).verdict("R3"), Verdict::inconclusive);
-  const auto result = analyze_ros2(partly, 1, kFirstIsUrgent);
-  EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
-  EXPECT_EQ(result.callback("/n@Timer(5)").response_deadline, std::nullopt);
-  EXPECT_THAT(result.evidence("R3"), HasSubstr("registered after events were lost"));
-  const auto untold = analyze_ros2(partly, -1, kFirstIsUrgent);
-  EXPECT_EQ(untold.verdict("R3"), Verdict::inconclusive) << "a timer of unknown period is there";
-}
-
-TEST(Ros2Identity, NoNumberIsCertainBehindALoss) {
-  const auto r3 = [](std::int64_t lost_at) {
-    return analyze_ros2(kTwoOfOneId, lost_at, kSecondIsUrgent).verdict("R3");
-  };
-  EXPECT_EQ(r3(-1), Verdict::fail);
-  EXPECT_EQ(r3(1), Verdict::inconclusive);
-  EXPECT_EQ(r3(25), Verdict::fail) << "both were registered before";
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
                         "kernel schedules thread 7 with nice 0"));
 }
 
-std::string spec_of(const std::string& policy) {
+std::string spec_with(const std::string& policy) {
   return "callback_groups:\n  - id: /n@Timer(1)\n    policy: " + policy + "\n    nice: 0\n";
 }
 
@@ -67,11 +67,11 @@ TEST(SwitchedParameters, OfTheIdlePolicyMayHaveAnyNiceValue) {
 // Whom nobody configured has that priority, too.
 TEST(SwitchedParameters, DoNotTellTheBatchPolicyFromTheUsualOne) {
   const auto events = instance(10, 120) + instance(20, 120);
-  EXPECT_EQ(judged_by(events, spec_of("SCHED_BATCH")).verdict("S1"), Verdict::inconclusive);
-  const auto other = judged_by(events, spec_of("SCHED_OTHER"));
+  EXPECT_EQ(judged_by(events, spec_with("SCHED_BATCH")).verdict("S1"), Verdict::inconclusive);
+  const auto other = judged_by(events, spec_with("SCHED_OTHER"));
   EXPECT_EQ(other.verdict("S1"), Verdict::pass);
   EXPECT_THAT(other.evidence("S1"), HasSubstr("OTHER, BATCH and IDLE another"));
-  const auto reniced = judged_by(instance(10, 120) + instance(20, 125), spec_of("SCHED_BATCH"));
+  const auto reniced = judged_by(instance(10, 120) + instance(20, 125), spec_with("SCHED_BATCH"));
   EXPECT_EQ(reniced.verdict("S1"), Verdict::fail);
 }
 
@@ -201,7 +201,7 @@ TEST(SwitchedParameters, AreNotInheritedByTheNextThreadWithTheTid) {
 
 // A hole may hide who began to wait for a mutex of the thread, also before it sleeps with that.
 TEST(SwitchedParameters, ThatAreRaisedMayBeInheritedSinceAHole) {
-  const auto asked = spec_of("SCHED_OTHER");
+  const auto asked = spec_with("SCHED_OTHER");
   EXPECT_EQ(judged_by(instance(10, 79) + instance(20, 79), asked).verdict("S1"), Verdict::fail);
   const auto result = judged_by(instance(10, 79) + "\n15 kernel_lost 17" + instance(20, 79), asked);
   EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);

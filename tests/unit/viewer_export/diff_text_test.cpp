@@ -1,11 +1,9 @@
-#include <cie/viewer_export/diff_writers.hpp>
+#include "diff_texts.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <sstream>
-#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -23,62 +21,6 @@ using testing::StartsWith;
 
 using analysis::Absence;
 using analysis::Comparison;
-
-std::string diff_text_of(const Comparison& comparison, const TextStyle& style = {},
-                         bool is_all = false) {
-  std::ostringstream out;
-  write_diff_text(out, comparison,
-                  {.before = "old",
-                   .after = "new",
-                   .tolerance = 0.05,
-                   .isolation_before = {.own_thread = 3, .ran = 3},
-                   .isolation_after = {.own_thread = 2, .ran = 3},
-                   .is_all = is_all,
-                   .arguments = "old new"},
-                  style);
-  return out.str();
-}
-
-// Of complete records.
-Comparison comparison_of(const std::vector<CallbackChange>& changes) {
-  Comparison comparison;
-  comparison.before.is_complete = true;
-  comparison.after.is_complete = true;
-  comparison.callbacks = changes;
-  return comparison;
-}
-
-std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
-  return diff_text_of(comparison_of(changes), style);
-}
-
-CallbackChange change_of(const std::string& id, const std::string& quantity, unsigned per_mille,
-                         std::int64_t before, std::int64_t after) {
-  const auto around = [](std::int64_t value) {
-    return analysis::QuantileInterval{
-        .lower = value - value / 10, .estimate = {.ns = value}, .upper = value + value / 10};
-  };
-  CallbackChange change;
-  change.logical_id = id;
-  change.is_before = true;
-  change.is_after = true;
-  change.instances_before = 100;
-  change.instances_after = 100;
-  change.quantities = {{.quantity = quantity,
-                        .per_mille = per_mille,
-                        .before = around(before),
-                        .after = around(after),
-                        .change = after > before   ? Change::worse
-                                  : after < before ? Change::better
-                                                   : Change::within}};
-  return change;
-}
-
-const CallbackChange kBetter =
-    change_of("/a/lidar@Subscription(/points)", "duration", 500, 2'000, 1'000);
-const CallbackChange kSame = change_of("/a/map@Timer(1000)", "duration", 500, 2'000, 2'000);
-const CallbackChange kWorse =
-    change_of("/a/plan@Timer(20000000)", "response_time", 990, 1'000'000, 3'000'000);
 
 TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
   auto worse = kWorse;
@@ -180,69 +122,6 @@ TEST(DiffText, HasNoStatisticsOfNothing) {
   added.quantities.clear();
   EXPECT_THAT(diff_text_of({added}),
               testing::AllOf(Not(HasSubstr("quantile")), Not(HasSubstr("certain"))));
-}
-
-CallbackChange with_deadline(std::int64_t deadline_ns, std::uint64_t late_before,
-                             std::uint64_t late_after) {
-  const auto id = fmt::format("/a/n{}_{}@Timer(20000000)", late_before, late_after);
-  auto change = change_of(id, "response_time", 990, 3'000'000, 1'000'000);
-  const auto lateness = [deadline_ns](std::uint64_t late, std::int64_t max) {
-    return analysis::Lateness{
-        .deadline = {deadline_ns}, .late = late, .instances = 100, .max = max};
-  };
-  change.lateness_before = lateness(late_before, 4'000'000);
-  change.lateness_after = lateness(late_after, 1'500'000);
-  return change;
-}
-
-// What comes before the command that tells the rest.
-TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
-  EXPECT_EQ(diff_text_of({kSame, with_deadline(2'000'000, 3, 0), with_deadline(2'000'000, 7, 1)}),
-            "Late: 10 of 200 instances before, 1 of 200 after; 2 callbacks have a deadline\n"
-            "No regression; better: 2 of 3 callbacks, beyond a tolerance of 5 %\n"
-            "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
-            "\n"
-            "  deadline 2.000ms    late           p99               max\n"
-            "  callback          old  new      old      new      old      new\n"
-            "  n7_1 timer 20 ms    7    1  3.000ms  1.000ms  4.000ms  1.500ms\n"
-            "  n3_0 timer 20 ms    3    0  3.000ms  1.000ms  4.000ms  1.500ms\n"
-            "0 of 3 quantiles undecided; 2 counts that may differ by chance.\n"
-            "  every change: cie diff old new --all\n");
-}
-
-TEST(DiffText, TellsWhatIsLateMoreOften) {
-  auto change = with_deadline(2'000'000, 0, 9);
-  change.late = analysis::Change::worse;
-  change.quantities.clear();
-  const auto text = diff_text_of({change});
-  EXPECT_THAT(text, HasSubstr("Worse: 1 of 1 callback (1 late more often)\n"));
-  EXPECT_THAT(text, HasSubstr("  is late more often: n0_9 timer 20 ms (0 -> 9)\n"));
-  EXPECT_THAT(text, Not(HasSubstr("by chance")));
-}
-
-TEST(DiffText, MarksALongestRunOfWhichOnlyABoundIsKnown) {
-  auto change = with_deadline(2'000'000, 7, 1);
-  change.lateness_after->is_max_bound = true;  // 1.5 ms at least
-  EXPECT_THAT(diff_text_of({change}), HasSubstr("4.000ms  >1.500ms\n"));
-}
-
-TEST(DiffText, HasAColumnOfDeadlinesThatDiffer) {
-  const auto text = diff_text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
-  EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us    7    1"));
-  EXPECT_THAT(text, HasSubstr("  n3_0 timer 20 ms   2.000ms    3    0"));
-}
-
-TEST(DiffText, ShowsTheFiveThatWereLateMostOftenAndSaysWhetherOthersWere) {
-  std::vector<CallbackChange> changes;
-  for (std::uint64_t i = 0; i < 7; ++i)
-    changes.push_back(with_deadline(2'000'000, i, 0));
-  const auto text = diff_text_of(changes);
-  EXPECT_THAT(text, HasSubstr("n6_0"));
-  EXPECT_THAT(text, HasSubstr("  n2_0 timer 20 ms    2    0"));
-  EXPECT_THAT(text, Not(HasSubstr("n1_0")));
-  EXPECT_THAT(text, HasSubstr("\n  ... 2 more callbacks\n"));
-  changes[1].lateness_before->late = 0;
-  EXPECT_THAT(diff_text_of(changes), HasSubstr("\n  ... 2 more callbacks, never late\n"));
 }
 
 TEST(DiffText, OfNoRegressionSaysWhatIsBetter) {
@@ -433,20 +312,6 @@ TEST(DiffText, SaysFirstThatNoTimeIsDecided) {
               testing::ContainsRegex("^Late: [^\n]*\nNo regression; better"));
 }
 
-TEST(DiffText, BreaksTheLineOfLateRunsWhereItIsTooLong) {
-  EXPECT_THAT(
-      diff_text_of({with_deadline(2'000'000, 3, 0)}, {.columns = 60}),
-      StartsWith(
-          "Late: 3 of 100 instances before, 0 of 100 after;\n  1 callback has a deadline\n"));
-}
-
-TEST(DiffText, SaysBeforeLateRunsThatRecordsDoNotDecide) {
-  auto comparison = comparison_of({with_deadline(2'000'000, 3, 0)});
-  comparison.after.losses = {{analysis::DefectKind::seq_gaps, 5}};
-  EXPECT_THAT(diff_text_of(comparison),
-              StartsWith("Undecided: no regression in what was recorded"));
-}
-
 TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
   auto change = kSame;
   change.missed_before = 0;
@@ -479,15 +344,6 @@ TEST(DiffText, MarksAQuantileOfWhichOnlyABoundIsKnown) {
   EXPECT_THAT(diff_text_of({worse}), HasSubstr("p50 >4.000 us -> 1.000 us\n"));
 }
 
-TEST(DiffText, TellsBesideDeadlinesWhatIsUndecided) {
-  auto change = with_deadline(2'000'000, 3, 0);
-  change.quantities[0].change = Change::undecided;
-  change.quantities.push_back(kSame.quantities[0]);
-  EXPECT_THAT(diff_text_of({change}),
-              testing::EndsWith("\n1 of 2 quantiles undecided; 1 count that may differ by chance.\n"
-                                "  every change: cie diff old new --all\n"));
-}
-
 // Intervals of one bucket, 8192 to 8319 and 8320 to 8447.
 TEST(DiffText, SaysWhatIsTooCloseToTell) {
   auto change = kSame;
@@ -509,22 +365,6 @@ TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {
   samples[2].isolation = Isolation::never_ran;
   samples[3].isolation.reset();
   EXPECT_EQ(isolation_count(samples), (IsolationCount{.own_thread = 1, .ran = 3, .unknown = 1}));
-}
-
-TEST(DiffText, RunsAreLateAgainstOneDeadlineOnly) {
-  auto change = kSame;
-  change.lateness_before =
-      analysis::Lateness{.deadline = {1'000}, .late = 5, .instances = 10, .max = 1'500};
-  change.lateness_after =
-      analysis::Lateness{.deadline = {2'000}, .late = 1, .instances = 10, .max = 2'500};
-  const auto text = diff_text_of({change});
-  EXPECT_THAT(text, Not(HasSubstr("Late:")));
-  EXPECT_THAT(
-      text,
-      HasSubstr("\n  deadlines  1 callback has another deadline than before: not compared\n"));
-  change.lateness_after.reset();
-  EXPECT_THAT(diff_text_of({change, kWorse}),
-              HasSubstr("1 callback has another deadline than before"));
 }
 
 }  // namespace
