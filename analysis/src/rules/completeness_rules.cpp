@@ -71,7 +71,7 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
         context.lives.has_exited(index)
             ? "its main thread exited, after an orderly end or a crash: ROS 2's events do not "
               "tell how a process ends; this is its last one"
-            : "ROS 2's events do not tell when a process ends; this is its last one");
+            : "no event of ROS 2 tells its end; this is its last");
   }
   if (model.events.cie_without_pid > 0) {
     return without_event(

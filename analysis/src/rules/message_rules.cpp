@@ -61,8 +61,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
-    judgement.doubt(
-        without_event(last, "the totals of lost and overwritten samples were not seen"));
+    judgement.doubt(without_event(last, "no totals of lost and overwritten samples were seen"));
   }
 }
 

@@ -26,16 +26,14 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
       callback.instances - callback.exact_instances + static_cast<std::uint64_t>(open);
   if (unknown == 0) return std::nullopt;
   return evidence("callback_start", callback.starts.first_at,
-                  "the release of " + std::to_string(unknown) + " of " +
-                      std::to_string(callback.instances + callback.open.size()) +
-                      " instances is not known exactly");
+                  "no exact release of " + std::to_string(unknown) + " of " +
+                      std::to_string(callback.instances + callback.open.size()) + " instances");
 }
 
 std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
   if (callback.grid.unresolved == 0) return std::nullopt;
   return evidence("callback_start", callback.starts.first_at,
-                  "whether periods were skipped before " +
-                      counted(callback.grid.unresolved, "instance") + " is not known");
+                  counted(callback.grid.unresolved, "instance") + " may follow skipped periods");
 }
 
 // Of an instance that never ended, as the totals say, and the next one was released all the same.

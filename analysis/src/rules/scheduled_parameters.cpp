@@ -97,11 +97,11 @@ bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judg
   if (!thread.scheduled.empty()) return false;
   const auto* const reason =
       !thread.is_known_to_kernel
-          ? "the kernel's switches have another thread of this tid: it runs in a container"
-      : thread.switched_in ? "its switches have inherited priorities alone"
-                           : "no switch of it was seen; record kernel events";
-  judgement.doubt(without_event(
-      begin, "thread " + std::to_string(thread.tid) + " has no read-back, and " + reason));
+          ? ", and the kernel's switches have another thread of this tid: it runs in a container"
+      : thread.switched_in ? ", and its switches have inherited priorities alone"
+                           : " and no switch; record kernel events";
+  judgement.doubt(
+      without_event(begin, "thread " + std::to_string(thread.tid) + " has no read-back" + reason));
   return true;
 }
 

@@ -142,7 +142,7 @@ TEST(SwitchedParameters, AreInconclusiveWithoutKernelEvents) {
   const auto result =
       judged_by("\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7");
   EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
-  EXPECT_THAT(result.evidence("S1"), HasSubstr("no switch of it was seen"));
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("no read-back and no switch"));
 }
 
 TEST(SwitchedParameters, AreInconclusiveAboutWhatNoSwitchTells) {

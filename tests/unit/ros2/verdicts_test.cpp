@@ -2,12 +2,14 @@
 #include "support/verdicts.hpp"
 
 #include "ros2_text.hpp"
+#include "timer_text.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -246,11 +248,34 @@ TEST(Ros2Verdicts, AProcessBeginsWithItsFirstContext) {
   EXPECT_FALSE(late.analysis.report.processes.at(0).complete);
 }
 
+// Beside rules and subjects, as in "     S3 S4  11 threads    e.g. ", a screen of 80 columns has 46 for a
+// reason; what comes behind a semicolon may be cut.
+TEST(Ros2Verdicts, ReasonsFitBesideTheirSubjects) {
+  const auto expect_fit = [](const Ros2Result& result, std::string_view id) {
+    ASSERT_EQ(result.verdict(id), Verdict::inconclusive) << id;
+    const auto& rules = result.analysis.verdicts.rules;
+    const auto rule = std::ranges::find(rules, id, &analysis::RuleVerdict::id);
+    for (const auto& subject : rule->subjects) {
+      for (const auto& reason : subject.evidence)
+        EXPECT_LE(reason.note.substr(0, reason.note.find(';')).size(), 46U) << reason.note;
+    }
+  };
+  const auto unknown = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  for (const auto* id : {"R1", "S3", "S4", "T4"})
+    expect_fit(unknown, id);
+  timers::Text busy;  // with another timer, while expiries pass
+  busy.add_other_timer();
+  busy.add(timers::expiry(1) - timers::kMs, "callback_start callback=0x31");
+  busy.add(timers::expiry(3) + 80 * timers::kUs, "callback_end callback=0x31");
+  busy.run_next(timers::expiry(3) + 100 * timers::kUs);
+  expect_fit(busy.analyze(), "R2");
+}
+
 // That it exited the kernel tells; whether it crashed, nobody does.
 TEST(Ros2Verdicts, HowAProcessEndedIsNotTold) {
   const auto open = analyze_ros2(std::string(kTwoTimers) + kIsolated);
   EXPECT_EQ(open.verdict("T4"), Verdict::inconclusive);
-  EXPECT_THAT(open.evidence("T4"), HasSubstr("ROS 2's events do not tell when a process ends"));
+  EXPECT_THAT(open.evidence("T4"), HasSubstr("no event of ROS 2 tells its end"));
   const auto seen =
       analyze_ros2(std::string(kTwoTimers) + kIsolated + "\n  30 sched:sched_process_exit tid=1");
   EXPECT_EQ(seen.verdict("T4"), Verdict::inconclusive);
