@@ -194,8 +194,8 @@ struct alignas(64) CallbackFacts {
   Statistics wakeup_latency{};
 
   std::uint32_t inits = 0;
-  // The first callback_init may be an announcement's: one came before, by no other thread, which told
-  // nothing since that an announcement tells behind its callbacks.
+  // The first callback_init may be an announcement's: one came before, by no other thread, which
+  // told nothing since that an announcement tells behind its callbacks.
   bool may_repeat = false;
   std::uint32_t queue_depth = 0;
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement

@@ -146,8 +146,8 @@ void judge_registered_move(const RuleContext& context, const RegisteredMove& reg
                "went on on another thread, is unknown"));
 }
 
-// Instances came before the first that was seen, as its number tells. All that told of a thread that ran
-// them may be lost, too, where no `run_end` counts threads.
+// Instances came before the first that was seen, as its number tells. All that told of a thread
+// that ran them may be lost, too, where no `run_end` counts threads.
 std::optional<Evidence> lost_first_thread(const RuleContext& context,
                                           const CallbackFacts& callback) {
   const auto& process = context.model.processes[at(callback.process)];

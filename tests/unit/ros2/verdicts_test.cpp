@@ -248,8 +248,8 @@ TEST(Ros2Verdicts, AProcessBeginsWithItsFirstContext) {
   EXPECT_FALSE(late.analysis.report.processes.at(0).complete);
 }
 
-// Beside rules and subjects, as in "     S3 S4  11 threads    e.g. ", a screen of 80 columns has 46 for a
-// reason; what comes behind a semicolon may be cut.
+// Beside rules and subjects, as in "     S3 S4  11 threads    e.g. ", a screen of 80 columns has 46
+// for a reason; what comes behind a semicolon may be cut.
 TEST(Ros2Verdicts, ReasonsFitBesideTheirSubjects) {
   const auto expect_fit = [](const Ros2Result& result, std::string_view id) {
     ASSERT_EQ(result.verdict(id), Verdict::inconclusive) << id;

@@ -321,8 +321,8 @@ TEST(MappingSurvivesRestart, ComparesWhatAnAttachedProcessMakesAnew) {
       << "as the run_begin of one that app made";
 }
 
-// Two lifetimes within a process whose spec was reloaded between them, by the thread that makes both.
-// The announcement ends with the threads: what is told behind them is no part of it.
+// Two lifetimes within a process whose spec was reloaded between them, by the thread that makes
+// both. The announcement ends with the threads: what is told behind them is no part of it.
 TEST(MappingSurvivesRestart, ComparesWhatTheThreadThatReloadedTheSpecMakesLater) {
   const auto judged = [](const std::string& announced, const std::string& more = "") {
     auto trace = trace_of(

@@ -22,7 +22,7 @@ enum class ListLength : bool { screen, whole };
 Lines record_lines(const analysis::Comparison& comparison, ListLength length,
                    const TextStyle& style);
 
-// "  releases   2 timers skipped periods: …", where the two recordings tell other expiries of these.
+// "  releases   2 timers skipped periods: …", where the recordings tell other expiries of these.
 Lines release_lines(const std::vector<analysis::CallbackChange>& changes, const TextStyle& style);
 
 // "  is gone: plan timer 20 ms, ... 3 more", for each such thing that there is; on a screen a line.

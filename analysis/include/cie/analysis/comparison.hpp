@@ -104,8 +104,8 @@ struct Lateness {
   static std::optional<Lateness> of(const CallbackReport& callback);
 };
 
-// What the release of an instance of a timer that skipped periods is: what was recorded is the latest
-// expiry that was due, what follows from ROS 2's grid the oldest one that waited.
+// What the release of an instance of a timer that skipped periods is: what was recorded is the
+// latest expiry that was due, what follows from ROS 2's grid the oldest one that waited.
 struct TimerReleases {
   bool are_recorded = false;
   bool are_of_grid = false;
@@ -267,7 +267,7 @@ struct CallbackChange {
   std::optional<std::uint64_t> overwritten_before{};
   std::optional<std::uint64_t> overwritten_after{};
   Change overwritten = Change::undecided;
-  // It is a timer that skipped periods, whose releases before and after are then different expiries.
+  // A timer skipped periods: its releases are then different expiries before and after.
   bool has_other_releases = false;
 
   // Of what is certain: gone although it ran, never running or never ending, slower, late more often, missing more
