@@ -157,9 +157,7 @@ std::optional<Evidence> lost_first_thread(const RuleContext& context,
   const auto begin = process.first_moment == RunMoment::start
                          ? process.run_begin->time
                          : Timestamp{std::numeric_limits<std::int64_t>::min()};
-  auto lost = context.user_losses.between(callback.process, begin, callback.starts.first_at.time);
-  if (lost) lost->note += ": a thread that ran its instances before may be among them";
-  return lost;
+  return context.user_losses.unseen_thread(callback.process, begin, callback.starts.first_at.time);
 }
 
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {

@@ -8,6 +8,7 @@
 #include "model/facts.hpp"
 #include "model/user_losses.hpp"
 
+#include <cstdint>
 #include <optional>
 
 namespace cie::analysis {
@@ -26,9 +27,15 @@ class UserLossesOfProcesses {
   // may have been among them, and no manifest names every process.
   std::optional<Evidence> unseen_process(HostIndex host, Timestamp begin, Timestamp end) const;
 
+  // Likewise all of a thread that ran a callback of the process.
+  std::optional<Evidence> unseen_thread(ProcessIndex process, Timestamp begin, Timestamp end) const;
+
   const UserLosses& of_hosts() const noexcept { return losses_; }
 
  private:
+  // The first of those that may have been so many events; null: they were fewer.
+  const Loss* first_of(std::uint64_t events, HostIndex host, Timestamp begin, Timestamp end) const;
+
   const Model& model_;
   const UserLosses losses_;
 };

@@ -117,6 +117,10 @@ TEST(MappingPersistent, IsInconclusiveWhereItsFirstThreadMayBeLost) {
         Verified(without_first_thread("\n31 discard user until=32 count=6", is_registered))["M4"],
         Verdict::pass)
         << "lost since its first instance that was seen";
+    EXPECT_EQ(
+        Verified(without_first_thread("\n5 discard user until=14 count=2", is_registered))["M4"],
+        Verdict::pass)
+        << "a thread that ran a callback emits three events";
   }
   auto trace = trace_of(crashed + kLoss);
   trace.erase<CallbackInit>();
