@@ -98,5 +98,41 @@ TEST(VerifyScreen, BreaksReasonsBesideLongNamesBetweenWords) {
       << text;
 }
 
+// Which of several threads ran as many callbacks matters less than which callbacks the worst one ran.
+TEST(VerifyScreen, NamesNoMoreSubjectsOfALineThanDetailsLeaveRoomFor) {
+  auto report = test::sample_report();
+  auto verdicts = test::sample_verdicts();
+  auto& rule = verdicts.rules[2];
+  ASSERT_EQ(rule.id, "M2");
+  rule.verdict = Verdict::fail;
+  rule.subjects.clear();
+  report.threads.clear();
+  const auto add = [&](std::uint32_t tid, std::size_t callbacks) {
+    const auto index = static_cast<std::uint32_t>(report.threads.size());
+    report.threads.push_back({.index = analysis::ThreadIndex{index},
+                              .tid = tid,
+                              .name = "executor_thread",
+                              .role = {},
+                              .callbacks = {},
+                              .sched = {},
+                              .busy_ns = {}});
+    for (std::size_t i = 0; i < callbacks; ++i)
+      report.threads.back().ran.push_back(report.callbacks[i % 2].index);
+    rule.subjects.push_back({.about = {.kind = analysis::SubjectKind::thread, .index = index},
+                             .subject = "thread " + std::to_string(tid),
+                             .verdict = Verdict::fail,
+                             .evidence = {}});
+  };
+  add(1001, 9);
+  for (const std::uint32_t tid : {1002U, 1003U, 1004U})
+    add(tid, 2);
+  const auto text = screen_of(verdicts, report);
+  const auto first = display_width("executor_thread (1002), ... 2 more");
+  EXPECT_THAT(text, HasSubstr("     executor_thread (1001)" + std::string(first - 22 + 2, ' ') +
+                              "9 callbacks: "))
+      << text;
+  EXPECT_THAT(text, HasSubstr("     executor_thread (1002), ... 2 more  2 callbacks each")) << text;
+}
+
 }  // namespace
 }  // namespace cie::viewer_export

@@ -63,6 +63,14 @@ class VerifyScreen {
     return paragraph("     " + name + blanks + "  ", detail_of(row) + row.more, most, style_);
   }
 
+  // Room that its names need: the first one, and how many more there are.
+  std::size_t least_width(const FindingRow& row) const {
+    const auto others = row.names.size() - 1;
+    const auto more = others > 0 ? fmt::format(", {} {} more", gap_, others) : "";
+    return std::min(display_width(row.names.front() + more),
+                    display_width(names(row, style_.columns)));
+  }
+
   // As many as there is room for: "4005, 4006, … 3 more".
   std::string names(const FindingRow& row, std::size_t width) const {
     auto text = elide(row.names.front(), width, gap_);
@@ -89,16 +97,23 @@ class VerifyScreen {
                     style_.columns, gap_)};
     const auto shown = std::min(rows, finding.rows.size());
     std::size_t widest = 0;
+    std::size_t least = 0;
     std::size_t details = 0;
+    std::size_t most = 0;  // of details, and more of them
     std::size_t told = 0;
     for (std::size_t i = 0; i < shown; ++i) {
       const auto& row = finding.rows[i];
       widest = std::max(widest, display_width(names(row, style_.columns)));
+      least = std::max(least, least_width(row));
       details = std::max(details, display_width(detail_of(row)));
+      most = std::max(most, display_width(detail_of(row) + row.more));
       told += row.names.size();
     }
-    const auto width =
-        std::min(widest, style_.columns - 7 - std::min(details, style_.columns * 2 / 5));
+    const auto columns = style_.columns - 7;
+    auto width = std::min(widest, columns - std::min(details, style_.columns * 2 / 5));
+    // Names beyond the first leave their room to details that would be cut, or fill many short lines.
+    if (lines_of_a_row == 1 || width > columns / 2)
+      width = std::min(width, std::max(least, columns - std::min(most, columns)));
     for (std::size_t i = 0; i < shown; ++i) {
       append(lines, lines_of(finding.rows[i], width, lines_of_a_row));
       if (is_short) continue;
