@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 // A timer of process 1 calls the service of process 2. Layers differ in how many zeros end a gid.
 constexpr const char* kClientAndService = R"(
@@ -197,6 +199,88 @@ chains:
   EXPECT_THAT(result.chains(), ElementsAre("enable: 1"));
   ASSERT_TRUE(result.analysis.report.chains.front().response);
   EXPECT_EQ(result.analysis.report.chains.front().response->sum, 33 - 28);
+}
+
+// Two servers offer the service of /a's client: /b's in process 2, and /c's in process `c`. /b sends its response at
+// 28 and /c at 38; the client takes them at 41 and 47.
+std::string two_servers(int c, const std::string& first_taken, const std::string& second_taken) {
+  std::string text = std::string(kClientAndService) + R"(
+  3 rcl_node_init pid=C node_handle=0x60 node_name=c namespace=/
+  3 rcl_service_init pid=C service_handle=0x61 node_handle=0x60 rmw_service_handle=0x62 service_name=/enable
+  3 rclcpp_service_callback_added pid=C service_handle=0x61 callback=0x63
+  10 callback_start pid=1 callback=0x30
+  12 rmw_send_request pid=1 rmw_client_handle=0x71 sequence_number=5
+  15 callback_end pid=1 callback=0x30
+  18 rmw_take_request pid=2 tid=2 rmw_service_handle=0x72 client_gid=1.15.3 sequence_number=5 taken=1
+  19 rmw_take_request pid=C tid=3 rmw_service_handle=0x62 client_gid=1.15.3 sequence_number=5 taken=1
+  20 callback_start pid=2 tid=2 callback=0x50
+  21 callback_start pid=C tid=3 callback=0x63
+  26 callback_end pid=C tid=3 callback=0x63
+  27 callback_end pid=2 tid=2 callback=0x50
+  28 rmw_send_response pid=2 tid=2 rmw_service_handle=0x72 client_gid=1.15.3 sequence_number=5 timestamp=1000028
+  38 rmw_send_response pid=C tid=3 rmw_service_handle=0x62 client_gid=1.15.3 sequence_number=5 timestamp=1000038
+  41 rmw_take_response pid=1 rmw_client_handle=0x71 sequence_number=5 taken=1)" +
+                     first_taken + R"(
+  47 rmw_take_response pid=1 rmw_client_handle=0x71 sequence_number=5 taken=1)" +
+                     second_taken + "\n";
+  for (auto at = text.find("pid=C"); at != std::string::npos; at = text.find("pid=C"))
+    text.replace(at, 5, "pid=" + std::to_string(c));
+  return text;
+}
+
+// "CHAIN: time" of each, or "CHAIN: -".
+std::vector<std::string> responses(const std::string& text) {
+  std::vector<std::string> all;
+  const auto result = analyze_ros2(text);
+  for (const auto& chain : result.analysis.report.chains) {
+    const auto& response = chain.response;
+    all.push_back(chain.name + ": " +
+                  (response
+                       ? std::to_string(response->count) + " of " + std::to_string(response->sum)
+                       : "-"));
+  }
+  return all;
+}
+
+constexpr const char* kToB = "/a@Timer(100) -> /b@Service(/enable): ";
+constexpr const char* kToC = "/a@Timer(100) -> /c@Service(/enable): ";
+
+// Both answer each call.
+TEST(Ros2Services, ASourceTimestampTellsWhoseResponseWasTaken) {
+  constexpr const char* kOfB = " source_timestamp=1000028";
+  constexpr const char* kOfC = " source_timestamp=1000038";
+  for (const int c : {3, 2}) {
+    EXPECT_THAT(responses(two_servers(c, kOfB, kOfC)),
+                UnorderedElementsAre(kToB + std::string("1 of ") + std::to_string(41 - 28),
+                                     kToC + std::string("1 of ") + std::to_string(47 - 38)))
+        << c;
+    EXPECT_THAT(responses(two_servers(c, kOfC, kOfB)),
+                UnorderedElementsAre(kToB + std::string("1 of ") + std::to_string(47 - 28),
+                                     kToC + std::string("1 of ") + std::to_string(41 - 38)))
+        << c;
+  }
+}
+
+TEST(Ros2Services, OneOfSeveralResponsesIsUndecidedWithoutASourceTimestamp) {
+  for (const int c : {3, 2}) {
+    EXPECT_THAT(responses(two_servers(c, "", "")),
+                UnorderedElementsAre(std::string(kToB) + "-", std::string(kToC) + "-"))
+        << c;
+  }
+}
+
+// One more server answers, which was not recorded.
+TEST(Ros2Services, AResponseThatNoServerWasSeenToSendIsOfNoChain) {
+  constexpr const char* kOfNone = " source_timestamp=1000031";
+  EXPECT_THAT(responses(two_servers(3, kOfNone, kOfNone)),
+              UnorderedElementsAre(std::string(kToB) + "-", std::string(kToC) + "-"));
+}
+
+// What /c took was not seen, so that nobody knows which instance responds.
+TEST(Ros2Services, AResponseOfAnUnknownInstanceMayBeTheOneThatIsTaken) {
+  const auto text = replaced(two_servers(3, "", ""), "rmw_service_handle=0x62 client_gid=1.15.3",
+                             "rmw_service_handle=0x62 client_gid=1.15.9");
+  EXPECT_THAT(responses(text), ElementsAre(std::string(kToB) + "-"));
 }
 
 // A callback that takes the request alone responds later: rclcpp tells no end of it.

@@ -11,6 +11,7 @@
 #include "vocabulary/event_batch.hpp"
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -45,6 +46,8 @@ using CallKey = std::pair<std::uint64_t, std::int64_t>;
 struct Request {
   Address service = 0;  // rmw's
   CallKey call{};
+
+  auto operator<=>(const Request&) const = default;
 };
 
 // A message that its publisher hands to subscriptions of its own process.
@@ -193,7 +196,7 @@ struct Process {
   std::set<Address> announced_groups{};
   std::unordered_map<Address, std::uint64_t> clients{};  // the model's gids, by rmw handle
   std::unordered_map<Address, std::string> services{};   // names, by rmw handle
-  std::map<CallKey, RunningCallback> served{};           // by whom, until they respond
+  std::map<Request, RunningCallback> served{};           // by whom, until they respond
   std::optional<Address> repeated_context{};             // the last one of which CARET told
   std::unordered_map<CallbackId, OwnSubscription> own_subscriptions{};
   std::unordered_map<PublisherId, OwnPublisher> own_publishers{};

@@ -35,7 +35,7 @@ enum class Ros2Event : std::uint32_t {
   send_request,            // rmw_client_handle, sequence_number
   take_request,            // rmw_service_handle, client_gid, sequence_number, taken
   send_response,           // rmw_service_handle, client_gid, sequence_number, timestamp
-  take_response,           // rmw_client_handle, taken, sequence_number
+  take_response,           // rmw_client_handle, taken, sequence_number, source_timestamp
   dispatch,                // callback, source_stamp: CARET's take
   intra_dispatch,          // message, callback: CARET's take between callbacks of a process
   message_copy,            // original_message, constructed_message

@@ -20,19 +20,6 @@ std::string gid_of(const Payload& p, std::size_t slot) {
 
 }  // namespace
 
-const MessageLinks::Origin* Services::Calls::find(const CallKey& call) const {
-  const auto found = by_key_.find(call);
-  return found == by_key_.end() ? nullptr : &found->second;
-}
-
-void Services::Calls::add(const CallKey& call, const MessageLinks::Origin& origin) {
-  if (!by_key_.insert_or_assign(call, origin).second) return;
-  in_order_.push_back(call);
-  if (in_order_.size() <= kMaxCalls) return;
-  by_key_.erase(in_order_.front());
-  in_order_.pop_front();
-}
-
 void Services::apply(Ros2Event event, const Telling& telling, const Payload& p, Context& context) {
   switch (event) {
     case Ros2Event::client_identity: {
@@ -107,7 +94,7 @@ void Services::send_request(const Payload& p, Context& context) {
   } else {
     origin.stamp = new_name();
   }
-  requests_.add(call, origin);
+  requests_[call] = origin;
   emit(context.head,
        Publish{.publisher = client->id,
                .seq = client->next_seq++,
@@ -128,8 +115,7 @@ MessageLinks::Origin Services::requested(const Callback& callback, Context& cont
   }
   if (const auto* told = requests_.find(requested->call)) return *told;
   // It is told after it was taken.
-  requests_.add(requested->call, {.gid = requested->call.first, .stamp = new_name()});
-  return *requests_.find(requested->call);
+  return requests_[requested->call] = {.gid = requested->call.first, .stamp = new_name()};
 }
 
 void Services::note_instance(const RunningCallback& instance, Context context) {
@@ -137,21 +123,27 @@ void Services::note_instance(const RunningCallback& instance, Context context) {
   if (!requested) return;
   auto& served = context.process.served;
   if (served.size() >= kMaxServed) served.clear();
-  served.insert_or_assign(requested->call, instance);
+  served.insert_or_assign(*requested, instance);
 }
 
-// By the instance that took the request, which most often has ended then.
 void Services::send_response(const Payload& p, Context& context) {
-  auto& process = context.process;
-  auto* service = process.directory.caller(p.number<Address>(0));
   const auto call = call_of(p, 1, 2);
-  if (service == nullptr || !call) return;
-  const auto instance = process.served.find(*call);
-  if (instance == process.served.end()) return;
+  if (!call) return;
+  const Request request{.service = p.number<Address>(0), .call = *call};
+  note_response(
+      {.origin = respond(request, p, context), .source_timestamp = p.number<std::int64_t>(3)},
+      responses_[*call]);
+}
+
+// That instance has most often ended then.
+MessageLinks::Origin Services::respond(const Request& request, const Payload& p, Context& context) {
+  auto& process = context.process;
+  auto* service = process.directory.caller(request.service);
+  const auto instance = process.served.find(request);
+  if (service == nullptr || instance == process.served.end()) return {};
   announce(*service, context.head, process, context.sink);
   service->last_stamp = std::max(p.number<std::int64_t>(3, context.realtime),
                                  detail::wrapping_add(service->last_stamp, 1));
-  responses_.add(*call, {.gid = service->gid, .stamp = service->last_stamp});
   emit(context.head,
        Publish{.publisher = service->id,
                .seq = service->next_seq++,
@@ -160,6 +152,28 @@ void Services::send_response(const Payload& p, Context& context) {
                .callback_seq = instance->second.seq},
        context.sink);
   process.served.erase(instance);
+  return {.gid = service->gid, .stamp = service->last_stamp};
+}
+
+void Services::note_response(const Response& response, Responses& responses) {
+  const auto of_same = std::ranges::find_if(responses, [&response](const Response& other) {
+    return other.origin.gid == response.origin.gid;
+  });
+  if (of_same == responses.end()) {
+    responses.push_back(response);
+  } else {
+    *of_same = response;
+  }
+}
+
+const Services::Response* Services::taken_of(const Responses& responses,
+                                             std::int64_t source_timestamp) {
+  const auto may_be_it = [source_timestamp](const Response& response) {
+    return source_timestamp == 0 || response.source_timestamp == 0 ||
+           response.source_timestamp == source_timestamp;
+  };
+  const auto one = std::ranges::find_if(responses, may_be_it);
+  return std::ranges::count_if(responses, may_be_it) == 1 ? &*one : nullptr;
 }
 
 void Services::take_response(const Payload& p, Context& context) {
@@ -170,10 +184,13 @@ void Services::take_response(const Payload& p, Context& context) {
   }
   const auto client = process.clients.find(p.number<Address>(0));
   if (client == process.clients.end()) return;
-  const auto* response = responses_.find({client->second, p.number<std::int64_t>(2)});
-  if (response == nullptr) return;
+  const auto* responses = responses_.find({client->second, p.number<std::int64_t>(2)});
+  if (responses == nullptr) return;
+  const auto* response = taken_of(*responses, p.number<std::int64_t>(3));
+  if (response == nullptr || response->origin.gid == 0) return;
   emit(context.head,
-       ResponseTaken{.writer_gid = response->gid, .source_timestamp_realtime_ns = response->stamp},
+       ResponseTaken{.writer_gid = response->origin.gid,
+                     .source_timestamp_realtime_ns = response->origin.stamp},
        context.sink);
 }
 

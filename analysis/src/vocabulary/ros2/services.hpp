@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 namespace cie::analysis::ros2 {
 
@@ -26,23 +27,47 @@ class Services {
   void note_instance(const RunningCallback& instance, Context context);
 
  private:
-  // The last few calls, by what names them.
+  // What belongs to the last few calls, by what names them.
+  template <typename Of>
   class Calls {
    public:
-    const MessageLinks::Origin* find(const CallKey& call) const;
-    void add(const CallKey& call, const MessageLinks::Origin& origin);
+    const Of* find(const CallKey& call) const {
+      const auto found = by_key_.find(call);
+      return found == by_key_.end() ? nullptr : &found->second;
+    }
+    Of& operator[](const CallKey& call) {
+      const auto [of, is_new] = by_key_.try_emplace(call);
+      if (!is_new) return of->second;
+      in_order_.push_back(call);
+      if (in_order_.size() > kMaxCalls) {
+        by_key_.erase(in_order_.front());
+        in_order_.pop_front();
+      }
+      return of->second;
+    }
 
    private:
     static constexpr std::size_t kMaxCalls = 4096;
-    std::map<CallKey, MessageLinks::Origin> by_key_;
+    std::map<CallKey, Of> by_key_;
     std::deque<CallKey> in_order_;
   };
+  // Each server that offers the service answers a call.
+  struct Response {
+    MessageLinks::Origin origin{};      // of no writer: whose instance sent it is not known
+    std::int64_t source_timestamp = 0;  // 0: not told
+  };
+  using Responses = std::vector<Response>;  // to one call
 
+  static void note_response(const Response& response, Responses& responses);
+  // Null: it cannot be told which one it is.
+  static const Response* taken_of(const Responses& responses, std::int64_t source_timestamp);
   void enter_client(const Telling& telling, const Payload& p, Process& process);
   void enter_service(const Telling& telling, const Payload& p, Process& process);
   std::optional<CallKey> call_of(const Payload& p, std::size_t gid, std::size_t number) const;
   void send_request(const Payload& p, Context& context);
   void send_response(const Payload& p, Context& context);
+  // By the instance that took the request, if it is known. What the response is called in the model.
+  static MessageLinks::Origin respond(const Request& request, const Payload& p, Context& context);
   void take_response(const Payload& p, Context& context);
   std::uint64_t new_gid() noexcept { return kFirstGid + ++made_; }
   // A stamp that tells no time.
@@ -51,8 +76,8 @@ class Services {
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'8000'0000U;  // beyond those of publishers
 
   std::unordered_map<std::string, std::uint64_t> clients_;  // model's gids by DDS's
-  Calls requests_;
-  Calls responses_;
+  Calls<MessageLinks::Origin> requests_;
+  Calls<Responses> responses_;
   std::uint64_t made_ = 0;
   std::int64_t names_ = 0;
 };

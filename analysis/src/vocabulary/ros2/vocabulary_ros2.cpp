@@ -107,7 +107,7 @@ void add_running(std::vector<Translation>& table) {
   add(table, Ros2Event::send_response, {"ros2:rmw_send_response"},
       {"rmw_service_handle", "client_gid", "sequence_number", "timestamp"});
   add(table, Ros2Event::take_response, {"ros2:rmw_take_response"},
-      {"rmw_client_handle", "taken", "sequence_number"});
+      {"rmw_client_handle", "taken", "sequence_number", "source_timestamp"});
   add(table, Ros2Event::dispatch, {"ros2:dispatch_subscription_callback"},
       {"callback", "source_stamp|source_timestamp"});
   add(table, Ros2Event::intra_dispatch, {"ros2:dispatch_intra_process_subscription_callback"},
