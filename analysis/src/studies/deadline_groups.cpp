@@ -59,32 +59,37 @@ std::vector<DeadlineServer> servers_of(const Threads& threads) {
 
 // The tests are of threads that may use all of the CPUs. Of sets that differ, it is enough that each CPU
 // alone would do for all that may use it.
-bool are_guaranteed(const Sharing& group) {
+bool are_guaranteed(const Sharing& group, std::int64_t effort) {
   const bool is_one_set = std::ranges::all_of(group.threads, [&group](const ThreadReport* thread) {
     return cpus_of(*thread) == group.cpus;
   });
   if (is_one_set) {
     return are_deadlines_guaranteed(servers_of(group.threads),
-                                    static_cast<std::uint32_t>(group.cpus.size()));
+                                    static_cast<std::uint32_t>(group.cpus.size()), effort);
   }
-  return std::ranges::all_of(group.cpus, [&group](std::uint32_t cpu) {
+  effort /= std::ssize(group.cpus);
+  return std::ranges::all_of(group.cpus, [&group, effort](std::uint32_t cpu) {
     Threads here;
     std::ranges::copy_if(
         group.threads, std::back_inserter(here), [cpu](const ThreadReport* thread) {
           return std::ranges::find(thread->sched->cpus, cpu) != thread->sched->cpus.end();
         });
-    return are_deadlines_guaranteed(servers_of(here), 1);
+    return are_deadlines_guaranteed(servers_of(here), 1, effort);
   });
 }
 
-// Those that live together at any time, which they do when one of them begins.
-void judge(DeadlineGroup& group, const ReportRows& rows) {
+// Those that live together at any time, which they do when one of them begins. Of these times each is
+// given the same part of the effort.
+void judge(DeadlineGroup& group, const ReportRows& rows, std::int64_t effort) {
   auto& admission = group.admission;
   admission.processors = static_cast<std::uint32_t>(admission.cpus.size());
   admission.admissible_ppb = kAdmissiblePpb * static_cast<std::int64_t>(admission.processors);
   admission.reserved_ppb = 0;
-  for (const auto& [beginning, unused] : group.threads) {
-    const auto begin = rows.process_of(*beginning).lived.from;
+  std::set<Timestamp> begins;
+  for (const auto& [thread, unused] : group.threads)
+    begins.insert(rows.process_of(*thread).lived.from);
+  effort /= std::ssize(begins);
+  for (const auto begin : begins) {
     Threads alive;
     for (const auto& [thread, is_guaranteed] : group.threads) {
       if (overlap(rows.process_of(*thread).lived, {.from = begin, .to = begin}))
@@ -98,7 +103,7 @@ void judge(DeadlineGroup& group, const ReportRows& rows) {
     if (admission.reserved_ppb)
       admission.reserved_ppb = std::max(*admission.reserved_ppb, reserved_ppb(servers));
     for (const auto& together : sharing(alive)) {
-      if (are_guaranteed(together)) continue;
+      if (are_guaranteed(together, effort)) continue;
       for (const auto* thread : together.threads)
         group.threads.at(thread) = false;
     }
@@ -143,7 +148,7 @@ std::vector<DeadlineGroup> deadline_groups(const Report& report, const ReportRow
       group.admission.unknown = unknown;
       if (report.trace.hosts.size() > 1)
         group.admission.host = rows.process_of(*shared.threads.front()).host;
-      judge(group, rows);
+      judge(group, rows, kMaxEffort / std::ssize(of_host));
     }
   }
   return groups;

@@ -10,7 +10,12 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max() / 4;
-constexpr int kMaxSteps = 1'000'000;
+constexpr std::int64_t kMaxSteps = 1'000'000;
+
+// Each of a step of every task.
+std::int64_t steps_within(std::int64_t effort, std::size_t tasks) {
+  return std::min(kMaxSteps, effort / static_cast<std::int64_t>(std::max<std::size_t>(tasks, 1)));
+}
 
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
 
@@ -27,9 +32,9 @@ Int128 demand(const FixedPriorityTask& task, std::int64_t time) {
 // in reach.
 std::optional<std::int64_t> fixed_point(std::span<const FixedPriorityTask> tasks, std::size_t index,
                                         Int128 base, bool is_with_itself, std::int64_t from,
-                                        int& steps) {
+                                        std::int64_t& steps_left) {
   auto w = from;
-  for (; steps < kMaxSteps; ++steps) {
+  for (; steps_left > 0; --steps_left) {
     Int128 next = base;
     for (std::size_t j = 0; j < tasks.size(); ++j) {
       if (j == index ? is_with_itself : tasks[j].priority >= tasks[index].priority) {
@@ -51,7 +56,7 @@ std::optional<std::int64_t> fixed_point(std::span<const FixedPriorityTask> tasks
 //   w_q = B + (q + 1) C_i + sum over the others of ceil((w_q + J_j) / T_j) C_j
 //   R   = max over q = 0 .. ceil((L + J_i) / T_i) - 1 of J_i + w_q - q T_i
 std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTask> tasks,
-                                                std::size_t index) {
+                                                std::size_t index, std::int64_t effort) {
   const auto& task = tasks[index];
   const auto is_impossible = [](const FixedPriorityTask& t) {
     return t.execution < 0 || (t.period && *t.period <= 0) || t.jitter < 0 || t.jitter > kForever ||
@@ -60,9 +65,9 @@ std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTas
   for (const auto& other : tasks) {
     if (other.priority >= task.priority && is_impossible(other)) return std::nullopt;
   }
-  int steps = 0;
+  auto steps_left = steps_within(effort, tasks.size());
   const auto busy = fixed_point(tasks, index, task.blocking, true,
-                                std::max<std::int64_t>(task.execution, 1), steps);
+                                std::max<std::int64_t>(task.execution, 1), steps_left);
   if (!busy) return std::nullopt;
   const auto jobs = task.period ? ceil_div(*busy + task.jitter, *task.period) : 1;
   std::int64_t worst = 0;
@@ -71,7 +76,7 @@ std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTas
     const auto base = task.blocking + static_cast<Int128>(q + 1) * task.execution;
     if (base > kForever) return std::nullopt;
     const auto start = std::max(w, static_cast<std::int64_t>(base));  // w_q grows with q
-    const auto end = fixed_point(tasks, index, base, false, start, steps);
+    const auto end = fixed_point(tasks, index, base, false, start, steps_left);
     if (!end) return std::nullopt;
     w = *end;
     worst = std::max(worst, task.jitter + w - (task.period ? q * *task.period : 0));
@@ -101,9 +106,13 @@ std::int64_t demanded_ppb(std::span<const FixedPriorityTask> tasks) {
   return saturated(sum);
 }
 
+bool demand_exceeds_processor(std::int64_t ppb, std::size_t tasks) {
+  const auto rounding = static_cast<std::int64_t>(tasks);
+  return ppb - rounding > kWholeProcessorPpb;
+}
+
 bool demand_exceeds_processor(std::span<const FixedPriorityTask> tasks) {
-  const auto rounding = static_cast<std::int64_t>(tasks.size());
-  return demanded_ppb(tasks) - rounding > kWholeProcessorPpb;
+  return demand_exceeds_processor(demanded_ppb(tasks), tasks.size());
 }
 
 std::int64_t reserved_ppb(std::span<const DeadlineServer> servers) {
@@ -155,16 +164,16 @@ Int128 demand_until(std::span<const DeadlineServer> servers, std::int64_t time) 
 // Baruah, Rosier, Howell, "Algorithms and Complexity Concerning the Preemptive Scheduling of
 // Periodic, Real-Time Tasks on One Processor", Real-Time Systems 2, 1990: demand(t) <= t at every
 // deadline t up to the end of the first busy period.
-bool is_demand_met(std::span<const DeadlineServer> servers) {
+bool is_demand_met(std::span<const DeadlineServer> servers, std::int64_t effort) {
   std::vector<FixedPriorityTask> tasks;
   for (const auto& server : servers)
     tasks.push_back({.execution = server.runtime, .period = server.period});
-  int steps = 0;
-  const auto busy = fixed_point(tasks, 0, 0, true, 1, steps);
+  auto steps_left = steps_within(effort, servers.size());
+  const auto busy = fixed_point(tasks, 0, 0, true, 1, steps_left);
   if (!busy) return false;
   for (const auto& server : servers) {
     for (auto deadline = server.deadline; deadline <= *busy; deadline += server.period) {
-      if (++steps > kMaxSteps || demand_until(servers, deadline) > deadline) return false;
+      if (--steps_left < 0 || demand_until(servers, deadline) > deadline) return false;
     }
   }
   return true;
@@ -172,7 +181,8 @@ bool is_demand_met(std::span<const DeadlineServer> servers) {
 
 }  // namespace
 
-bool are_deadlines_guaranteed(std::span<const DeadlineServer> servers, std::uint32_t processors) {
+bool are_deadlines_guaranteed(std::span<const DeadlineServer> servers, std::uint32_t processors,
+                              std::int64_t effort) {
   if (servers.empty()) return true;
   const auto is_sound = [](const DeadlineServer& server) {
     return server.runtime > 0 && server.runtime <= server.deadline &&
@@ -180,7 +190,7 @@ bool are_deadlines_guaranteed(std::span<const DeadlineServer> servers, std::uint
   };
   if (processors == 0 || !std::ranges::all_of(servers, is_sound)) return false;
   if (is_density_low(servers, processors)) return true;
-  return processors == 1 && is_demand_met(servers);
+  return processors == 1 && is_demand_met(servers, effort);
 }
 
 // Abeni & Buttazzo, "Integrating Multimedia Applications in Hard Real-Time Systems", RTSS 1998: a

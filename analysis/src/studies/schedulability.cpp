@@ -5,6 +5,8 @@
 #include "task_model.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <map>
 #include <set>
@@ -27,6 +29,8 @@ class Analysis {
         servers_[thread] = {.is_guaranteed = is_guaranteed, .unknown = group.admission.unknown};
     }
     result.outside = outside();
+    const auto pinned = std::ranges::count_if(model_.tasks(), &Task::is_pinned);
+    effort_ = kMaxEffort / std::max<std::ptrdiff_t>(pinned, 1);
     for (auto& task : model_.tasks()) {
       bound(task);
       explain_excess(model_, task);
@@ -184,10 +188,10 @@ class Analysis {
     auto& rivals = found.rivals;
     rivals.push_back(
         {.execution = result.execution->ns, .period = result.period->ns, .priority = priority});
-    result.bound_ns = worst_response_time(rivals, rivals.size() - 1);
+    result.bound_ns = worst_response_time(rivals, rivals.size() - 1, effort_);
     found.as_seen.push_back(as_seen(task, rivals.back()));
     note_breaches(task, std::move(found.breaches));
-    task.bound_as_seen_ns = bound_of_last(found.as_seen);
+    if (!task.breaches.empty()) task.bound_as_seen_ns = bound_of_last(found.as_seen);
     const auto cpu = "CPU " + std::to_string(processor.cpu);
     if (result.bound_ns || is_overloaded(task, processor)) {
       result.method = BoundMethod::fixed_priority;
@@ -212,21 +216,18 @@ class Analysis {
   }
 
   // Releases that coincide leave none.
-  static std::optional<std::int64_t> bound_of_last(const std::vector<FixedPriorityTask>& tasks) {
+  std::optional<std::int64_t> bound_of_last(const std::vector<FixedPriorityTask>& tasks) const {
     const bool coincide = std::ranges::any_of(
         tasks, [](const FixedPriorityTask& task) { return task.period && *task.period <= 0; });
-    return coincide ? std::nullopt : worst_response_time(tasks, tasks.size() - 1);
+    return coincide ? std::nullopt : worst_response_time(tasks, tasks.size() - 1, effort_);
   }
 
   // At some moment those at least as urgent demanded more than the CPU.
   bool is_overloaded(const Task& task, const Processor& processor) const {
-    const auto own = FixedPriorityTask{.execution = task.result.execution->ns,
-                                       .period = task.result.period->ns,
-                                       .priority = static_cast<std::int32_t>(task.result.priority)};
-    auto moments = model_.at_moments(processor, own.priority, task.lived(), &task);
-    return std::ranges::any_of(moments, [&own](Interference& moment) {
-      moment.rivals.push_back(own);
-      return demand_exceeds_processor(moment.rivals);
+    const auto moments =
+        model_.at_moments(processor, static_cast<std::int32_t>(task.result.priority), task.lived());
+    return std::ranges::any_of(moments, [](const Demand& demand) {
+      return demand_exceeds_processor(demand.ppb, demand.rivals);
     });
   }
 
@@ -257,12 +258,15 @@ class Analysis {
       auto& demand =
           demands.emplace_back(CpuDemand{.host = host, .cpu = processor.cpu, .real_time_ppb = 0})
               .real_time_ppb;
-      for (const auto& all : model_.at_moments(processor, 1, {}, nullptr)) {
-        const bool are_periods_known = std::ranges::all_of(
-            all.rivals, [](const FixedPriorityTask& rival) { return rival.period.has_value(); });
-        if (!all.unknown.empty() || !are_periods_known) demand.reset();
-        if (demand) demand = std::max(*demand, demanded_ppb(all.rivals));
+      const auto all = model_.interference(processor, 1, {}, nullptr);
+      const bool are_periods_known = std::ranges::all_of(
+          all.rivals, [](const FixedPriorityTask& rival) { return rival.period.has_value(); });
+      if (!all.unknown.empty() || !are_periods_known) {
+        demand.reset();
+        continue;
       }
+      for (const auto& moment : model_.at_moments(processor, 1, {}))
+        demand = std::max(*demand, moment.ppb);
     }
     return demands;
   }
@@ -280,6 +284,7 @@ class Analysis {
     std::string unknown{};
   };
   std::map<const ThreadReport*, Server> servers_;
+  std::int64_t effort_ = 0;  // what the bound of one task may cost
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace cie::analysis {
@@ -353,35 +354,42 @@ Interference TaskModel::interference(const Processor& processor, std::int32_t le
   return found;
 }
 
-std::vector<Interference> TaskModel::at_moments(const Processor& processor,
-                                                std::int32_t least_priority,
-                                                const TimeWindow& during,
-                                                const Task* except) const {
-  std::vector<Interference> all;
-  for (const auto moment : moments(processor.host, during)) {
-    all.push_back(interference(processor, least_priority, {.from = moment, .to = moment}, except));
-  }
-  return all;
-}
-
-// What begins adds to what lives: the last begin before somebody ends has all of them.
-std::vector<Timestamp> TaskModel::moments(HostIndex host, const TimeWindow& during) const {
+// What begins adds to what lives, and what ends is no part of it after that.
+std::vector<Demand> TaskModel::at_moments(const Processor& processor, std::int32_t least_priority,
+                                          const TimeWindow& during) const {
   enum class Edge : std::uint8_t { begin, end };  // of one moment, both live
-  std::vector<std::pair<Timestamp, Edge>> edges{{during.from, Edge::begin}};
-  const auto add = [&](const ProcessReport& process, const TimeWindow& lived) {
-    if (process.host_index != host || !overlap(lived, during)) return;
-    edges.emplace_back(std::max(lived.from, during.from), Edge::begin);
-    edges.emplace_back(lived.to, Edge::end);
+  std::vector<std::tuple<Timestamp, Edge, Demand>> edges;
+  const auto add = [&](const ProcessReport& process, const TimeWindow& lived, const auto& find) {
+    if (process.host_index != processor.host || !overlap(lived, during)) return;
+    Interference found;
+    find(found);
+    if (found.rivals.empty()) return;
+    const Demand demand{.ppb = demanded_ppb(found.rivals), .rivals = found.rivals.size()};
+    edges.emplace_back(std::max(lived.from, during.from), Edge::begin, demand);
+    edges.emplace_back(lived.to, Edge::end, demand);
   };
-  for (const auto& process : report_.processes)
-    add(process, process.lived);
-  for (const auto& task : tasks_)
-    add(*task.process, task.lived());
-  std::ranges::sort(edges);
-  std::vector<Timestamp> found;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const bool is_last = i + 1 == edges.size() || edges[i + 1].second == Edge::end;
-    if (edges[i].second == Edge::begin && is_last) found.push_back(edges[i].first);
+  for (const auto& task : tasks_) {
+    add(*task.process, task.lived(),
+        [&](Interference& found) { add_callback(task, processor, least_priority, found); });
+  }
+  for (const auto* server : servers_) {
+    const auto& process = rows_.process_of(*server);
+    add(process, process.lived,
+        [&](Interference& found) { add_server(*server, processor, found); });
+  }
+  std::ranges::sort(edges, {}, [](const auto& edge) {
+    return std::pair(std::get<Timestamp>(edge), std::get<Edge>(edge));
+  });
+  std::vector<Demand> found{{}};
+  Int128 ppb = 0;
+  std::size_t rivals = 0;
+  for (const auto& [time, edge, demand] : edges) {
+    const bool begins = edge == Edge::begin;
+    ppb += begins ? demand.ppb : -static_cast<Int128>(demand.ppb);
+    rivals += begins ? demand.rivals : 0 - demand.rivals;
+    constexpr Int128 kMost = std::numeric_limits<std::int64_t>::max();
+    if (begins)
+      found.push_back({.ppb = static_cast<std::int64_t>(std::min(ppb, kMost)), .rivals = rivals});
   }
   return found;
 }

@@ -5,6 +5,7 @@
 #include <cie/analysis/response_time_analysis.hpp>
 #include <cie/analysis/schedulability.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -65,6 +66,12 @@ struct Interference {
   std::vector<Explanation> breaches{};       // of all of them; `ns` is not set
 };
 
+// In the long run, of one processor.
+struct Demand {
+  std::int64_t ppb = 0;    // as demanded_ppb() says
+  std::size_t rivals = 0;  // that demand it
+};
+
 // "12.5 us".
 std::string in_us(std::int64_t ns);
 // That were seen, or a part of them, or that the recording proves.
@@ -102,10 +109,10 @@ class TaskModel {
   // demand, wherever it ran.
   Interference interference(const Processor& processor, std::int32_t least_priority,
                             const TimeWindow& during, const Task* except) const;
-  // The same at moments of that time, so many that all that ever ran at the same time did so at one of
-  // them.
-  std::vector<Interference> at_moments(const Processor& processor, std::int32_t least_priority,
-                                       const TimeWindow& during, const Task* except) const;
+  // The same of all callbacks at moments of that time, so many that all that ever ran at the same time
+  // did so at one of them. Requires that nothing of it is unknown.
+  std::vector<Demand> at_moments(const Processor& processor, std::int32_t least_priority,
+                                 const TimeWindow& during) const;
 
  private:
   static void add_rival(const Task& task, std::int32_t priority, Interference& found);
@@ -113,7 +120,6 @@ class TaskModel {
                     Interference& found) const;
   static void add_server(const ThreadReport& thread, const Processor& processor,
                          Interference& found);
-  std::vector<Timestamp> moments(HostIndex host, const TimeWindow& during) const;
 
   const Report& report_;
   ReportRows rows_;

@@ -17,12 +17,17 @@ struct FixedPriorityTask {
   std::int64_t blocking = 0;  // longest time that less urgent tasks keep it from running (B)
 };
 
+// What a test may cost: so many times it asks what one task or server demands. Near a utilization
+// of 1 busy periods are of any length.
+inline constexpr std::int64_t kMaxEffort = 200'000'000;
+
 // The longest time from arrival to end of any job of tasks[index], whatever the phases. Tasks of
 // equal priority count as more urgent than each other, which bounds any order among them. Empty: no
-// bound exists or it lies beyond what integers hold. Deadlines play no part: busy periods of
-// several jobs are examined whole.
+// bound exists, or it lies beyond what integers hold or that effort finds. Deadlines play no part:
+// busy periods of several jobs are examined whole.
 std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTask> tasks,
-                                                std::size_t index);
+                                                std::size_t index,
+                                                std::int64_t effort = kMaxEffort);
 
 // One whole processor, in parts per billion.
 inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
@@ -30,7 +35,9 @@ inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
 // Parts per billion of one processor that the tasks demand in the long run (C / T; of a single job
 // nothing), rounded up one by one. Requires periods above 0.
 std::int64_t demanded_ppb(std::span<const FixedPriorityTask> tasks);
-// They demand more than all of one for certain: then the least urgent of them has no bound.
+// So many tasks that demand so much demand more than all of one for certain: then the least urgent of
+// them has no bound.
+bool demand_exceeds_processor(std::int64_t ppb, std::size_t tasks);
 bool demand_exceeds_processor(std::span<const FixedPriorityTask> tasks);
 
 // A constant-bandwidth server: SCHED_DEADLINE's runtime, deadline, period.
@@ -48,7 +55,8 @@ std::int64_t reserved_ppb(std::span<const DeadlineServer> servers);
 // Whether the servers meet every deadline under EDF on so many processors: on one by the processor
 // demand criterion, which is exact for independent sporadic servers; on several by the density
 // test, which suffices and is not necessary. False also where deciding would take too long.
-bool are_deadlines_guaranteed(std::span<const DeadlineServer> servers, std::uint32_t processors);
+bool are_deadlines_guaranteed(std::span<const DeadlineServer> servers, std::uint32_t processors,
+                              std::int64_t effort = kMaxEffort);
 
 // The longest time from release to end of a job of `execution` on a server whose deadlines are
 // guaranteed, if jobs are `period` apart at least. Empty: jobs come faster than it serves them.
