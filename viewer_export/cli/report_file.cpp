@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <exception>
 #include <fstream>
 #include <map>
@@ -27,16 +28,17 @@ using viewer_export::Json;
 // Version 1 has all that is compared, under the same names.
 constexpr std::array<std::string_view, 2> kSchemas{"cie.report/1", "cie.report/2"};
 
+// `place`: in the report.
 template <typename Row>
-Row row_in(const Json& json) {
+Row row_in(const Json& json, const std::string& place) {
   Row row;
   viewer_export::RowReader reader(json);
-  fields(reader, row);
+  viewer_export::read_within(place, [&] { fields(reader, row); });
   return row;
 }
 
-CallbackReport callback_in(const Json& json) {
-  auto callback = row_in<CallbackReport>(json);
+CallbackReport callback_in(const Json& json, std::size_t index) {
+  auto callback = row_in<CallbackReport>(json, "callbacks[" + std::to_string(index) + ']');
   if (!json.contains("isolation")) {  // a report of before there was such a key
     callback.isolation = json.at("isolated").get<bool>() ? Isolation::isolated
                          : callback.threads.empty()      ? Isolation::never_ran
@@ -48,9 +50,9 @@ CallbackReport callback_in(const Json& json) {
 analysis::ComparedRecord record_in(const Json& report) {
   std::vector<analysis::TraceDefect> defects;
   for (const auto& defect : report.at("defects"))
-    defects.push_back(row_in<analysis::TraceDefect>(defect));
-  return analysis::ComparedRecord::of(row_in<analysis::TraceSummary>(report.at("trace")), defects,
-                                      !report.at("callbacks").empty());
+    defects.push_back(row_in<analysis::TraceDefect>(defect, "defects"));
+  return analysis::ComparedRecord::of(row_in<analysis::TraceSummary>(report.at("trace"), "trace"),
+                                      defects, !report.at("callbacks").empty());
 }
 
 // A complete record has the end of each run that ended.
@@ -146,8 +148,9 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
     side.record = record_in(report);
     const IsolationClaims claims(report);
     analysis::SamplesById samples;
+    std::size_t index = 0;
     for (const auto& callback : report.at("callbacks")) {
-      auto sample = sample_of(callback_in(callback), side.record.is_complete);
+      auto sample = sample_of(callback_in(callback, index++), side.record.is_complete);
       sample.is_isolation_claimed = claims.of(callback);
       samples.add(std::move(sample));
     }

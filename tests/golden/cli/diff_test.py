@@ -2,6 +2,7 @@
 """cie diff: what is worse than before, and beyond chance. Arguments: CIE EXAMPLES."""
 import json
 import os
+import re
 import sys
 import unittest
 
@@ -44,6 +45,22 @@ class Diff(Folder):
             done = cie("diff", self.write("other", content), TRACE)
             self.assertEqual((done.returncode, done.stdout), (4, b""))
             self.assertIn(why, done.stderr)
+
+    # No count is negative, has a part, or takes more than 64 bits.
+    def test_an_impossible_count_is_refused_by_its_place(self):
+        for count in (-5, 1.5, 1e30, 2**64):
+            for place, change in (("callbacks[1].instances", lambda report: report["callbacks"][1].update(instances=count)),
+                                  ("callbacks[0].duration_ns.count",
+                                   lambda report: report["callbacks"][0]["duration_ns"].update(count=count)),
+                                  ("callbacks[0].threads[0].instances",
+                                   lambda report: report["callbacks"][0]["threads"][0].update(instances=count)),
+                                  ("trace.events", lambda report: report["trace"].update(events=count))):
+                changed = self.report("changed.json", change)
+                for inputs in ((TRACE, changed), (changed, TRACE)):
+                    done = cie("diff", *inputs)
+                    self.assertEqual((done.returncode, done.stdout), (4, b""), (place, count))
+                    self.assertRegex(done.stderr.decode(), "changed.json\" is neither a recording nor a report: "
+                                     + re.escape(place) + " is .* and not an integer from 0 to 18446744073709551615")
 
     def test_a_callback_that_is_gone_or_shares_its_thread_is_a_regression(self):
         def drop(report):

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -158,16 +159,42 @@ class RowWriter {
   const RowContext& context_;
 };
 
+// A number of a document that its field cannot hold.
+class ImpossibleNumber : public std::runtime_error {
+ public:
+  // `place`: of its field, "trace.hosts[1]".
+  ImpossibleNumber(const std::string& place, const std::string& what)
+      : std::runtime_error(place + ' ' + what), place_(place), what_(what) {}
+  // The same, of a row that is there.
+  ImpossibleNumber within(const std::string& row) const {
+    return {row + (place_.empty() || place_.front() == '[' ? "" : ".") + place_, what_};
+  }
+
+ private:
+  std::string place_;
+  std::string what_;
+};
+
+// What `read` throws has its place in the row.
+template <typename Read>
+void read_within(const std::string& row, const Read& read) {
+  try {
+    read();
+  } catch (const ImpossibleNumber& number) {
+    throw number.within(row);
+  }
+}
+
 // Reads rows of documents of any version: fields of later ones may be absent. Throws
-// Json::exception for fields that are absent or of another type, std::runtime_error for labels that
-// nothing has.
+// Json::exception for fields that are absent or of another type, ImpossibleNumber, and
+// std::runtime_error for labels that nothing has.
 class RowReader {
  public:
   explicit RowReader(const Json& json) : json_(json) {}
 
   template <typename T>
   void operator()(const char* name, T& value) const {
-    read(json_.at(name), value);
+    read_within(name, [&] { read(json_.at(name), value); });
   }
   template <typename T>
   void added(const char* name, T& value) const {
@@ -190,7 +217,7 @@ class RowReader {
   template <typename VisitIts>
   void object(const char* name, const VisitIts& visit_its) const {
     RowReader inner(json_.at(name));
-    visit_its(inner);
+    read_within(name, [&] { visit_its(inner); });
   }
   template <typename Enum>
   void word(const char* name, std::optional<Enum>& value) const {
@@ -215,7 +242,9 @@ class RowReader {
     } else if constexpr (std::is_enum_v<T>) {
       value = labelled<T>(json.get<std::string>());
     } else if constexpr (requires { value.ns; }) {
-      json.get_to(value.ns);
+      value.ns = integer<decltype(value.ns)>(json);
+    } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+      value = integer<T>(json);
     } else {
       json.get_to(value);
     }
@@ -236,8 +265,23 @@ class RowReader {
   template <typename T>
   static void read(const Json& json, std::vector<T>& values) {
     values.clear();
-    for (const auto& element : json)
-      read(element, values.emplace_back());
+    for (const auto& element : json) {
+      const auto place = '[' + std::to_string(values.size()) + ']';
+      read_within(place, [&] { read(element, values.emplace_back()); });
+    }
+  }
+  // The library converts any number to any other one.
+  template <typename T>
+  static T integer(const Json& json) {
+    if (!json.is_number()) return json.get<T>();  // throws
+    constexpr auto kLeast = std::numeric_limits<T>::min();
+    constexpr auto kMost = std::numeric_limits<T>::max();
+    const bool is_it = json.is_number_unsigned()  ? std::in_range<T>(json.get<std::uint64_t>())
+                       : json.is_number_integer() ? std::in_range<T>(json.get<std::int64_t>())
+                                                  : false;
+    if (is_it) return json.get<T>();
+    throw ImpossibleNumber({}, "is " + json.dump() + " and not an integer from " +
+                                   std::to_string(kLeast) + " to " + std::to_string(kMost));
   }
   // Enumerations count from 0 and have a label for each enumerator, and no other.
   template <typename Enum>
