@@ -32,7 +32,7 @@ using analysis::Summary;
 using analysis::ThreadReport;
 using analysis::ThreadSchedReport;
 
-constexpr std::uint32_t kMaxCpu = 1023;  // of the spec
+constexpr std::uint32_t kMaxCpu = 1023;  // of a spec: sched_setaffinity is given a cpu_set_t
 constexpr std::array<std::string_view, 7> kDdsThreads{"recvUC", "recv",        "recvMC", "tev",
                                                       "gc",     "dq.builtins", "dq.user"};
 
@@ -91,19 +91,27 @@ std::string policy_lines(const ThreadSchedReport& sched) {
   return {};
 }
 
+// Its CPUs, or none and why.
+std::pair<std::string, std::string> affinity_of(const ThreadSchedReport& sched) {
+  auto cpus = sched.cpus;
+  std::ranges::sort(cpus);
+  cpus.erase(std::unique(cpus.begin(), cpus.end()), cpus.end());
+  if (cpus.empty()) return {"~", "its CPUs are not in the trace"};
+  if (cpus.back() > kMaxCpu) {
+    return {"~", fmt::format("a spec has no CPUs above {}, and it may use CPU {}", kMaxCpu,
+                             cpus.back())};
+  }
+  return {fmt::format("[{}]", fmt::join(cpus, ", ")), {}};
+}
+
 Parameters parameters_of(const ThreadReport& thread) {
   const auto& read_back = thread.applied ? thread.applied : thread.sched;
   if (!read_back) return unknown("its parameters are not in the trace");
   const std::string policy = policy_lines(*read_back);
   if (policy.empty()) return unknown("a spec cannot ask for the policy that was read back");
-  auto cpus = read_back->cpus;
-  std::ranges::sort(cpus);
-  cpus.erase(std::unique(cpus.begin(), cpus.end()), cpus.end());
-  const bool are_usable = !cpus.empty() && cpus.back() <= kMaxCpu;
-  return {.lines = policy + slice_and_clamp_lines(*read_back) +
-                   (are_usable ? fmt::format("    affinity: [{}]\n", fmt::join(cpus, ", "))
-                               : "    affinity: ~\n"),
-          .remark = {}};
+  auto [cpus, remark] = affinity_of(*read_back);
+  return {.lines = policy + slice_and_clamp_lines(*read_back) + "    affinity: " + cpus + '\n',
+          .remark = std::move(remark)};
 }
 
 Parameters merged(const std::optional<Parameters>& first, Parameters second) {

@@ -146,6 +146,31 @@ TEST_F(Template, AsksForNothingThatItDidNotSee) {
   EXPECT_THAT(text(), HasSubstr("# the threads that it ran on are not in the trace"));
 }
 
+// sched_setaffinity is given a cpu_set_t, which has 1024 of them; kernels may have 8192.
+TEST_F(Template, LeavesOutAnAffinityThatNoSpecCanAskForAndSaysWhy) {
+  auto usable = sched(Policy::other);
+  usable.cpus = {1023};
+  thread(1, usable);
+  auto beyond = sched(Policy::fifo);
+  beyond.priority = 10;
+  beyond.cpus = {3, 1024};
+  thread(2, beyond);
+  auto unknown = sched(Policy::other);
+  unknown.cpus = {};
+  thread(3, unknown);
+  callback("/usable@Timer(1)", 1);
+  callback("/beyond@Timer(1)", 2);
+  callback("/unknown@Timer(1)", 3);
+  const auto read = spec();
+  ASSERT_EQ(read.callbacks().size(), 3U);
+  EXPECT_EQ(read.callbacks()[0].parameters.cpus, (std::vector<std::uint32_t>{1023}));
+  EXPECT_EQ(read.callbacks()[1].parameters.cpus, std::nullopt);
+  EXPECT_EQ(read.callbacks()[2].parameters.cpus, std::nullopt);
+  EXPECT_THAT(text(), HasSubstr("    priority: 10\n    affinity: ~\n"
+                                "    # a spec has no CPUs above 1023, and it may use CPU 1024\n"));
+  EXPECT_THAT(text(), HasSubstr("    affinity: ~\n    # its CPUs are not in the trace\n"));
+}
+
 // M1 fails entries of callbacks that never ran.
 TEST_F(Template, HasOnlyCommentsOfWhatDidNotRun) {
   callback("/never@Timer(1)", 0).instances = 0;
