@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 
 #include <spawn.h>
@@ -15,10 +16,17 @@
 namespace cie::cli {
 namespace {
 
+std::string temporary_file() { return "a temporary file in \"" P_tmpdir "\""; }
+
+[[noreturn]] void throw_temporary_error(const std::string& what, int error) {
+  throw std::system_error(error, std::generic_category(),
+                          "cannot " + what + ' ' + temporary_file());
+}
+
 // A nameless temporary file.
 File temporary() {
   File file(std::tmpfile());
-  if (!file) throw std::system_error(errno, std::generic_category(), "a temporary file");
+  if (!file) throw_temporary_error("create", errno);
   return file;
 }
 
@@ -53,11 +61,12 @@ std::string svg_of(const std::string& dot) {
   const auto out = temporary();
   if (std::fwrite(dot.data(), 1, dot.size(), in.get()) != dot.size() ||
       std::fflush(in.get()) != 0) {
-    throw std::system_error(errno, std::generic_category(), "writing a temporary file");
+    throw_temporary_error("write", errno);
   }
   std::rewind(in.get());
   if (run_dot(in.get(), out.get()) != 0) {
-    throw std::runtime_error("the program dot of Graphviz could not draw the graph");
+    throw std::runtime_error("the program dot of Graphviz could not draw the graph into " +
+                             temporary_file() + ": use --to dot");
   }
   std::rewind(out.get());
   std::string svg;

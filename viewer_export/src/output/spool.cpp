@@ -18,9 +18,14 @@ std::filesystem::path temporary_place(const std::filesystem::path& directory) {
   return chosen != nullptr && *chosen != '\0' ? chosen : "/tmp";
 }
 
+std::string temporary_data(const std::filesystem::path& directory) {
+  return "temporary data in \"" + temporary_place(directory).string() + '"' +
+         (directory.empty() ? " (TMPDIR chooses another directory)" : "");
+}
+
 void Spool::open() {
+  object_ = temporary_data(directory_);
   directory_ = temporary_place(directory_);
-  object_ = "temporary data in \"" + directory_.string() + "\" (TMPDIR chooses another directory)";
   file_ = FileDescriptor{::open(directory_.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600)};
   if (!file_.is_open()) {  // a file system without nameless files
     std::string name = (directory_ / "cie.XXXXXX").string();

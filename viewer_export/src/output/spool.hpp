@@ -15,6 +15,8 @@ namespace cie::viewer_export {
 
 // Where temporary data goes: `directory`; empty: $TMPDIR or /tmp.
 std::filesystem::path temporary_place(const std::filesystem::path& directory);
+// The same for messages: `temporary data in "/tmp" (TMPDIR chooses another directory)`.
+std::string temporary_data(const std::filesystem::path& directory);
 
 class Spool {
  public:

@@ -47,12 +47,13 @@ std::string_view type_name(ColumnType type) {
 // A database in a file that has a name only while it is opened.
 class Database {
  public:
-  explicit Database(const std::filesystem::path& directory) {
+  explicit Database(const std::filesystem::path& directory)
+      : object_("the database, " + temporary_data(directory)) {
     const auto place = temporary_place(directory);
     const HeldSignals held;  // until it has no name
     std::string name = (place / "cie-XXXXXX").string();
     file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
-    if (!file_.is_open()) throw_write_error("cannot create a file in " + place.string(), errno);
+    if (!file_.is_open()) throw_write_error("cannot create " + object_, errno);
     sqlite3* database = nullptr;
     const int result = sqlite3_open_v2(name.c_str(), &database,
                                        SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
@@ -63,23 +64,23 @@ class Database {
           "BEGIN EXCLUSIVE");
     }
     ::unlink(name.c_str());
-    if (result != SQLITE_OK) fail("cannot open a database");
+    if (result != SQLITE_OK) fail("cannot open ");
   }
 
   void run(const std::string& sql) {
     if (sqlite3_exec(database_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
-      fail("cannot write the database");
+      fail("cannot write ");
   }
 
   Statement prepare(const std::string& sql) {
     sqlite3_stmt* statement = nullptr;
     if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &statement, nullptr) != SQLITE_OK)
-      fail("cannot write the database");
+      fail("cannot write ");
     return Statement(statement);
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw WriteError(what + ": " + sqlite3_errmsg(database_.get()));
+    throw WriteError(what + object_ + ": " + sqlite3_errmsg(database_.get()));
   }
 
   // Closes it and copies its bytes.
@@ -90,7 +91,7 @@ class Database {
     off_t at = 0;
     while (true) {
       const ssize_t size = ::pread(file_.get(), part.data(), part.size(), at);
-      if (size < 0) throw_write_error("cannot read the database", errno);
+      if (size < 0) throw_write_error("cannot read back " + object_, errno);
       if (size == 0) return;
       out.write(part.data(), size);
       at += size;
@@ -98,6 +99,7 @@ class Database {
   }
 
  private:
+  std::string object_;  // for messages
   FileDescriptor file_;
   std::unique_ptr<sqlite3, Close> database_;
 };
@@ -120,7 +122,7 @@ class SqliteTable final : public TableWriter {
   void row(std::span<const Cell> cells) override {
     for (std::size_t i = 0; i < cells.size(); ++i)
       bind(static_cast<int>(i + 1), cells[i]);
-    if (sqlite3_step(insert_.get()) != SQLITE_DONE) database_.fail("cannot write the database");
+    if (sqlite3_step(insert_.get()) != SQLITE_DONE) database_.fail("cannot write ");
     sqlite3_reset(insert_.get());
   }
 
