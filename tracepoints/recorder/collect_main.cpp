@@ -44,7 +44,7 @@ int run(const std::vector<std::string>& arguments) {
       "or tunnel two ports (ssh -L). DIR/HOST/SESSION-DATE holds what one machine sent; all of "
       "them\n"
       "together: cie report DIR. A directory that is there already is continued.\n"
-      "Exit codes: 0 ended by a signal, 2 wrong usage, 4 no relay daemon.");
+      "Exit codes: 0 ended by a signal, 2 wrong usage, 4 no relay daemon, or no space was left.");
   std::string directory;
   std::string listen = fmt::format("127.0.0.1:{}", cie::record::kRelayPort);
   app.add_option("-o,--output", directory, "Directory for the recordings")->type_name("DIR");

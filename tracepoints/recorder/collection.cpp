@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::chrono::milliseconds kSignalWait{200};
+// Less than packets need. A relay daemon that cannot write one says so to nobody.
+constexpr std::uintmax_t kNoSpace = std::uintmax_t{1} << 20U;
 
 std::set<fs::path> folders_of_hosts(const fs::path& directory) {
   std::set<fs::path> found;
@@ -100,6 +102,21 @@ void Collection::tell_of_new_sessions() {
   }
 }
 
+void Collection::look_at_space() {
+  if (had_no_space_) return;
+  std::error_code error;
+  const auto space = fs::space(options_.directory, error);
+  const auto left = geteuid() == 0 ? space.free : space.available;
+  if (error || left >= kNoSpace) return;
+  had_no_space_ = true;
+  std::fprintf(stderr, "warning: %s\n", no_space().c_str());
+}
+
+std::string Collection::no_space() const {
+  return "no space is left for " + in_quotes(options_.directory) +
+         ": what machines send may be lost; free some, or collect in another directory (-o)";
+}
+
 void Collection::run() {
   std::fprintf(stderr,
                "collecting in %s; %s\n"
@@ -109,13 +126,19 @@ void Collection::run() {
   while (relay_->is_alive()) {
     const auto signal = signals_.wait(kSignalWait);
     tell_of_new_sessions();
+    look_at_space();
     if (signal && signal->number != SIGCHLD && signal->number != SIGUSR1) {
       relay_->stop();
+      look_at_space();
       print_summary();
+      if (had_no_space_) throw RecordError(no_space());
       return;
     }
   }
-  throw RecordError("the relay daemon of LTTng ended: " + relay_->last_words());
+  throw RecordError("the relay daemon of LTTng ended: " + relay_->how_it_ended() + "; " +
+                    (had_no_space_ ? no_space()
+                                   : "cie collect -o " + in_quotes(options_.directory) +
+                                         ", started again, receives what follows"));
 }
 
 void Collection::print_summary() const {
@@ -125,7 +148,7 @@ void Collection::print_summary() const {
   }
   if (known_.empty()) {
     std::fputs("nothing was received\n", stderr);
-  } else {
+  } else if (!had_no_space_) {
     std::fprintf(stderr, "next: cie report %s\n", options_.directory.c_str());
   }
 }

@@ -24,12 +24,14 @@ class Collection {
   explicit Collection(const CollectOptions& options);
 
   // Until a signal; tells of hosts on standard error as they come. Throws RecordError if the relay
-  // daemon ends.
+  // daemon ends, or no space was left for what came.
   void run();
 
  private:
   std::set<std::filesystem::path> sessions() const;
   void tell_of_new_sessions();
+  void look_at_space();
+  std::string no_space() const;
   void print_summary() const;
 
   CollectOptions options_;
@@ -37,6 +39,7 @@ class Collection {
   std::unique_ptr<RelayDaemon> relay_;
   std::set<std::filesystem::path> before_;  // of another run
   std::set<std::filesystem::path> known_;
+  bool had_no_space_ = false;  // at some time
 };
 
 }  // namespace cie::record

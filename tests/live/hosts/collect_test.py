@@ -163,7 +163,24 @@ class Collect(unittest.TestCase):
         task = Path(f"/proc/{collector.process.pid}/task/{collector.process.pid}/children")
         os.kill(int(task.read_text()), signal.SIGKILL)
         self.assertEqual(collector.process.wait(60), 4)
-        self.assertIn("the relay daemon of LTTng ended", collector.said())
+        self.assertRegex(collector.said(), r"(?m)^cie: the relay daemon of LTTng ended: it was killed by signal 9 \(Killed\)"
+                                           r'.*; cie collect -o "\S+", started again, receives what follows$')
+
+    def test_a_disk_that_is_full(self):
+        directory = machines.scratch / "small"
+        directory.mkdir()
+        log = Path(f"{directory}.log")
+        script = 'mount -t tmpfs -o size=256k small "$1" && shift && exec "$@"'
+        with open(log, "wb") as out:
+            process = subprocess.Popen(["unshare", "--mount", "sh", "-c", script, "sh", directory, CIE, "collect",
+                                        "-o", directory / "fleet", "--listen", "0"], stdout=out, stderr=out)
+        self.addCleanup(process.kill)
+        no_space = (f'no space is left for "{directory}/fleet": what machines send may be lost; '
+                    "free some, or collect in another directory (-o)\n")
+        wait_for(lambda: f"\nwarning: {no_space}" in log.read_text(), "the warning")
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 4)
+        self.assertTrue(log.read_text().endswith(f"\nnothing was received\ncie: {no_space}"), log.read_text())
 
     def test_it_ends_with_its_parent(self):
         collector = Collector(self)

@@ -108,7 +108,7 @@ void RelayDaemon::start_somewhere() {
       address_.port = port.value_or(0);
       if (port && start()) return;
     }
-    throw RecordError("the relay daemon of LTTng did not start: " + last_words());
+    throw RecordError("the relay daemon of LTTng did not start: " + how_it_ended());
   } catch (...) {
     stop();
     throw;
@@ -131,6 +131,13 @@ std::string RelayDaemon::last_words() const {
     if (!line.empty()) last = line;
   }
   return printable(last);  // it may name what another machine sent
+}
+
+std::string RelayDaemon::how_it_ended() {
+  const auto status = process_ ? process_->poll() : std::nullopt;
+  const auto words = last_words();
+  const auto end = status ? "it " + describe(*status) : words.empty() ? "it said nothing" : "";
+  return end + (end.empty() || words.empty() ? "" : ": ") + words;
 }
 
 bool RelayDaemon::start() {

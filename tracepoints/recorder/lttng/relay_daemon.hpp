@@ -26,8 +26,8 @@ class RelayDaemon {
 
   // It ends with this process, however that goes.
   bool is_alive() { return process_ && !process_->poll(); }
-  // What it said last.
-  std::string last_words() const;
+  // "it exited with status 1: " and what it said last, as far as there is any.
+  std::string how_it_ended();
 
   NetworkAddress control() const { return address_; }
   std::string control_url() const { return address_.url(); }
@@ -39,6 +39,7 @@ class RelayDaemon {
 
  private:
   void start_somewhere();
+  std::string last_words() const;
   // False if another program took one of the ports in between.
   bool start();
   NetworkAddress next(std::uint16_t step) const;
