@@ -78,8 +78,8 @@ bool are_guaranteed(const Sharing& group, std::int64_t effort) {
   });
 }
 
-// Those that live together at any time, which they do when one of them begins. Of these times each is
-// given the same part of the effort.
+// Those that live together at any time, which they do when one of them begins. Of these times each
+// is given the same part of the effort.
 void judge(DeadlineGroup& group, const ReportRows& rows, std::int64_t effort) {
   auto& admission = group.admission;
   admission.processors = static_cast<std::uint32_t>(admission.cpus.size());

@@ -109,8 +109,8 @@ class TaskModel {
   // demand, wherever it ran.
   Interference interference(const Processor& processor, std::int32_t least_priority,
                             const TimeWindow& during, const Task* except) const;
-  // The same of all callbacks at moments of that time, so many that all that ever ran at the same time
-  // did so at one of them. Requires that nothing of it is unknown.
+  // The same of all callbacks at moments of that time, so many that all that ever ran at the same
+  // time did so at one of them. Requires that nothing of it is unknown.
   std::vector<Demand> at_moments(const Processor& processor, std::int32_t least_priority,
                                  const TimeWindow& during) const;
 

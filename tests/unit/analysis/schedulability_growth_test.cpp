@@ -1,5 +1,6 @@
-// What it costs to bound response times: of n callbacks in n processes no more than grows with n squared, and
-// near a utilization of 1, where busy periods are of any length, no more than a fixed effort.
+// What it costs to bound response times: of n callbacks in n processes no more than grows with n
+// squared, and near a utilization of 1, where busy periods are of any length, no more than a fixed
+// effort.
 #include "task_system.hpp"
 
 #include <algorithm>
@@ -31,7 +32,8 @@ std::int64_t cost_of(const TaskSystem& system, const std::string& reason) {
   return least;
 }
 
-// As many callbacks live all of the time, and as many processes with one callback each follow each other.
+// As many callbacks live all of the time, and as many processes with one callback each follow each
+// other.
 TaskSystem overloaded(std::int64_t count) {
   TaskSystem system;
   const TaskSystem::Parameters parameters{

@@ -201,8 +201,8 @@ chains:
   EXPECT_EQ(result.analysis.report.chains.front().response->sum, 33 - 28);
 }
 
-// Two servers offer the service of /a's client: /b's in process 2, and /c's in process `c`. /b sends its response at
-// 28 and /c at 38; the client takes them at 41 and 47.
+// Two servers offer the service of /a's client: /b's in process 2, and /c's in process `c`. /b
+// sends its response at 28 and /c at 38; the client takes them at 41 and 47.
 std::string two_servers(int c, const std::string& first_taken, const std::string& second_taken) {
   std::string text = std::string(kClientAndService) + R"(
   3 rcl_node_init pid=C node_handle=0x60 node_name=c namespace=/

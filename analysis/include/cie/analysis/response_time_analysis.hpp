@@ -35,8 +35,8 @@ inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
 // Parts per billion of one processor that the tasks demand in the long run (C / T; of a single job
 // nothing), rounded up one by one. Requires periods above 0.
 std::int64_t demanded_ppb(std::span<const FixedPriorityTask> tasks);
-// So many tasks that demand so much demand more than all of one for certain: then the least urgent of
-// them has no bound.
+// So many tasks that demand so much demand more than all of one for certain: then the least urgent
+// of them has no bound.
 bool demand_exceeds_processor(std::int64_t ppb, std::size_t tasks);
 bool demand_exceeds_processor(std::span<const FixedPriorityTask> tasks);
 

@@ -66,7 +66,8 @@ class Services {
   std::optional<CallKey> call_of(const Payload& p, std::size_t gid, std::size_t number) const;
   void send_request(const Payload& p, Context& context);
   void send_response(const Payload& p, Context& context);
-  // By the instance that took the request, if it is known. What the response is called in the model.
+  // By the instance that took the request, if it is known. What the response is called in the
+  // model.
   static MessageLinks::Origin respond(const Request& request, const Payload& p, Context& context);
   void take_response(const Payload& p, Context& context);
   std::uint64_t new_gid() noexcept { return kFirstGid + ++made_; }
