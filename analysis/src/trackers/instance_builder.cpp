@@ -23,17 +23,6 @@ bool InstanceBuilder::asks_for_cpus(const SchedulingSpec* spec) {
          });
 }
 
-void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
-  // A thread may be announced long after it began: what woke it since is its own.
-  const auto& facts = model_.threads[at(thread)];
-  const Timestamp begin{facts.start_ns.value_or(0)};
-  auto& wakeup = of_thread(thread).wakeup;
-  if (wakeup && *wakeup < begin) wakeup = {};
-  if (!facts.is_known_to_kernel) return;
-  const auto wake = timeline_.last_wake(host, facts.tid);
-  if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
-}
-
 void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
   forget_wakes(of_thread(who.thread), who, head);
 }
@@ -41,20 +30,6 @@ void InstanceBuilder::forget_wakes(const EventHead& head, const Emitter& who) {
 bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
   const auto& open = callbacks_[callback].open;
   return std::ranges::find(open, seq, &PendingInstance::seq) != open.end();
-}
-
-void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event) {
-  if (!who.thread) return;
-  auto& on_thread = of_thread(who.thread);
-  on_thread.wakeup = head.time;
-  on_thread.has_waited = true;
-  if (event.reason == WakeupReason::spurious) on_thread.nothing_until = head.time;
-  // What was due when it looked for work would have run since.
-  if (!on_thread.last_activity) return;
-  if (on_thread.waited_since) {
-    on_thread.busy_since = std::max(on_thread.busy_since, *on_thread.waited_since);
-  }
-  on_thread.waited_since = on_thread.last_activity;
 }
 
 void InstanceBuilder::prefetch(const KnownEmitter& runner) const noexcept {
@@ -134,6 +109,8 @@ void InstanceBuilder::prefetch_start(const KnownEmitter& runner) const noexcept 
       timeline_.begin_watch(who.host, *head.tid, head.time);
       pending->is_confined = is_confined(*pending);
     }
+    if (!on_thread.open.empty()) [[unlikely]]
+      forget_doubtful_wakes(head, *pending, on_thread, follows);
     // Of whatever thread: its role may be announced later.
     if (follows && on_thread.open.empty()) {
       pending->alone_since = on_thread.last_activity ? on_thread.last_activity : Timestamp{};

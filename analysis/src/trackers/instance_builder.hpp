@@ -230,6 +230,10 @@ class InstanceBuilder {
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const PendingInstance& pending) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
+  // An instance begins while others of its thread are open. If the last one may have ended since, unseen,
+  // then what woke the thread is this one's only where it certainly came after that end.
+  void forget_doubtful_wakes(const EventHead& head, PendingInstance& pending,
+                             const OfThread& thread, bool follows) const;
   // It ran on the thread, though its start was not seen.
   void note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
                        const CallbackEnd& event);

@@ -1,0 +1,133 @@
+// What stays unknown of an instance, and of a message, where the end of an instance before was lost.
+#include <cie/analysis/analyzer.hpp>
+
+#include "support/trace_text.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+// waking_ns and wakeup_ns.
+using Wakes = std::pair<std::optional<Timestamp>, std::optional<Timestamp>>;
+const Wakes kUnknown{};
+
+Wakes woken(std::int64_t waking, std::int64_t wakeup) {
+  return {Timestamp{waking}, Timestamp{wakeup}};
+}
+
+// By start.
+std::map<std::int64_t, Wakes> wakes_of(const TextTrace& trace) {
+  struct : Observer {
+    void on_instance(const Instance& instance) override {
+      all[instance.start.ns] = {instance.waking, instance.wakeup};
+    }
+    std::map<std::int64_t, Wakes> all;
+  } told;
+  analyze(trace, {}, &told);
+  return told.all;
+}
+
+template <typename Body>
+void lose(TextTrace& trace, std::int64_t time) {
+  EXPECT_EQ(trace.erase<Body>(
+                [time](const auto&, const EventHead& head) { return head.time.ns == time; }),
+            1U);
+}
+
+// As a reader does, before the packet whose events follow on the lost ones.
+TextTrace with_losses_told_as_they_begin(TextTrace trace) {
+  for (auto& event : trace.events) {
+    if (const auto* loss = std::get_if<Discarded>(&event.body)) event.head.time = loss->begin;
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  return trace;
+}
+
+constexpr const char* kNoWait = R"(
+  callback fusion waitable
+  9  waking fusion
+  10 wakeup fusion
+  11 start  fusion release=none
+  15 waking fusion                 # it had waited for a lock
+  20 end    fusion
+  21 start  fusion release=none    # was due already: the thread did not wait
+  29 end    fusion)";
+
+TEST(LostEnd, LeavesWhatWokeTheNextInstanceUnknown) {
+  auto trace = trace_of(kNoWait);
+  lose<CallbackEnd>(trace, 20);
+  const auto wakes = wakes_of(trace);
+  EXPECT_EQ(wakes.at(11), woken(9, 10));
+  EXPECT_EQ(wakes.at(21), kUnknown);
+}
+
+TEST(LostEnd, LeavesItUnknownBehindACountedLossToo) {
+  auto trace = trace_of(std::string(kNoWait) + "\n19 discard user until=21 count=1");
+  lose<CallbackEnd>(trace, 20);
+  EXPECT_EQ(wakes_of(trace).at(21), kUnknown);
+}
+
+// Its loop waits between two instances alone.
+TEST(LostEnd, LiesBeforeAWakeUpThatTheExecutorTells) {
+  auto trace = trace_of(std::string(kNoWait) + R"(
+  39 waking fusion
+  40 wakeup fusion
+  41 start  fusion release=none
+  45 end    fusion)");
+  lose<CallbackEnd>(trace, 29);
+  EXPECT_EQ(wakes_of(trace).at(41), woken(39, 40));
+}
+
+// The numbers of a callback do not show whether another one of its thread has ended.
+TEST(LostEnd, OfAnotherCallbackLeavesItUnknownWhereEventsWereLost) {
+  const auto wakes = [](const std::string& discard) {
+    auto trace = with_losses_told_as_they_begin(trace_of(R"(
+      thread t1 pool
+      callback lidar waitable pooled
+      callback fusion waitable pooled
+      9  waking t1
+      10 wakeup lidar on=t1
+      11 start  lidar on=t1 release=none
+      20 end    lidar on=t1
+      29 waking t1
+      30 wakeup fusion on=t1
+      31 start  fusion on=t1 release=none
+      35 end    fusion on=t1
+    )" + discard));
+    lose<CallbackEnd>(trace, 20);
+    return wakes_of(trace).at(31);
+  };
+  EXPECT_EQ(wakes("15 discard user until=60 count=1"), kUnknown);
+  EXPECT_EQ(wakes("15 discard user until=30 count=1"), (Wakes{std::nullopt, Timestamp{30}}))
+      << "what is told next follows on what was lost";
+  EXPECT_EQ(wakes("15 discard user until=28 count=1"), woken(29, 30));
+}
+
+// By definition the last wake-up since the thread's previous end, which lies before the outer one.
+TEST(NestedInstance, HasWhatWokeItsThread) {
+  const auto trace = trace_of(R"(
+    thread t1 pool
+    callback lidar waitable pooled
+    callback fusion waitable pooled
+    9  waking t1
+    10 wakeup lidar on=t1
+    11 start  lidar on=t1 release=none
+    15 start  fusion on=t1 release=none
+    16 end    fusion on=t1
+    20 end    lidar on=t1)");
+  EXPECT_EQ(wakes_of(trace).at(15), woken(9, 10));
+}
+
+}  // namespace
+}  // namespace cie::test
