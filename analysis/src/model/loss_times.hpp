@@ -20,14 +20,16 @@ class LossTimes {
  public:
   void add(HostIndex host, Timestamp begin, Timestamp end) {
     is_any_ = true;
-    auto& [losses, bounds] = losses_[host];
+    auto& [losses, begins, ends] = losses_[host];
     // They are told in order of their begins, but for clocks that run backwards. So many that do not
     // overlap are taken together.
     constexpr std::size_t kMost = 100'000;
-    for (const auto bound : {begin, end}) {
+    const auto insert = [](std::deque<Timestamp>& bounds, Timestamp bound) {
       bounds.insert(std::ranges::upper_bound(bounds, bound), bound);
       if (bounds.size() > kMost) bounds.pop_front();
-    }
+    };
+    insert(begins, begin);
+    insert(ends, end);
     if (losses.empty() || (begin > losses.back().end && losses.size() < kMost)) {
       losses.push_back({.begin = begin, .end = end});
       return;
@@ -46,15 +48,18 @@ class LossTimes {
     const auto first = std::ranges::upper_bound(losses, begin, {}, &Interval::end);
     return first != losses.end() && first->begin <= end;
   }
-  // Whether one begins or ends after the first event, up to the second. Tracers lose events behind
-  // the last one of a packet: what lies within it in one stream most likely lacks nothing.
+  // Whether one begins or ends between the two events. Tracers lose events behind the last one of a
+  // packet: what lies within it in one stream most likely lacks nothing. The first event may be that
+  // last one: where its packet ends with it, the loss begins in its nanosecond.
   bool any_bound_between(HostIndex host, Timestamp first, Timestamp second) const {
     if (!is_any_) return false;
     const auto* of_host = losses_.find(host);
     if (of_host == nullptr) return false;
-    const auto& bounds = of_host->bounds;
-    const auto bound = std::ranges::upper_bound(bounds, first);
-    return bound != bounds.end() && *bound <= second;
+    const auto& [losses, begins, ends] = *of_host;
+    const auto begin = std::ranges::lower_bound(begins, first);
+    if (begin != begins.end() && *begin <= second) return true;
+    const auto end = std::ranges::upper_bound(ends, first);
+    return end != ends.end() && *end <= second;
   }
 
  private:
@@ -64,7 +69,9 @@ class LossTimes {
   };
   struct OfHost {
     std::vector<Interval> losses;  // in order, none overlaps another
-    std::deque<Timestamp> bounds;  // their begins and ends, before any were taken together
+    // In order, before any were taken together.
+    std::deque<Timestamp> begins;
+    std::deque<Timestamp> ends;
   };
   ByIndex<HostIndex, OfHost> losses_;
   bool is_any_ = false;

@@ -129,5 +129,47 @@ TEST(NestedInstance, HasWhatWokeItsThread) {
   EXPECT_EQ(wakes_of(trace).at(15), woken(9, 10));
 }
 
+// The first instance of plan publishes nothing. Its end and the second one's start are lost: the path
+// from there takes 10, and from the first one it would take 30.
+std::string lost_between(int second_end, const std::string& more) {
+  return R"(
+    publisher out topic=/points
+    callback plan timer period=20
+    callback fusion subscription topic=/points
+    11 start plan release=10
+    14 end plan
+    31 start plan release=30
+    33 publish out on=plan
+    36 start fusion release=35 from=out:0
+    40 end fusion
+    71 start plan release=70
+    73 publish out on=plan
+    74 end plan
+    76 start fusion release=75 from=out:1
+    82 end fusion)"
+         "\n" +
+         std::to_string(second_end) + " end plan\n" + more;
+}
+
+void expect_the_last_path_alone(TextTrace trace) {
+  lose<CallbackEnd>(trace, 14);
+  lose<CallbackStart>(trace, 31);
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  const auto& latency = report.chains.front().path_latency;
+  ASSERT_TRUE(latency);
+  EXPECT_EQ(latency->count, 1U);
+  EXPECT_EQ(latency->max, 82 - 70);
+  ASSERT_EQ(report.edges.size(), 1U);
+  EXPECT_EQ(report.edges.front().messages, 1U);
+}
+
+// A packet ends with its last event, in whose nanosecond the loss behind it begins then. It ends, as far
+// as is told, where the next packet does.
+TEST(LostEnd, MayFollowAtOnceOnAStartThatAPacketEndsWith) {
+  expect_the_last_path_alone(with_losses_told_as_they_begin(
+      trace_of(lost_between(44, "11 discard user until=60 count=2"))));
+}
+
 }  // namespace
 }  // namespace cie::test
