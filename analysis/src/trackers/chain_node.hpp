@@ -55,6 +55,9 @@ struct alignas(64) ChainNode {
   // Its end was not told yet, and need not be: if an exception left it, what its thread published since is
   // not its own.
   bool is_end_awaited = false;
+  // As was the start of a later instance of its thread: what it is taken to have published may be
+  // that one's.
+  bool is_end_lost = false;
 
   // outside: published outside any callback; before: before the first that was seen; forgotten: its
   // parent, as what lies further back than chains are long. Of `before` and `unseen` the publication
@@ -68,6 +71,9 @@ struct alignas(64) ChainNode {
   Timestamp published;  // when the parent published it, by its host's clock
   OptionalTime sent;    // the same by this host's clock; unknown: they cannot be related
   HostIndex writer_host{};
+
+  // It took a message, but nobody knows of which instance.
+  bool is_cut() const noexcept { return link == Link::unseen || (parent && parent->is_end_lost); }
 
  private:
   friend class ChainNodeRef;

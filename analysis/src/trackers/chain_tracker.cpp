@@ -94,7 +94,7 @@ void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Times
   const auto publisher = registry_.publisher_by_gid(host, event.writer_gid);
   if (!publisher) return;
   const auto* response = find_message(*publisher, event.source_timestamp_realtime_ns);
-  if (response == nullptr || !response->node) return;
+  if (response == nullptr || !response->node || response->node->is_end_lost) return;
   auto& node = *response->node;
   const auto begin = sent(host, node.host, response->time, event.source_timestamp_realtime_ns);
   if (!begin) return;
@@ -111,7 +111,7 @@ void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Times
 
 void ChainTracker::note_edge(const ChainNode& node) {
   if (node.writer_gid == 0 || node.source_timestamp == 0) return;  // it took no message
-  if (node.link == ChainNode::Link::unseen) return;
+  if (node.is_cut()) return;
   std::optional<CallbackIndex> from;
   if (node.link == ChainNode::Link::resolved && node.parent) from = node.parent->callback;
   // Most often a message comes from where the one before it came from.
@@ -159,7 +159,7 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node, Chain& chain) {
     nodes[i] = current;
     if (i == 0) break;
     resolve_again(*current);
-    if (current->link == ChainNode::Link::unseen) {
+    if (current->is_cut()) {
       nodes.erase(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(i));
       std::reverse(nodes.begin(), nodes.end());
       return Walk::missing;
@@ -205,8 +205,8 @@ ChainTracker::Walk ChainTracker::walk(ChainNode& node) {
     if (is_too_long) return Walk::too_long;
     nodes.push_back(current);
     resolve_again(*current);
-    // An unseen publish: where the path begins is unknown.
-    if (current->link == ChainNode::Link::unseen) return Walk::missing;
+    // Where the path begins is unknown.
+    if (current->is_cut()) return Walk::missing;
   }
   std::reverse(nodes.begin(), nodes.end());
   return nodes.size() >= 2 && nodes.front()->is_in_window ? Walk::whole : Walk::other;

@@ -124,6 +124,7 @@ void InstanceBuilder::prefetch_start(const KnownEmitter& runner) const noexcept 
       auto& outer = *on_thread.open.back();
       if (!outer.first_inner) outer.first_inner = {index, pending->start};
       note_left(*pending, on_thread);
+      note_lost_ends(index, pending->seq, on_thread, !follows);
     }
   } else {
     ++facts.starts_without_tid;
@@ -317,6 +318,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     }
     if (thread && !undecided_.empty()) [[unlikely]]
       decide(*thread, nullptr);
+    if (thread && !event.may_be_another) note_lost_ends(index, event.seq, on_thread, true);
     leave_unseen(thread, index, event.seq);
     note_end_without_start(head, index, event.seq);
     if (thread) note_unseen_run(*thread, here, index, event);
@@ -380,7 +382,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (has_ended_after(*pending, pending->first_overlapping) && !facts.overlap)
     facts.overlap = overlap_of(*pending);
   callback.recent.push(Ended{.seq = pending->seq, .end = *pending->end});
-  if (pending->node) pending->node->is_end_awaited = false;
+  if (pending->node) pending->node->is_end_awaited = pending->node->is_end_lost = false;
   if (facts.kind == CallbackKind::service && !facts.is_accounted && pending->writer_gid != 0) {
     auto& answering = callback.answering;
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());

@@ -163,6 +163,10 @@ class InstanceBuilder {
   // An instance of the thread begins, or has ended. What it began in is over if it is of the same
   // callback, which does not begin inside itself, and so is what began inside it.
   void note_left(const PendingInstance& latest, const OfThread& thread);
+  // Number `seq` of the callback ran on the thread after those of it that are open there: their ends
+  // were lost. `is_start_lost`: what they are taken to have published may be another one's.
+  void note_lost_ends(CallbackIndex callback, std::uint64_t seq, OfThread& thread,
+                      bool is_start_lost);
   // As far as its group is told.
   bool is_reentrant(CallbackIndex callback) const;
   // It names none, and one may be open whose start was lost. One that began before the window is no

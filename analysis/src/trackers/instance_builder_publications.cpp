@@ -15,7 +15,7 @@ PendingInstance* InstanceBuilder::running(const Emitter& who) {
   if (!who.thread) return nullptr;
   const auto& open = of_thread(who.thread).open;
   const auto found = std::ranges::find(open.rbegin(), open.rend(), false, [](const auto& run) {
-    return run->left_before.has_value();
+    return run->left_before.has_value() || run->is_end_lost;
   });
   return found != open.rend() ? found->get() : nullptr;
 }
@@ -31,6 +31,17 @@ void InstanceBuilder::note_left(const PendingInstance& latest, const OfThread& t
     if ((*run)->left_before) continue;
     const auto& sign = is_inside(*run) && latest.end ? *latest.end : latest.start;
     (*run)->left_before = sign.time;
+  }
+}
+
+// Numbers that were counted here, as of ROS 2, show nothing of the kind.
+void InstanceBuilder::note_lost_ends(CallbackIndex callback, std::uint64_t seq, OfThread& thread,
+                                     bool is_start_lost) {
+  if (!model_.callbacks[at(callback)].is_accounted || is_reentrant(callback)) return;
+  for (auto& run : thread.open) {
+    if (run->callback != callback || run->seq >= seq || run->is_end_lost) continue;
+    run->is_end_lost = true;
+    if (is_start_lost && run->node) run->node->is_end_lost = true;
   }
 }
 

@@ -56,6 +56,7 @@ struct PendingInstance {
   ChainNodeRef node;                 // null: it has no part in a chain yet
   CallbackOnThread* pair = nullptr;  // null: its thread is unknown
   OptionalTime left_before;          // by an exception: it ended untold, before then
+  bool is_end_lost = false;          // its thread ran its callback again since
   bool is_nested = false;            // began inside another instance of its thread
   std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start

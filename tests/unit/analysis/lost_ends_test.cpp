@@ -171,5 +171,25 @@ TEST(LostEnd, MayFollowAtOnceOnAStartThatAPacketEndsWith) {
       trace_of(lost_between(44, "11 discard user until=60 count=2"))));
 }
 
+TEST(LostEnd, ShownByTheNextOneCutsTheChainThere) {
+  expect_the_last_path_alone(trace_of(lost_between(34, "")));
+}
+
+TEST(LostEnd, ShownByALaterStartCutsTheChainThere) {
+  auto trace = trace_of(lost_between(34, "37 start plan release=37\n39 end plan"));
+  lose<CallbackEnd>(trace, 34);
+  expect_the_last_path_alone(std::move(trace));
+}
+
+// Up to the start of the next instance nobody else is seen to run.
+TEST(LostEnd, AloneLeavesMessagesToTheirInstance) {
+  auto trace = trace_of(lost_between(34, ""));
+  lose<CallbackEnd>(trace, 34);
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  ASSERT_TRUE(report.chains.front().path_latency);
+  EXPECT_EQ(report.chains.front().path_latency->count, 2U);
+}
+
 }  // namespace
 }  // namespace cie::test
