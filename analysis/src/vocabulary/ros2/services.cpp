@@ -8,6 +8,7 @@ namespace cie::analysis::ros2 {
 namespace {
 
 constexpr std::size_t kMaxServed = 4096;
+constexpr std::size_t kMaxServers = 64;  // of one call, whose responses are remembered
 
 // Distributions differ in how many zeros follow.
 std::string gid_of(const Payload& p, std::size_t slot) {
@@ -160,7 +161,8 @@ void Services::note_response(const Response& response, Responses& responses) {
     return other.origin.gid == response.origin.gid;
   });
   if (of_same == responses.end()) {
-    responses.push_back(response);
+    // Of so many servers nobody needs to know all.
+    if (responses.size() < kMaxServers) responses.push_back(response);
   } else {
     *of_same = response;
   }
