@@ -22,7 +22,7 @@ std::string note_of(const SubjectVerdict& verdict) {
 
 std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict& verdict,
                         const VerdictLog::Telling& tell) {
-  const auto subject = verdict.name_told_apart();
+  auto subject = verdict.name_told_apart();
   if (tell && verdict.verdict == Verdict::fail) {
     if (const auto told = tell(rule, verdict); !told.empty()) return subject + ": " + told;
   }
