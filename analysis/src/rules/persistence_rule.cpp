@@ -8,8 +8,6 @@
 #include "thread_succession.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -154,9 +152,7 @@ std::optional<Evidence> lost_first_thread(const RuleContext& context,
   const auto promised = callback.registered ? callback.first_next_seq : 0;
   const bool is_first_seen = callback.starts.first.value_or(0) <= promised;
   if (!callback.is_accounted || process.run_end || is_first_seen) return std::nullopt;
-  const auto begin = process.first_moment == RunMoment::start
-                         ? process.run_begin->time
-                         : Timestamp{std::numeric_limits<std::int64_t>::min()};
+  const auto begin = process.first_moment == RunMoment::start ? process.run_begin->time : kEarliest;
   return context.user_losses.unseen_thread(callback.process, begin, callback.starts.first_at.time);
 }
 

@@ -1,5 +1,6 @@
 // Tids and pids are given anew. Where the end of who had one and the beginning of the next are lost, the
 // two are not told apart, and nothing that follows from their being one fails.
+#include "reused_tid.hpp"
 #include "support/verdicts.hpp"
 
 #include <algorithm>
@@ -18,24 +19,6 @@ using namespace analysis;
 constexpr auto kOfPlan = [](const auto& event, const EventHead&) {
   return to_number(event.callback) == 1;
 };
-
-// fusion's thread ends at 14 and plan's, which gets its tid, begins at 18.
-TextTrace of_reused_tid(const std::string& process, const std::string& more = "") {
-  return trace_of(process + R"(
-    callback fusion pooled
-    callback plan pooled
-    thread former callback of=fusion tid=101
-    thread latter callback of=plan tid=101
-    -90 begin former
-    10 start fusion on=former
-    12 end fusion on=former
-    14 finish former
-    18 begin latter
-    30 start plan on=latter
-    32 end plan on=latter
-    34 finish latter)" +
-                  more);
-}
 
 void erase_end_and_beginning(TextTrace& trace) {
   trace.erase<ThreadFini>(

@@ -56,60 +56,6 @@ TEST(Verify, JudgesForAReportAloneWhatItRestsOn) {
   EXPECT_TRUE(few.result.report.processes.at(0).complete);
 }
 
-std::vector<std::string> subjects_of(const Verified& verified, std::string_view rule) {
-  std::vector<std::string> subjects;
-  for (const auto& subject : verified.rule(rule).subjects)
-    subjects.push_back(subject.name_told_apart());
-  return subjects;
-}
-
-// fusion's thread ends at 14, and plan's gets its tid at 18.
-constexpr const char* kTidGivenAnew = R"(
-  callback fusion pooled
-  callback plan pooled
-  thread former callback of=fusion tid=101
-  thread latter callback of=plan tid=101
-  -90 begin former
-  10 start fusion on=former
-  12 end fusion on=former
-  14 finish former
-  18 begin latter
-  30 start plan on=latter
-  32 end plan on=latter
-  34 finish latter)";
-
-TEST(Verify, TellsThreadsOfOneTidApart) {
-  EXPECT_THAT(subjects_of(Verified(kTidGivenAnew), "M2"),
-              ElementsAre("thread 101", "thread 101 (lifetime 2)"));
-  const auto several = "process app\n" + std::string(kTidGivenAnew) + R"(
-    process other pid=7
-    callback show timer
-    11 start show release=9
-    13 end show)";
-  EXPECT_THAT(subjects_of(Verified(several), "M2"),
-              ElementsAre(testing::EndsWith(" (pid 7)"), "thread 101 (pid 100)",
-                          "thread 101 (lifetime 2) (pid 100)"));
-}
-
-TEST(Verify, TellsPublishersOfOneTopicApart) {
-  const Verified verified(R"(
-    publisher first topic=/t
-    publisher second topic=/t
-    publisher third topic=/u
-    callback fusion timer
-    10 start fusion release=9
-    11 publish first on=fusion
-    12 publish second on=fusion
-    13 publish third on=fusion
-    14 publish first on=fusion seq=5
-    15 publish second on=fusion seq=5
-    16 publish third on=fusion seq=5
-    20 end fusion)");
-  auto topics = subjects_of(verified, "T3");
-  std::erase_if(topics, [](const auto& subject) { return !subject.starts_with("topic"); });
-  EXPECT_THAT(topics, ElementsAre("topic /t", "topic /t (publisher 2)", "topic /u"));
-}
-
 // Another process of the same pid begins while the first one runs: as the change of the first one's
 // run_begin says.
 template <typename Change>

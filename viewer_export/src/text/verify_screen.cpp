@@ -63,12 +63,11 @@ class VerifyScreen {
     return paragraph("     " + name + blanks + "  ", detail_of(row) + row.more, most, style_);
   }
 
-  // Room that its names need: the first one, and how many more there are.
-  std::size_t least_width(const FindingRow& row) const {
+  // Room for the first of its names, and how many more there are.
+  std::size_t width_of_first(const FindingRow& row) const {
     const auto others = row.names.size() - 1;
     const auto more = others > 0 ? fmt::format(", {} {} more", gap_, others) : "";
-    return std::min(display_width(row.names.front() + more),
-                    display_width(names(row, style_.columns)));
+    return display_width(row.names.front() + more);
   }
 
   // As many as there is room for: "4005, 4006, … 3 more".
@@ -103,8 +102,9 @@ class VerifyScreen {
     std::size_t told = 0;
     for (std::size_t i = 0; i < shown; ++i) {
       const auto& row = finding.rows[i];
-      widest = std::max(widest, display_width(names(row, style_.columns)));
-      least = std::max(least, least_width(row));
+      const auto all = display_width(names(row, style_.columns));
+      widest = std::max(widest, all);
+      least = std::max(least, std::min(all, width_of_first(row)));
       details = std::max(details, display_width(detail_of(row)));
       most = std::max(most, display_width(detail_of(row) + row.more));
       told += row.names.size();
