@@ -3,46 +3,34 @@
 #include "base/sanitizers.hpp"
 
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 
-#include <malloc.h>
-#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
+
+// Read by jemalloc when the program starts. Memory is given at its first use, here in huge pages: one
+// page of 4 KiB costs 1 to 20 us on a virtual machine, as much as ten events or two hundred. One
+// arena serves all threads, and what was freed, large or small, stays for what comes next: what
+// reads a trace goes before the report is made.
+extern "C" {
+extern const char* malloc_conf;
+const char* malloc_conf =
+    "thp:always,metadata_thp:always,narenas:1,oversize_threshold:0,dirty_decay_ms:-1,"
+    "muzzy_decay_ms:-1";
+}
 
 namespace cie::cli {
 namespace {
 
-#ifdef M_MMAP_THRESHOLD
-constexpr std::size_t kMebibyte = std::size_t{1} << 20U;
-
-void set(int parameter, std::size_t value) noexcept { mallopt(parameter, static_cast<int>(value)); }
-
-// The heap grows by this much at once, and for good; by a quarter of what the process may ask for if
-// that is less. That takes address space alone: memory is given at its first use, here in huge pages,
-// of which the first block is a part. One page of 4 KiB costs 1 to 20 us on a virtual machine, as
-// much as ten events or two hundred. A report of 10 000 callbacks takes half of it.
+#if !defined(CIE_ADDRESS_SANITIZER) && !defined(CIE_THREAD_SANITIZER)
+// The heap has address space for a report of 10 000 callbacks, or a quarter of what the process may
+// ask for if that is less, in one piece: where it grows step by step the parts of huge pages that
+// lie between two steps are small pages.
 void reserve_heap(rlim_t limit) noexcept {
-  constexpr auto kMost = 256 * kMebibyte;
-  constexpr auto kHugePage = 2 * kMebibyte;
-  constexpr std::size_t kMaxMappings = 65536;  // glibc's own choice
-  const auto size = static_cast<std::size_t>(std::min<rlim_t>(kMost, limit / 4));
-  set(M_TRIM_THRESHOLD, size + 4 * kMebibyte);
-  set(M_MMAP_MAX, 0);
-  auto* const reserve = std::malloc(size);  // NOLINT(cppcoreguidelines-no-malloc)
-  if (reserve != nullptr) {
-    const auto begin = reinterpret_cast<std::uintptr_t>(reserve);
-    const auto offset = (kHugePage - begin % kHugePage) % kHugePage;
-    const bool has_huge_pages = offset < size && madvise(static_cast<char*>(reserve) + offset,
-                                                         size - offset, MADV_HUGEPAGE) == 0;
-    std::free(reserve);  // NOLINT(cppcoreguidelines-no-malloc)
-    // What lies before the first huge page stays unused.
-    [[maybe_unused]] static void* volatile unused = nullptr;
-    if (has_huge_pages) unused = std::malloc(offset);  // NOLINT(cppcoreguidelines-no-malloc)
-  }
-  set(M_MMAP_MAX, kMaxMappings);
+  constexpr rlim_t kMost = rlim_t{256} << 20U;
+  // NOLINTNEXTLINE(cppcoreguidelines-no-malloc)
+  void* volatile reserve = std::malloc(std::min(kMost, limit / 4));
+  std::free(reserve);  // NOLINT(cppcoreguidelines-no-malloc)
 }
 #endif
 
@@ -59,16 +47,6 @@ void prepare_memory() noexcept {
     limit.rlim_cur = std::min(limit.rlim_cur, half);  // no limit is the largest number
     setrlimit(RLIMIT_DATA, &limit);
   }
-#endif
-#ifdef M_MMAP_THRESHOLD
-  constexpr auto kLarge = kMebibyte / 8;  // glibc's own choice, until something larger was freed
-  set(M_MMAP_THRESHOLD, kLarge);
-  set(M_TOP_PAD, kMebibyte);  // what it has in reserve when it grows
-  // Small blocks that were freed are joined at once: to walk over all of them now and then, when
-  // something large is wanted, takes longer.
-  set(M_MXFAST, 0);
-  // Another thread's heap would have no huge pages, and grow page by page.
-  set(M_ARENA_MAX, 1);
   reserve_heap(limit.rlim_cur);
 #endif
 }

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cassert>
 #include <limits>
-#include <memory_resource>
 #include <type_traits>
 #include <utility>
 
@@ -116,12 +115,6 @@ std::array<Number, kMost> sorted(const std::array<Number, kMost>& values, std::s
   for (std::size_t i = 1; i < count; ++i)
     ordered[i] = std::max(ordered[i], ordered[i - 1]);
   return ordered;
-}
-
-// Lives as long as the program: statistics may.
-std::pmr::memory_resource& lines() {
-  static auto* const pool = new std::pmr::synchronized_pool_resource;
-  return *pool;
 }
 
 }  // namespace
@@ -336,15 +329,6 @@ void Statistics::Settled::take(std::span<const Integer, kExtent> values) {
   min = is_first ? least : std::min<std::int64_t>(min, least);
   max = is_first ? most : std::max<std::int64_t>(max, most);
   sum += total;
-}
-
-// Aligned to cache lines, as memory for all kinds of objects is not.
-void* Statistics::Values::operator new(std::size_t size) {
-  return lines().allocate(size, alignof(Values));
-}
-
-void Statistics::Values::operator delete(void* values) noexcept {
-  lines().deallocate(values, sizeof(Values), alignof(Values));
 }
 
 void Statistics::take(std::int64_t value) {

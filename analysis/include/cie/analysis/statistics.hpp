@@ -225,9 +225,6 @@ class Statistics {
   static constexpr std::size_t kWaiting = 28;
   static constexpr std::uint64_t kMostWaiting = std::numeric_limits<std::int32_t>::max();
   struct alignas(64) Values {
-    static void* operator new(std::size_t size);
-    static void operator delete(void* values) noexcept;
-
     std::array<std::uint32_t, kWaiting> waiting{};
     Rare<Settled> settled{};
   };
