@@ -24,11 +24,13 @@ std::array<std::optional<ChainExtreme>*, 4> ChainTracker::extremes_of(ChainFacts
 
 void ChainTracker::note_unproven(Chain& chain, const Nodes& nodes, const EventRef& end) {
   const auto later = std::span(nodes).subspan(1);
-  const auto is_awaited = [](const ChainNode* node) { return node->parent->is_end_awaited; };
-  if (std::ranges::none_of(later, is_awaited)) return;
+  const auto is_untold = [](const ChainNode* node) {
+    return node->parent->end == ChainNode::End::untold;
+  };
+  if (std::ranges::none_of(later, is_untold)) return;
   Unproven unproven{.end = end, .publishers = {}};
   for (const auto* node : later) {
-    if (is_awaited(node)) unproven.publishers.push_back(node->parent);
+    if (is_untold(node)) unproven.publishers.push_back(node->parent);
   }
   const auto extremes = extremes_of(chain.facts);
   for (std::size_t i = 0; i < extremes.size(); ++i) {
@@ -44,7 +46,7 @@ void ChainTracker::tell_unproven(const Chain& chain, ChainFacts& facts) {
     auto& extreme = *extremes[i];
     if (!extreme || !is_same(extreme->last_end, end)) continue;
     extreme->is_unproven = std::ranges::any_of(
-        publishers, [](const ChainNodeRef& node) { return node->is_end_awaited; });
+        publishers, [](const ChainNodeRef& node) { return node->end == ChainNode::End::untold; });
   }
 }
 

@@ -43,6 +43,11 @@ class ChainNodeRef {
 // One instance as a link of chains.
 struct alignas(64) ChainNode {
   enum class Link : std::uint8_t { source, resolved, outside, before, unseen, forgotten };
+  // What is known of its end. Awaited: numbers will tell whether it was lost. Untold: it was not told
+  // yet, and need not be: if an exception left it, what its thread published since is not its own.
+  // Lost: as was the start of a later instance of its thread; what it is taken to have published may
+  // be that one's.
+  enum class End : std::uint8_t { settled, awaited, untold, lost };
 
   CallbackIndex callback{};
   HostIndex host{};
@@ -52,12 +57,7 @@ struct alignas(64) ChainNode {
   OptionalTime earliest;     // it was not released before
   std::uint64_t read = 0;    // its read's number among those of its callback in the window
   bool is_in_window = true;  // began inside the window
-  // Its end was not told yet, and need not be: if an exception left it, what its thread published since is
-  // not its own.
-  bool is_end_awaited = false;
-  // As was the start of a later instance of its thread: what it is taken to have published may be
-  // that one's.
-  bool is_end_lost = false;
+  End end = End::settled;
 
   // outside: published outside any callback; before: before the first that was seen; forgotten: its
   // parent, as what lies further back than chains are long. Of `before` and `unseen` the publication
@@ -73,7 +73,9 @@ struct alignas(64) ChainNode {
   HostIndex writer_host{};
 
   // It took a message, but nobody knows of which instance.
-  bool is_cut() const noexcept { return link == Link::unseen || (parent && parent->is_end_lost); }
+  bool is_cut() const noexcept {
+    return link == Link::unseen || (parent && parent->end == End::lost);
+  }
 
  private:
   friend class ChainNodeRef;
@@ -151,7 +153,8 @@ inline ChainNodeRef ChainNodePool::copy_of_last(const ChainNode& node, std::uint
     auto to = take();
     *to = from;
     to->references_ = 1;
-    to->is_end_awaited = false;  // nobody tells a copy
+    // Nobody tells a copy.
+    if (to->end != ChainNode::End::lost) to->end = ChainNode::End::settled;
     return to;
   };
   auto last = copy_of(node);

@@ -8,6 +8,8 @@
 namespace cie::analysis {
 
 void ChainTracker::look() {
+  for (auto& waiting : waiting_)
+    measure_decided(waiting, kMaxWaiting);
   fill_model([](const auto& facts) { return facts; });
 }
 

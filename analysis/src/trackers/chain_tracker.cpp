@@ -1,6 +1,8 @@
 #include "chain_tracker.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <span>
 
 namespace cie::analysis {
@@ -8,6 +10,7 @@ namespace {
 
 constexpr std::uint32_t kMaxHops = 32;
 constexpr std::size_t kMaxPaths = 4096;
+constexpr std::size_t kMaxWaitingInAll = 10'000;
 
 // `longest`: what the extreme is.
 void keep_larger(std::optional<ChainExtreme>& extreme, Greatest& longest, Duration value,
@@ -57,6 +60,49 @@ ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between
+  const bool may_wait = waiting_count_ < kMaxWaitingInAll;
+  auto* before = waiting_count_ > 0 ? waiting_.find(node.callback) : nullptr;
+  if (before != nullptr) measure_decided(*before, may_wait ? kMaxWaiting - 1 : 0);
+  const bool is_behind_others = before != nullptr && !before->empty();
+  if (is_behind_others || (may_wait && is_end_awaited_before(node))) [[unlikely]] {
+    waiting_[node.callback].push_back({.node = ChainNodeRef(node), .end = end});
+    ++waiting_count_;
+    return;
+  }
+  measure(node, end);
+}
+
+bool ChainTracker::is_end_awaited_before(const ChainNode& node) noexcept {
+  for (const auto* before = node.parent.get(); before != nullptr; before = before->parent.get()) {
+    if (before->end == ChainNode::End::awaited) return true;
+  }
+  return false;
+}
+
+void ChainTracker::measure_decided(std::vector<Waiting>& waiting, std::size_t most) {
+  std::size_t decided = 0;
+  while (decided < waiting.size() &&
+         (waiting.size() - decided > most || !is_end_awaited_before(*waiting[decided].node))) {
+    measure(*waiting[decided].node, waiting[decided].end);
+    ++decided;
+  }
+  waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(decided));
+  waiting_count_ -= decided;
+}
+
+void ChainTracker::measure_waiting() {
+  std::vector<Waiting> all;
+  for (auto& waiting : waiting_) {
+    std::ranges::move(waiting, std::back_inserter(all));
+    waiting.clear();
+  }
+  waiting_count_ = 0;
+  std::ranges::stable_sort(all, {}, [](const Waiting& waiting) { return waiting.end.time; });
+  for (const auto& [node, end] : all)
+    measure(*node, end);
+}
+
+void ChainTracker::measure(ChainNode& node, const EventRef& end) {
   note_edge(node);
   if (has_spec_) {
     for (auto& chain : specified_)
@@ -94,7 +140,7 @@ void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Times
   const auto publisher = registry_.publisher_by_gid(host, event.writer_gid);
   if (!publisher) return;
   const auto* response = find_message(*publisher, event.source_timestamp_realtime_ns);
-  if (response == nullptr || !response->node || response->node->is_end_lost) return;
+  if (response == nullptr || !response->node || response->node->end == ChainNode::End::lost) return;
   auto& node = *response->node;
   const auto begin = sent(host, node.host, response->time, event.source_timestamp_realtime_ns);
   if (!begin) return;

@@ -71,8 +71,11 @@ class ChainTracker {
   }
   // Such an instance began: looks up what it took.
   void link(ChainNode& node);
-  // An instance in the window was completed.
+  // An instance in the window was completed. It is measured now, or waits for the ends of those that
+  // led to it.
   void on_complete(ChainNode& node, const EventRef& end);
+  // No more of these ends will be told.
+  void measure_waiting();
   // A client took the response that an instance of a service published.
   void on_response(HostIndex host, const ResponseTaken& event, Timestamp taken);
   // Nothing is known of when the callback was released, after all.
@@ -85,7 +88,8 @@ class ChainTracker {
     const bool may_any_follow = model_.hosts.size() > 1 || registry_.awaits_publishers(now);
     return may_any_follow && is_any_awaited(node);
   }
-  // Fills the model's chains and edges. May be called again after more instances.
+  // Fills the model's chains and edges, without those that wait. May be called again after more
+  // instances.
   void look();
   // Likewise, once, when there are no more: what it knows of them goes into the model.
   void finish();
@@ -96,6 +100,8 @@ class ChainTracker {
                                 std::int64_t source_timestamp) const noexcept;
   static constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
   static constexpr std::size_t kMaxReads = 8192;     // per callback, waiting for an answer
+  // Per callback, for ends of what led to them: what shows that one was lost comes with the next instance.
+  static constexpr std::size_t kMaxWaiting = 64;
 
   struct Message {
     std::int64_t source_timestamp = 0;
@@ -151,6 +157,12 @@ class ChainTracker {
     EventRef last_start;           // of its first callback
     EventRef newest_start;         // of the chain instance that read last
     std::uint64_t unanswered = 0;  // number of the first read from that one on
+  };
+  // An instance that was completed, when the number of one that led to it could not tell yet whether the
+  // end of that was lost.
+  struct Waiting {
+    ChainNodeRef node;
+    EventRef end;
   };
   // A chain instance some of whose publishing instances had not ended when it was measured.
   struct Unproven {
@@ -227,6 +239,11 @@ class ChainTracker {
   Walk walk(ChainNode& node, Chain& chain);
   // Likewise, as far back as anything is known. Too long: there are more than are kept.
   Walk walk(ChainNode& node);
+  // It may be shown yet that it descends from another one than it is taken to.
+  static bool is_end_awaited_before(const ChainNode& node) noexcept;
+  // Measures the first ones, up to one that still waits, and whatever leaves no more than `most`.
+  void measure_decided(std::vector<Waiting>& waiting, std::size_t most);
+  void measure(ChainNode& node, const EventRef& end);
   // An instance was completed, where no spec names chains.
   void on_path(ChainNode& node, const EventRef& end);
   void on_specified(ChainNode& node, const EventRef& end, Chain& chain);
@@ -280,6 +297,8 @@ class ChainTracker {
   ByIndex<CallbackIndex, std::vector<Paths::value_type*>> ended_by_;       // those of paths_
   using EdgeKey = std::pair<CallbackIndex, std::optional<CallbackIndex>>;  // to, from
   std::map<EdgeKey, MessageEdgeFacts> edges_;
+  ByIndex<CallbackIndex, std::vector<Waiting>> waiting_;  // in order of their ends
+  std::size_t waiting_count_ = 0;
   Nodes scratch_;
   bool has_spec_ = false;
   std::uint32_t most_hops_;  // of a chain

@@ -318,7 +318,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     }
     if (thread && !undecided_.empty()) [[unlikely]]
       decide(*thread, nullptr);
-    if (thread && !event.may_be_another) note_lost_ends(index, event.seq, on_thread, true);
+    if (thread && !event.may_be_another) {
+      note_lost_ends(index, event.seq, on_thread, true);
+      note_lost_start(index, on_thread);
+    }
     leave_unseen(thread, index, event.seq);
     note_end_without_start(head, index, event.seq);
     if (thread) note_unseen_run(*thread, here, index, event);
@@ -382,7 +385,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (has_ended_after(*pending, pending->first_overlapping) && !facts.overlap)
     facts.overlap = overlap_of(*pending);
   callback.recent.push(Ended{.seq = pending->seq, .end = *pending->end});
-  if (pending->node) pending->node->is_end_awaited = pending->node->is_end_lost = false;
+  if (pending->node) pending->node->end = ChainNode::End::settled;
   if (facts.kind == CallbackKind::service && !facts.is_accounted && pending->writer_gid != 0) {
     auto& answering = callback.answering;
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
@@ -441,7 +444,10 @@ const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
   node.start = pending.start;
   node.read = pending.read;
   node.is_in_window = pending.is_in_window;
-  node.is_end_awaited = !pending.end && !pending.callback_facts->is_accounted;
+  if (!pending.end && !pending.is_end_lost) {
+    node.end =
+        pending.callback_facts->is_accounted ? ChainNode::End::awaited : ChainNode::End::untold;
+  }
   node.writer_gid = pending.writer_gid;
   node.source_timestamp = pending.source_timestamp;
   if (pending.is_writer_undecided) node.link = ChainNode::Link::unseen;

@@ -167,6 +167,9 @@ class InstanceBuilder {
   // were lost. `is_start_lost`: what they are taken to have published may be another one's.
   void note_lost_ends(CallbackIndex callback, std::uint64_t seq, OfThread& thread,
                       bool is_start_lost);
+  // An instance of the callback ended that was not seen to begin: what instances of others that are open
+  // on its thread are taken to have published may be its own.
+  void note_lost_start(CallbackIndex callback, OfThread& thread);
   // As far as its group is told.
   bool is_reentrant(CallbackIndex callback) const;
   // It names none, and one may be open whose start was lost. One that began before the window is no

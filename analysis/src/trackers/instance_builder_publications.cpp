@@ -41,7 +41,15 @@ void InstanceBuilder::note_lost_ends(CallbackIndex callback, std::uint64_t seq, 
   for (auto& run : thread.open) {
     if (run->callback != callback || run->seq >= seq || run->is_end_lost) continue;
     run->is_end_lost = true;
-    if (is_start_lost && run->node) run->node->is_end_lost = true;
+    if (run->node) run->node->end = is_start_lost ? ChainNode::End::lost : ChainNode::End::settled;
+  }
+}
+
+void InstanceBuilder::note_lost_start(CallbackIndex callback, OfThread& thread) {
+  if (!model_.callbacks[at(callback)].is_accounted) return;
+  for (auto& run : thread.open) {
+    if (run->callback != callback && run->node && run->node->end == ChainNode::End::awaited)
+      run->node->end = ChainNode::End::lost;
   }
 }
 

@@ -124,6 +124,8 @@ void InstanceBuilder::abandon(std::unique_ptr<PendingInstance> pending) {
   if (pending->thread && pending->first_inner && !pending->thread_facts->nesting_unproven) {
     pending->thread_facts->nesting_unproven = nesting_of(*pending);
   }
+  if (pending->node && pending->node->end == ChainNode::End::awaited)
+    pending->node->end = ChainNode::End::settled;
   ended_.measure(std::move(pending));
 }
 
@@ -176,6 +178,7 @@ void InstanceBuilder::finish() {
       measure_open(*pending, timeline_.mark_at_last_switch(pending->host, *tid));
     abandon(std::move(pending));
   }
+  chains_.measure_waiting();
   measurer_.finish();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i)
     finish_grid(static_cast<CallbackIndex>(i));

@@ -181,6 +181,105 @@ TEST(LostEnd, ShownByALaterStartCutsTheChainThere) {
   expect_the_last_path_alone(std::move(trace));
 }
 
+// The chain instance has ended by then, at 40.
+TEST(LostEnd, ShownAfterTheChainEndedCutsItThere) {
+  expect_the_last_path_alone(trace_of(lost_between(44, "")));
+}
+
+TEST(LostEnd, ShownByAStartAfterTheChainEndedCutsItThere) {
+  auto trace = trace_of(lost_between(44, "50 start plan release=50\n54 end plan"));
+  lose<CallbackEnd>(trace, 44);
+  expect_the_last_path_alone(std::move(trace));
+}
+
+// Nor does it hide in a callback between that and the chain's last one, or in later chain instances.
+TEST(LostEnd, ShownLateCutsLongerChainsThere) {
+  auto trace = trace_of(R"(
+    publisher out topic=/points
+    publisher on topic=/objects
+    callback plan timer period=20
+    callback fusion subscription topic=/points
+    callback act subscription topic=/objects
+    11 start plan release=10
+    14 end plan
+    31 start plan release=30
+    33 publish out on=plan
+    36 start fusion release=35 from=out:0
+    38 publish on on=fusion
+    40 end fusion
+    41 start act release=40 from=on:0
+    42 end act
+    44 end plan
+    71 start plan release=70
+    73 publish out on=plan
+    76 start fusion release=75 from=out:1
+    78 publish on on=fusion
+    79 end fusion
+    81 start act release=80 from=on:1
+    83 end act
+    84 end plan)");
+  lose<CallbackEnd>(trace, 14);
+  lose<CallbackStart>(trace, 31);
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  ASSERT_TRUE(report.chains.front().path_latency);
+  EXPECT_EQ(report.chains.front().path_latency->count, 1U);
+  EXPECT_EQ(report.chains.front().path_latency->max, 83 - 70);
+}
+
+// What ran last on the thread of an executor may be another callback.
+TEST(LostEnd, ShownByTheEndOfAnotherCallbackCutsTheChainThere) {
+  auto trace = trace_of(R"(
+    thread t1 pool
+    publisher out topic=/points
+    callback lidar timer period=60 pooled
+    callback plan timer period=60 pooled
+    callback fusion subscription topic=/points
+    11 start lidar on=t1 release=10
+    14 end lidar on=t1
+    31 start plan on=t1 release=30
+    33 publish out on=t1
+    34 end plan on=t1
+    36 start fusion release=35 from=out:0
+    40 end fusion
+    71 start lidar on=t1 release=70
+    74 end lidar on=t1)");
+  lose<CallbackEnd>(trace, 14);
+  lose<CallbackStart>(trace, 31);
+  EXPECT_TRUE(analyze(trace).report.chains.empty());
+}
+
+// A callback that runs on publishes on. No more than 64 instances of each reader wait for its end.
+TEST(LostEnd, IsNotWaitedForByMoreThanAFewOfEachReader) {
+  constexpr int kMessages = 1000;
+  std::string text = R"(
+    publisher out topic=/points
+    callback plan timer period=20
+    callback fusion subscription topic=/points
+    11 start plan release=10)";
+  for (int i = 0; i < kMessages; ++i) {
+    const auto time = 20 + 10 * i;
+    text += "\n" + std::to_string(time) + " publish out on=plan\n" + std::to_string(time + 2) +
+            " start fusion release=" + std::to_string(time + 1) + " from=out:" + std::to_string(i) +
+            "\n" + std::to_string(time + 5) + " end fusion";
+  }
+  constexpr int kLastEnd = 20 + 10 * (kMessages - 1) + 5;
+  const auto trace = trace_of(text + "\n" + std::to_string(kLastEnd + 1) + " end plan");
+  const auto latency_of = [](const AnalysisResult& result) {
+    return *result.report.chains.at(0).path_latency;
+  };
+  Analyzer analyzer(AnalysisOptions{});
+  for (const auto& event : trace.events) {
+    analyzer.consume(event);
+    if (event.head.time.ns != kLastEnd) continue;
+    EXPECT_EQ(latency_of(analyzer.look()).count, static_cast<std::uint64_t>(kMessages - 64));
+  }
+  EXPECT_EQ(latency_of(analyzer.look()).count, static_cast<std::uint64_t>(kMessages));
+  const auto at_end = latency_of(analyzer.finish());
+  EXPECT_EQ(at_end.count, static_cast<std::uint64_t>(kMessages));
+  EXPECT_EQ(at_end.max, kLastEnd - 10);
+}
+
 // Up to the start of the next instance nobody else is seen to run.
 TEST(LostEnd, AloneLeavesMessagesToTheirInstance) {
   auto trace = trace_of(lost_between(34, ""));
