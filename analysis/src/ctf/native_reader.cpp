@@ -80,6 +80,12 @@ bool are_of_one_boot(const Clock& a, const Clock& b) {
          difference < static_cast<Wide>(kNanoseconds);
 }
 
+// What tells a clock from another one: its uuid, else its offset. A trace has one clock.
+std::string text_of(const ClockPlan& clock) {
+  const auto which = clock.uuid.empty() ? std::to_string(clock.offset_ns) : clock.uuid;
+  return which + '/' + std::to_string(clock.frequency);
+}
+
 }  // namespace
 
 class TraceReader::Streams {
@@ -223,7 +229,8 @@ class TraceReader::Streams {
 
   void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
     // Directories that share a uuid are one trace: rotation chunks, snapshots.
-    const auto name = plan->uuid ? uuid_text(*plan->uuid) : directory.string();
+    const auto name =
+        plan->uuid ? uuid_text(*plan->uuid) + '/' + text_of(plan->clock()) : directory.string();
     auto& state = states_[name];
     state.priority_offset = plan->priority_offset;
     const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan, state);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -186,6 +187,33 @@ TEST(Streams, ClocksOfDifferentBootsAreComparedByTheirOffsets) {
   folder.write("b/s",
                bytes_of(PacketText{.begin = 51, .end = 59, .ticks = {{54}}, .cpu = 7, .uuid = 2}));
   EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "54 tick on 7", "6 tick on 0"));
+}
+
+// Two recordings whose traces have one uuid, as where the metadata of one was copied and edited, are no
+// chunks of one: each has its own clock, which is told with its streams.
+TEST(Streams, OfTracesWithOneUuidHaveTheirOwnClocks) {
+  const auto boot = [](const char* digit) {
+    return "uuid = \"1111111" + std::string(digit) + "-2222-3333-4444-555555555555\"; ";
+  };
+  const auto read_both = [](const std::string& first, const std::string& second) {
+    TraceFolder folder;
+    folder.write("a/metadata", metadata(1, first));
+    folder.write("a/s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {6}}}));
+    folder.write("b/metadata", metadata(1, second));
+    folder.write("b/s", bytes_of(PacketText{.begin = 51, .end = 59, .ticks = {{54}}}));
+    return std::pair(read(folder), read_all(folder));
+  };
+  const auto [by_boots, of_boots] =
+      read_both(boot("1") + "offset = 100;", boot("2") + "offset = 50;");
+  EXPECT_THAT(by_boots, ElementsAre("2 tick on 0", "54 tick on 0", "6 tick on 0"));
+  EXPECT_THAT(of_boots, testing::Contains("1: stream of channel 1"));
+  EXPECT_THAT(read_both("offset = 100;", "offset = 50;").first,
+              ElementsAre("2 tick on 0", "54 tick on 0", "6 tick on 0"));
+  const auto [one_clock, chunks] =
+      read_both(boot("1") + "offset = 100;", boot("1") + "offset = 50;");
+  EXPECT_THAT(one_clock, ElementsAre("2 tick on 0", "6 tick on 0", "54 tick on 0"))
+      << "measured anew";
+  EXPECT_THAT(chunks, testing::Not(testing::Contains("1: stream of channel 1")));
 }
 
 // A container with a clock of its own (a time namespace) tells the machine's boot.
