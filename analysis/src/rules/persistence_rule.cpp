@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -54,6 +55,64 @@ std::optional<Evidence> unseen_registration(const RuleContext& context,
   return context.proof.unseen_announcement(callback.process);
 }
 
+// Why a thread that replaced another one may have been given the callback by a callback_init.
+std::vector<Evidence> perhaps_registered(const RuleContext& context, const CallbackFacts& callback,
+                                         const Move& move) {
+  const auto& to = thread_of(context.model, move.to);
+  std::vector<Evidence> reasons;
+  const auto add = [&reasons](std::optional<Evidence> reason) {
+    if (reason) reasons.push_back(*std::move(reason));
+  };
+  // A callback_init in between may be what was lost.
+  add(context.user_losses.between(to.process, move.last_on_from.time, move.first_on_to.time));
+  // So may be that of an announcement before, for which the one in between was taken.
+  if (const auto& announced = callback.announced_after;
+      announced && announced->second.time > move.last_on_from.time &&
+      announced->second.time <= move.first_on_to.time) {
+    add(context.user_losses.between(to.process, announced->first, announced->second.time));
+  }
+  add(unseen_registration(context, callback, move));
+  if (callback.last_init && callback.last_init->time == move.first_on_to.time)
+    add(unordered_init(*callback.last_init, to));
+  return reasons;
+}
+
+std::vector<Evidence> witnesses_of(const RuleContext& context, const CallbackFacts& callback,
+                                   const Move& move) {
+  const auto& from = thread_of(context.model, move.from);
+  const auto& to = thread_of(context.model, move.to);
+  std::vector<Evidence> witnesses;
+  witnesses.push_back(evidence("callback_start", move.last_on_from,
+                               "ran on " + thread_name(from) + ", which has ended since"));
+  if (from.fini && (is_fini_own(from) || !from.kernel_exit)) {
+    witnesses.push_back(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
+  } else if (from.kernel_exit) {
+    witnesses.push_back(evidence(std::string(from.kernel_exit_event), *from.kernel_exit,
+                                 thread_name(from) + " exits"));
+  }
+  if (to.announced)
+    witnesses.push_back(evidence("thread_init", *to.announced, thread_name(to) + " begins"));
+  witnesses.push_back(
+      evidence(is_known_by_start(callback, move) ? "callback_start" : "callback_end",
+               move.first_on_to, "went on on " + thread_name(to) + " without a new callback_init"));
+  return witnesses;
+}
+
+// One that is certain is a violation, whatever is missing at others.
+void judge_succession(const RuleContext& context, const CallbackFacts& callback, const Move& move,
+                      Judgement& judgement) {
+  const auto reasons = perhaps_registered(context, callback, move);
+  for (const auto& reason : reasons)
+    judgement.doubt(reason);
+  for (auto& witness : witnesses_of(context, callback, move)) {
+    if (reasons.empty()) {
+      judgement.fail(std::move(witness));
+    } else {
+      judgement.doubt(std::move(witness));
+    }
+  }
+}
+
 void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
                 Judgement& judgement) {
   const auto& lives = context.lives;
@@ -84,34 +143,7 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
       judgement.doubt(perhaps_replaced(context, move.from, move.last_on_from.time, move.to));
       break;
     case Succession::successive:
-      // A callback_init in between may be what was lost.
-      judgement.overrule(
-          context.user_losses.between(to.process, move.last_on_from.time, move.first_on_to.time));
-      // So may be that of an announcement before, for which the one in between was taken.
-      if (const auto& announced = callback.announced_after;
-          announced && announced->second.time > move.last_on_from.time &&
-          announced->second.time <= move.first_on_to.time) {
-        judgement.overrule(
-            context.user_losses.between(to.process, announced->first, announced->second.time));
-      }
-      judgement.overrule(unseen_registration(context, callback, move));
-      if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
-        judgement.overrule(unordered_init(*callback.last_init, to));
-      }
-      judgement.fail(evidence("callback_start", move.last_on_from,
-                              "ran on " + thread_name(from) + ", which has ended since"));
-      if (from.fini && (is_fini_own(from) || !from.kernel_exit)) {
-        judgement.fail(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
-      } else if (from.kernel_exit) {
-        judgement.fail(evidence(std::string(from.kernel_exit_event), *from.kernel_exit,
-                                thread_name(from) + " exits"));
-      }
-      if (to.announced) {
-        judgement.fail(evidence("thread_init", *to.announced, thread_name(to) + " begins"));
-      }
-      judgement.fail(evidence(is_known_by_start(callback, move) ? "callback_start" : "callback_end",
-                              move.first_on_to,
-                              "went on on " + thread_name(to) + " without a new callback_init"));
+      judge_succession(context, callback, move, judgement);
       break;
     case Succession::unknown:
       judgement.doubt([&] {

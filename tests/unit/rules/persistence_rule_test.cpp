@@ -12,6 +12,7 @@ namespace {
 using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(MappingPersistent, FailsWhenAThreadWasReplaced) {
   const Verified verified(kReplaced);
@@ -55,6 +56,37 @@ TEST(MappingPersistent, FailsHoweverOftenThreadsThatLiveTogetherTookTurnsBefore)
 TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
   const Verified verified(std::string(kReplaced) + "\n  16 init fusion");
   EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::pass);
+}
+
+// Of several moves one is a witness by itself, whatever was lost at the others.
+TEST(MappingPersistent, FailsByAMoveThatIsCertainBesideOneBehindALoss) {
+  const auto moved_twice = [](const std::string& loss) {
+    return Verified(R"(
+      callback fusion pooled
+      thread one callback of=fusion tid=101
+      10 start fusion on=one
+      12 end fusion on=one
+      14 finish one
+      thread two callback of=fusion tid=102
+      20 begin two
+      30 start fusion on=two
+      32 end fusion on=two
+      34 finish two
+      thread three callback of=fusion tid=103
+      40 begin three
+      50 start fusion on=three
+      52 end fusion on=three)" +
+                    loss);
+  };
+  ASSERT_EQ(moved_twice("")["M4"], Verdict::fail);
+  const auto certain = moved_twice("\n16 discard user until=18 count=1");
+  EXPECT_EQ(certain["M4"], Verdict::fail);
+  EXPECT_THAT(certain.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("34 thread_fini"), HasSubstr("40 thread_init"),
+                    HasSubstr("50 callback_start"), Not(HasSubstr("14 thread_fini"))));
+  EXPECT_EQ(
+      moved_twice("\n16 discard user until=18 count=1\n36 discard user until=38 count=1")["M4"],
+      Verdict::inconclusive);
 }
 
 // State follows a repeated run_begin: where its callback_init is lost, the next one is taken for it.
