@@ -71,6 +71,24 @@ void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   judgement.remark(by_read_back(at, note));
 }
 
+// What differs from what was applied. It is a witness by itself, unless other parameters may have been
+// applied meanwhile. `before`: the read-back that shows it; null: the kernel does.
+void judge_mismatch(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
+                    const ReadBack* before, Evidence later, Judgement& judgement) {
+  const auto& loss = context.proof.loss(index);
+  const auto& thread = context.model.threads[at(index)];
+  auto first = evidence("thread_sched", applied.at,
+                        "applied: " + describe(applied) + whose(context.model, thread));
+  if (loss && context.proof.may_hide_read_back(index, &applied, before)) {
+    judgement.doubt(loss);
+    judgement.doubt(std::move(first));
+    judgement.doubt(std::move(later));
+    return;
+  }
+  judgement.fail(std::move(first));
+  judgement.fail(std::move(later));
+}
+
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& model = context.model;
   const auto& proof = context.proof;
@@ -79,10 +97,9 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   judgement.overrule(doubt_of_first_audit(context, index));
   if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
-    if (proof.may_hide_read_back(index, &applied, &audit)) judgement.overrule(proof.loss(index));
-    judgement.fail(evidence("thread_sched", applied.at,
-                            "applied: " + describe(applied) + whose(model, thread)));
-    judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
+    judge_mismatch(context, index, applied, &audit,
+                   evidence("thread_sched", audit.at, "later read back: " + describe(audit)),
+                   judgement);
   }
   const auto host = model.processes[at(thread.process)].host;
   auto hole = context.kernel_record.loss(index);
@@ -107,13 +124,10 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
       hole = gap;
       continue;
     }
-    if (proof.may_hide_read_back(index, &applied, nullptr)) {
-      judgement.overrule(proof.loss(index));
-    }
-    judgement.fail(evidence("thread_sched", applied.at,
-                            "applied: " + describe(applied) + whose(model, thread)));
-    judgement.fail(evidence("sched_switch", priority.at,
-                            "the kernel schedules it with " + priority_text(priority.prio)));
+    judge_mismatch(context, index, applied, nullptr,
+                   evidence("sched_switch", priority.at,
+                            "the kernel schedules it with " + priority_text(priority.prio)),
+                   judgement);
   }
   judgement.doubt(proof.loss(index));
   judgement.doubt(proof.lost_first_read_back(index));

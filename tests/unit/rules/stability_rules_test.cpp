@@ -61,6 +61,23 @@ TEST(ParametersUnchanged, OrdersReadBacksByTheirNumbers) {
   }
 }
 
+// The audit at 15 follows on what was applied. Another one, before 40, was lost: whether what the kernel
+// shows at 30 was applied meanwhile is unknown. That takes nothing from the audit (L6).
+TEST(ParametersUnchanged, FailsByAnAuditWhateverMayHaveBeenAppliedLater) {
+  const auto judged = [](const std::string& kernel) {
+    return Verified(
+        configured_run("15 audit fusion policy=fifo priority=79\n"
+                       "40 audit fusion policy=fifo priority=79 n=4\n" +
+                       kernel));
+  };
+  ASSERT_EQ(judged("")["S3"], Verdict::fail);
+  const auto with_kernel = judged("30 switch 0 idle fusion next_prio=49");
+  EXPECT_EQ(with_kernel["S3"], Verdict::fail);
+  EXPECT_THAT(with_kernel.evidence("S3", "thread 101"),
+              AllOf(HasSubstr("15 thread_sched later read back: SCHED_FIFO 79"),
+                    Not(HasSubstr("30 sched_switch"))));
+}
+
 // Somebody asked for what is not as the thread began; the kernel's own values follow the machine.
 TEST(ParametersUnchanged, ComparesSlicesThatWereAskedFor) {
   const auto sliced = [](const char* applied, const char* audit) {
