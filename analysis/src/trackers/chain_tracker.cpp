@@ -58,18 +58,37 @@ ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
   }
 }
 
+[[gnu::always_inline]] inline void ChainTracker::measure(ChainNode& node, const EventRef& end) {
+  note_edge(node);
+  if (has_spec_) {
+    for (auto& chain : specified_)
+      on_specified(node, end, chain);
+  } else {
+    on_path(node, end);
+  }
+}
+
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between
+  if (waiting_count_ > 0 || is_end_awaited_before(node)) [[unlikely]] {
+    on_complete_beside_waiting(node, end);
+  } else {
+    measure(node, end);
+  }
+}
+
+// Apart from what is done for every instance.
+[[gnu::noinline]] void ChainTracker::on_complete_beside_waiting(ChainNode& node,
+                                                                const EventRef& end) {
   const bool may_wait = waiting_count_ < kMaxWaitingInAll;
-  auto* before = waiting_count_ > 0 ? waiting_.find(node.callback) : nullptr;
-  if (before != nullptr) measure_decided(*before, may_wait ? kMaxWaiting - 1 : 0);
-  const bool is_behind_others = before != nullptr && !before->empty();
-  if (is_behind_others || (may_wait && is_end_awaited_before(node))) [[unlikely]] {
-    waiting_[node.callback].push_back({.node = ChainNodeRef(node), .end = end});
-    ++waiting_count_;
+  auto& waiting = waiting_[node.callback];
+  measure_decided(waiting, may_wait ? kMaxWaiting - 1 : 0);
+  if (waiting.empty() && !(may_wait && is_end_awaited_before(node))) {
+    measure(node, end);
     return;
   }
-  measure(node, end);
+  waiting.push_back({.node = ChainNodeRef(node), .end = end});
+  ++waiting_count_;
 }
 
 bool ChainTracker::is_end_awaited_before(const ChainNode& node) noexcept {
@@ -100,16 +119,6 @@ void ChainTracker::measure_waiting() {
   std::ranges::stable_sort(all, {}, [](const Waiting& waiting) { return waiting.end.time; });
   for (const auto& [node, end] : all)
     measure(*node, end);
-}
-
-void ChainTracker::measure(ChainNode& node, const EventRef& end) {
-  note_edge(node);
-  if (has_spec_) {
-    for (auto& chain : specified_)
-      on_specified(node, end, chain);
-  } else {
-    on_path(node, end);
-  }
 }
 
 void ChainTracker::on_path(ChainNode& node, const EventRef& end) {

@@ -243,7 +243,8 @@ class ChainTracker {
   static bool is_end_awaited_before(const ChainNode& node) noexcept;
   // Measures the first ones, up to one that still waits, and whatever leaves no more than `most`.
   void measure_decided(std::vector<Waiting>& waiting, std::size_t most);
-  void measure(ChainNode& node, const EventRef& end);
+  inline void measure(ChainNode& node, const EventRef& end);
+  void on_complete_beside_waiting(ChainNode& node, const EventRef& end);
   // An instance was completed, where no spec names chains.
   void on_path(ChainNode& node, const EventRef& end);
   void on_specified(ChainNode& node, const EventRef& end, Chain& chain);

@@ -444,7 +444,7 @@ const ChainNodeRef& InstanceBuilder::node_of(PendingInstance& pending) {
   node.start = pending.start;
   node.read = pending.read;
   node.is_in_window = pending.is_in_window;
-  if (!pending.end && !pending.is_end_lost) {
+  if (!pending.end) {
     node.end =
         pending.callback_facts->is_accounted ? ChainNode::End::awaited : ChainNode::End::untold;
   }
