@@ -148,6 +148,7 @@ TEST_P(KernelRecord, TellsSwitchesOnTheClockOfUserSpace) {
   EXPECT_GT(count_of(kernel, "sched_waking: "), 0U);
   EXPECT_GT(count_of(kernel, "sched_process_fork: "), 0U);
   EXPECT_GT(count_of(kernel, "sched_process_exit: "), 0U);
+  EXPECT_GT(count_of(kernel, "sched_process_exec: "), 0U) << "the command's own";
   const std::string user = user_trace();
   for (const char* name : {"offset", "uuid"}) {
     EXPECT_EQ(clock_line("kernel", name), clock_line(user, name));
@@ -156,6 +157,24 @@ TEST_P(KernelRecord, TellsSwitchesOnTheClockOfUserSpace) {
   EXPECT_EQ(count_of(both, "\n"), events + count_of(babeltrace2({path("rec") / user}), "\n"));
   // The first event is the kernel's: no instance began before its record did.
   EXPECT_THAT(both.substr(0, both.find('\n')), HasSubstr(" sched_"));
+}
+
+// By the first thread and by another one, which is called like the first one from then on.
+TEST_P(KernelRecord, TellsAProgramThatIsExecutedFromACrash) {
+  for (const std::string leave_by : {"exec", "exec-elsewhere"}) {
+    fs::remove_all(path("rec"));
+    ASSERT_EQ(sandbox_.run(recording({"--leave-by", leave_by})).status, 0);
+    const std::vector<fs::path> traces{path("rec")};
+    std::string told;
+    for (const auto& rule : analysis::analyze(traces, {}).verdicts.rules) {
+      if (rule.id != "T4") continue;
+      for (const auto& subject : rule.subjects) {
+        for (const auto& evidence : subject.evidence)
+          told += evidence.note + '\n';
+      }
+    }
+    EXPECT_THAT(told, HasSubstr("the process executed another program here")) << leave_by;
+  }
 }
 
 // Collects what the analyzer says of each instance.

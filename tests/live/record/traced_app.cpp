@@ -1,15 +1,16 @@
 // A traced application for the live tests: one timer and one subscription, each on its own thread,
 // and a publisher, driven by the facade alone.
 //
-//   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort|kill]
+//   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by HOW]
 //              [--burst N] [--status N] [--ready FILE [--ready-after N]] [--fork]
 //              [--deadline-us N [--late-every N]] [--lost N]
 //
-// --leave-by kill: as a process that is killed when it has registered with the tracer, and emitted
-// nothing yet. --fork: a child runs an instance of what it inherited, destroys that and calls
-// exit(). Writes FILE (its pid) once everything is registered, or after the burst and N instances.
-// --late-every: each N-th instance of the timer responds after three times its deadline. Prints the
-// totals it emitted on exit.
+// HOW is return, exit, abort, exec (another program, in place of this one), exec-elsewhere (the
+// same on the thread that runs the callbacks) or kill: as a process that is killed when it has
+// registered with the tracer, and emitted nothing yet. --fork: a child runs an instance of what it
+// inherited, destroys that and calls exit(). Writes FILE (its pid) once everything is registered,
+// or after the burst and N instances. --late-every: each N-th instance of the timer responds after
+// three times its deadline. Prints the totals it emitted on exit.
 #include <cie/tracepoints/trace.hpp>
 
 #include "support/sanitizers.hpp"
@@ -157,6 +158,11 @@ void tell_ready(const std::string& file) {
   std::rename((file + ".tmp").c_str(), file.c_str());
 }
 
+void execute_another_program() {
+  execl("/bin/true", "true", static_cast<char*>(nullptr));
+  std::abort();
+}
+
 void work(Application& app, const Options& options) {
   const trace::Thread thread(cie::ThreadRole::pool, cie::kNoCallback, cie::kNoGroup, "pool");
   if (options.lost != 0) app.subscription.sample_lost(options.lost);
@@ -174,6 +180,7 @@ void work(Application& app, const Options& options) {
     if (is_telling && i + 1 == options.ready_after) tell_ready(options.ready);
     std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
   }
+  if (options.leave_by == "exec-elsewhere") execute_another_program();
   if (options.work_us > 0) {
     std::printf("thread %d used %lld ns\n", gettid(), static_cast<long long>(cpu_time_ns()));
   }
@@ -218,5 +225,6 @@ int main(int argc, char** argv) {
   if (options.leave_by == "exit") {
     std::exit(options.status);  // the application is still alive, and leaks
   }
+  if (options.leave_by == "exec") execute_another_program();
   return options.status;
 }

@@ -108,6 +108,7 @@ class Encoding : public ::testing::Test {
   Encoding() {
     encoder_.learn(class_of("sched_switch"), test::switch_format());
     encoder_.learn(class_of("sched_process_fork"), test::fork_format());
+    encoder_.learn(class_of("sched_process_exec"), test::exec_format());
   }
 
   bool encode(const std::string& data) {
@@ -172,6 +173,23 @@ TEST_F(Encoding, ANameThatLiesOutsideItsRecordIsEmpty) {
   EXPECT_STREQ(out_.substr(30, 16).c_str(), "cdefgh");
 }
 
+// Its path is of any length, and left out.
+TEST_F(Encoding, TellsWhichThreadExecutesAnotherProgramAndWhatItIsCalledThen) {
+  std::string record(20, '\0');
+  const auto put = [&record](std::size_t offset, auto value) {
+    std::memcpy(record.data() + offset, &value, sizeof value);
+  };
+  put(0, test::kExecNumber);
+  put(8, 20U | 10U << 16U);
+  put(12, std::int32_t{100});
+  put(16, std::int32_t{107});
+  ASSERT_TRUE(encode(record + std::string("/bin/true\0\0\0", 12)));
+  ASSERT_EQ(out_.size(), 2U + 8 + 4 + 4);
+  EXPECT_EQ(kernel_event_classes()[integer_at<std::uint16_t>(out_, 0)].name, "sched_process_exec");
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 10), 100);
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 14), 107);
+}
+
 TEST_F(Encoding, LeavesOutWhatItDoesNotKnowAndWhatIsCutShort) {
   std::string other = bytes_of(test::SwitchRecord{});
   other[0] = '\x01';
@@ -189,7 +207,8 @@ TEST(KernelEventClasses, AreTheStructuresThatTheBpfProgramsFill) {
       {CIE_SCHED_PROCESS_FORK, "sched_process_fork", sizeof(cie_sched_process_fork)},
       {CIE_SCHED_PROCESS_EXIT, "sched_process_exit", sizeof(cie_sched_process_exit)},
       {CIE_SCHED_MIGRATE_TASK, "sched_migrate_task", sizeof(cie_sched_migrate_task)},
-      {CIE_SCHED_PI_SETPRIO, "sched_pi_setprio", sizeof(cie_sched_pi_setprio)}};
+      {CIE_SCHED_PI_SETPRIO, "sched_pi_setprio", sizeof(cie_sched_pi_setprio)},
+      {CIE_SCHED_PROCESS_EXEC, "sched_process_exec", sizeof(cie_sched_process_exec)}};
   const auto& classes = kernel_event_classes();
   ASSERT_EQ(classes.size(), structures.size());
   for (const auto& [id, name, size] : structures) {

@@ -60,6 +60,14 @@ std::string fork_format() {
          "print fmt: \"pid=%d child_pid=%d\", REC->parent_pid, REC->child_pid\n";
 }
 
+std::string exec_format() {
+  return "name: sched_process_exec\nID: " + std::to_string(kExecNumber) + '\n' + kCommonFormat +
+         "\tfield:__data_loc char[] filename;\toffset:8;\tsize:4;\tsigned:0;\n"
+         "\tfield:pid_t pid;\toffset:12;\tsize:4;\tsigned:1;\n"
+         "\tfield:pid_t old_pid;\toffset:16;\tsize:4;\tsigned:1;\n\n"
+         "print fmt: \"pid=%d old_pid=%d\", REC->pid, REC->old_pid\n";
+}
+
 std::string bytes_of(const SwitchRecord& record) {
   std::string bytes = common_fields(kSwitchNumber);
   bytes += padded(record.prev_comm, 16);

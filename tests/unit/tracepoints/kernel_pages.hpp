@@ -10,10 +10,12 @@ namespace cie::test {
 
 inline constexpr std::uint16_t kSwitchNumber = 372;
 inline constexpr std::uint16_t kForkNumber = 366;
+inline constexpr std::uint16_t kExecNumber = 365;
 
-// What the kernel says of two of its events (Linux 6.18, x86-64).
+// What the kernel says of some of its events (Linux 6.18, x86-64).
 std::string switch_format();
 std::string fork_format();
+std::string exec_format();
 
 struct SwitchRecord {
   std::string prev_comm;

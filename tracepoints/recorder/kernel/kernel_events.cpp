@@ -92,7 +92,9 @@ const std::vector<KernelEventClass>& kernel_event_classes() {
        {{"comm", "comm", comm},
         {"tid", "pid", int32},
         {"oldprio", "oldprio", priority},
-        {"newprio", "newprio", priority}}}};
+        {"newprio", "newprio", priority}}},
+      // Without the program's path, which has any length.
+      {"sched_process_exec", {{"tid", "pid", int32}, {"old_tid", "old_pid", int32}}}};
   return classes;
 }
 

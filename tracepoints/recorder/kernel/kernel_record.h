@@ -19,7 +19,8 @@ enum cie_kernel_event {
   CIE_SCHED_PROCESS_FORK,
   CIE_SCHED_PROCESS_EXIT,
   CIE_SCHED_MIGRATE_TASK,
-  CIE_SCHED_PI_SETPRIO
+  CIE_SCHED_PI_SETPRIO,
+  CIE_SCHED_PROCESS_EXEC
 };
 
 #pragma pack(push, 1)
@@ -75,6 +76,12 @@ struct cie_sched_pi_setprio {
   struct cie_name_and_tid thread;
   int32_t oldprio;
   int32_t newprio;
+};
+
+struct cie_sched_process_exec {
+  struct cie_event_header header;
+  int32_t tid;
+  int32_t old_tid; /* the same, but where another thread than the first executes */
 };
 
 #pragma pack(pop)

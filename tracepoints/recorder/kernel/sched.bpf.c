@@ -173,5 +173,15 @@ int BPF_PROG(sched_pi_setprio, struct task_struct* task, struct task_struct* don
   return 0;
 }
 
+SEC("tp_btf/sched_process_exec")
+int BPF_PROG(sched_process_exec, struct task_struct* task, int old_tid) {
+  if (!is_recording) return 0;
+  struct cie_sched_process_exec event = {};
+  event.tid = task->pid;
+  event.old_tid = old_tid;
+  emit(ctx, &event.header, CIE_SCHED_PROCESS_EXEC, sizeof event);
+  return 0;
+}
+
 /* The helpers used ask for a license that the kernel calls compatible. */
 char LICENSE[] SEC("license") = "GPL";
