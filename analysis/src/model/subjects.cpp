@@ -26,6 +26,17 @@ std::vector<std::uint32_t> programs_of_pids(const Model& model) {
   return programs;
 }
 
+// Of each callback of a process how many up to it have its logical id.
+std::vector<std::uint32_t> lifetimes_of_callbacks(const Model& model) {
+  std::map<std::pair<ProcessIndex, std::string_view>, std::uint32_t> counts;
+  std::vector<std::uint32_t> lifetimes(model.callbacks.size());
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    lifetimes[at(index)] = ++counts[{callback.process, callback.logical_id}];
+  }
+  return lifetimes;
+}
+
 // Of each item how many up to it, itself included, have its key.
 template <typename Items, typename KeyOf>
 std::vector<std::uint32_t> numbered_by(const Items& items, const KeyOf& key_of) {
@@ -37,12 +48,6 @@ std::vector<std::uint32_t> numbered_by(const Items& items, const KeyOf& key_of) 
   return numbers;
 }
 
-// " (lifetime 2)"; the first one has its plain name.
-std::string ordinal(std::string_view what, std::uint32_t number) {
-  if (number < 2) return {};
-  return " (" + std::string(what) + ' ' + std::to_string(number) + ')';
-}
-
 std::string topic_name(const PublisherFacts& publisher) {
   return publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id));
 }
@@ -52,6 +57,7 @@ std::string topic_name(const PublisherFacts& publisher) {
 Subjects::Subjects(const Model& model)
     : model_(model),
       programs_(programs_of_pids(model)),
+      callbacks_(lifetimes_of_callbacks(model)),
       lifetimes_(numbered_by(
           model.threads,
           [](const ThreadFacts& thread) { return std::pair(thread.process, thread.tid); })),
@@ -119,7 +125,8 @@ NamedSubject Subjects::process(ProcessIndex index) const {
 
 NamedSubject Subjects::callback(CallbackIndex index) const {
   const auto& callback = model_.callbacks[at(index)];
-  return named(Subject::of(SubjectKind::callback, index, callback.process), callback.logical_id);
+  return named(Subject::of(SubjectKind::callback, index, callback.process), callback.logical_id,
+               ordinal("lifetime", callbacks_[at(index)]));
 }
 
 NamedSubject Subjects::thread(ThreadIndex index) const {

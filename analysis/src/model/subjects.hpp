@@ -26,14 +26,18 @@ struct NamedSubject {
 
 // Their places are " (pid N)" when the trace holds several processes, " (pid N, program M)" when they
 // had one pid, and " (pid N on HOST)" when they are of several hosts. Before that stands
-// " (lifetime N)" of later threads of a process that had one tid, and " (publisher N)" of later
-// publishers of one topic, in the order in which they were first seen.
+// " (lifetime N)" of later threads of a process that had one tid and later callbacks that had one
+// logical id, and " (publisher N)" of later publishers of one topic, in the order in which they were
+// first seen (callbacks: created).
 class Subjects {
  public:
   explicit Subjects(const Model& model);
 
   // Of several processes that had one pid, how many had it up to this one. 0: it alone had it.
   std::uint32_t program_of(ProcessIndex index) const { return programs_[at(index)]; }
+
+  // From 1: of the callbacks of its process with its logical id, how many up to this one.
+  std::uint32_t lifetime_of(CallbackIndex index) const { return callbacks_[at(index)]; }
 
   NamedSubject process(ProcessIndex index) const;  // "process PID"
   NamedSubject callback(CallbackIndex index) const;
@@ -53,6 +57,7 @@ class Subjects {
   bool has_several_ = false;  // processes
   bool has_several_hosts_ = false;
   std::vector<std::uint32_t> programs_;    // by process
+  std::vector<std::uint32_t> callbacks_;   // by callback, as lifetime_of() has it
   std::vector<std::uint32_t> lifetimes_;   // by thread, from 1: of its process's with its tid
   std::vector<std::uint32_t> publishers_;  // likewise, with its topic
 };

@@ -206,6 +206,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.index = index;
   report.process = facts.process;
   report.logical_id = facts.logical_id;
+  report.lifetime = context.names.lifetime_of(index);
   report.node = facts.node;
   report.kind = facts.kind;
   report.source = facts.source;

@@ -67,6 +67,15 @@ std::string pid_words(const ProcessReport& process) {
   return pid_words(process.pid, process.program);
 }
 
+std::string ordinal(std::string_view what, std::uint32_t number) {
+  if (number < 2) return {};
+  return " (" + std::string(what) + ' ' + std::to_string(number) + ')';
+}
+
+std::string ordinal(const CallbackReport& callback) {
+  return ordinal("lifetime", callback.lifetime);
+}
+
 TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept {
   return {.from = std::max(callback.lived.from, process.lived.from),
           .to = std::min(callback.lived.to, process.lived.to)};

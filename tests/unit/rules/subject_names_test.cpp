@@ -34,6 +34,36 @@ TEST(Verify, TellsThreadsOfOneTidApart) {
                           "thread 101 (lifetime 2) (pid 100)"));
 }
 
+// A node is destroyed and created again, and its callback is called as before.
+TEST(Verify, TellsCallbacksOfOneLogicalIdApart) {
+  auto trace = trace_of(R"(
+    callback first timer id=/n@Timer(10)
+    callback second timer id=/n@Timer(10)
+    callback other timer id=/o@Timer(10)
+    10 start first release=9
+    12 end first
+    13 fini first
+    20 init second on=second
+    21 start second release=20
+    22 end second
+    23 start other release=22
+    24 end other)");
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return e.callback == CallbackId{1} && head.time.ns < 10;
+  });
+  const Verified verified(trace);
+  EXPECT_THAT(subjects_of(verified, "M3"),
+              ElementsAre("callback /n@Timer(10)", "callback /n@Timer(10) (lifetime 2)",
+                          "callback /o@Timer(10)"));
+  EXPECT_THAT(subjects_of(verified, "M5"), ElementsAre("callback /n@Timer(10) (lifetime 2)"))
+      << "the later lifetime, against its predecessor";
+  EXPECT_EQ(verified["M7"], Verdict::pass);
+  std::vector<std::uint32_t> lifetimes;
+  for (const auto& callback : verified.result.report.callbacks)
+    lifetimes.push_back(callback.lifetime);
+  EXPECT_THAT(lifetimes, ElementsAre(1U, 2U, 1U));
+}
+
 TEST(Verify, TellsPublishersOfOneTopicApart) {
   const Verified verified(R"(
     publisher first topic=/t

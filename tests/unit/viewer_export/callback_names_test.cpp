@@ -124,6 +124,21 @@ TEST(CallbackNames, TellWhichProcessOfOnePidTheyAreOf) {
             (All{"n timer 1 us", "n timer 2 us (pid 1, program 2)", "n timer 2 us (pid 2)"}));
 }
 
+// Of one process, one after the other.
+TEST(CallbackNames, TellWhichLifeOfACallbackTheyAreOf) {
+  using All = std::vector<std::string>;
+  auto report = of_processes({{"a", 1}, {"a", 2}});
+  report.callbacks.push_back(report.callbacks[0]);
+  report.callbacks[2].index = analysis::CallbackIndex{2};
+  report.callbacks[2].lifetime = 2;
+  EXPECT_EQ(names_in(report), (All{"n timer 1 us (pid 1)", "n timer 1 us (pid 2)",
+                                   "n timer 1 us (lifetime 2) (pid 1)"}));
+  report.callbacks.erase(report.callbacks.begin() + 1);
+  EXPECT_EQ(names_in(report), (All{"n timer 1 us", "n timer 1 us (lifetime 2)"}));
+  report.callbacks.erase(report.callbacks.begin());
+  EXPECT_EQ(names_in(report), (All{"n timer 1 us (lifetime 2)"})) << "the first one is not shown";
+}
+
 TEST(CallbackNames, HaveAPeriodBesideTheNameOfATimer) {
   using All = std::vector<std::string>;
   auto report = of_processes({{"a", 1}, {"a", 2}});

@@ -123,18 +123,27 @@ std::string place_of(const analysis::ProcessReport& process,
   return fmt::format(" ({}{})", pid_words(process), host);
 }
 
-// With what tells rows of one name apart: the processes that they are of.
-template <typename Named, typename Keep>
-void place(const std::map<std::string, std::vector<Named>>& by_name,
+// With what tells rows of one name apart: which life of a callback they are, and the processes that
+// they are of.
+template <typename Row>
+struct Named {
+  Row row;
+  std::optional<analysis::ProcessIndex> process{};
+  std::string ordinal{};
+};
+template <typename Row, typename Keep>
+void place(const std::map<std::string, std::vector<Named<Row>>>& by_name,
            const analysis::ReportRows& rows, const Keep& keep) {
-  for (const auto& [name, named] : by_name) {
+  for (const auto& [name, alike] : by_name) {
     std::vector<const analysis::ProcessReport*> processes;
-    for (const auto& [row, process] : named)
-      processes.push_back(process ? &rows.process(*process) : nullptr);
+    for (const auto& named : alike)
+      processes.push_back(named.process ? &rows.process(*named.process) : nullptr);
     std::erase(processes, nullptr);
-    for (const auto& [row, process] : named) {
-      keep(row, named.size() == 1 || !process ? name
-                                              : name + place_of(rows.process(*process), processes));
+    for (const auto& named : alike) {
+      const bool is_placed = alike.size() > 1 && named.process.has_value();
+      const auto where =
+          is_placed ? place_of(rows.process(*named.process), processes) : std::string();
+      keep(named.row, name + named.ordinal + where);
     }
   }
 }
@@ -191,10 +200,10 @@ void CallbackNames::name_ids(std::vector<std::string> ids, const Periods& period
 }
 
 void CallbackNames::name_callbacks(const Report& report) {
-  using Named = std::pair<analysis::CallbackIndex, std::optional<analysis::ProcessIndex>>;
-  std::map<std::string, std::vector<Named>> by_name;
+  std::map<std::string, std::vector<Named<analysis::CallbackIndex>>> by_name;
   for (const auto& callback : report.callbacks)
-    by_name[of_id(callback.logical_id)].emplace_back(callback.index, callback.process);
+    by_name[of_id(callback.logical_id)].push_back(
+        {callback.index, callback.process, ordinal(callback)});
   place(by_name, analysis::ReportRows(report), [this](auto index, const std::string& name) {
     of_callback_.insert_or_assign(index, name);
   });
@@ -238,10 +247,9 @@ void CallbackNames::name_chains(const Report& report, const TextStyle& style) {
     const auto number = std::ranges::find(alike, chain.name) - alike.begin() + 1;
     return number == 1 ? name : fmt::format("{} #{}", name, number);
   };
-  using Named = std::pair<ChainKey, std::optional<analysis::ProcessIndex>>;
-  std::map<std::string, std::vector<Named>> by_name;
+  std::map<std::string, std::vector<Named<ChainKey>>> by_name;
   for (const auto& chain : report.chains)
-    by_name[name_of(chain)].emplace_back(ChainKey{chain.name, chain.process}, chain.process);
+    by_name[name_of(chain)].push_back({{chain.name, chain.process}, chain.process});
   place(by_name, analysis::ReportRows(report), [this](const auto& key, const std::string& name) {
     of_chain_.insert_or_assign(key, name);
   });

@@ -206,6 +206,9 @@ struct CallbackReport {
   CallbackIndex index{};  // as Instance::callback
   ProcessIndex process{};
   std::string logical_id;
+  // From 1: of the callbacks of its process that had this id, as where a node is destroyed and created
+  // again, how many up to this one. Not part of the JSON, where `index` tells them apart.
+  std::uint32_t lifetime = 1;
   std::string node;
   std::optional<CallbackKind> kind;  // empty: never registered
   std::string source;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::analysis {
@@ -53,6 +54,11 @@ const HostReport& host_of(const Report& report, const ProcessReport& process) no
 // "pid 4001", or "pid 4001, program 2" of several processes that had that pid (ProcessReport::program).
 std::string pid_words(std::int64_t pid, std::uint32_t program);
 std::string pid_words(const ProcessReport& process);
+
+// What tells the second and later rows of one name in a process apart: " (lifetime 2)". Empty for the
+// first, which has its plain name.
+std::string ordinal(std::string_view what, std::uint32_t number);
+std::string ordinal(const CallbackReport& callback);
 
 // From when to when the callback lived, within its process.
 TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept;

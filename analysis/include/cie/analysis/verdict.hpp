@@ -74,8 +74,8 @@ struct SubjectVerdict {
   std::uint64_t checked = 0;  // instances or events judged; at least 1 for pass and fail
   std::vector<Evidence> evidence;
   std::optional<Suppression> suppression{};  // of a FAIL or INCONCLUSIVE
-  // " (lifetime 2)" of the second thread of a process that had its tid, " (publisher 2)" of the
-  // second one of a topic; empty: it is the first.
+  // " (lifetime 2)" of the second thread of a process that had its tid and of the second callback
+  // that had its logical id, " (publisher 2)" of the second one of a topic; empty: it is the first.
   std::string ordinal{};
 
   // The name without the place, which nobody can foresee.
