@@ -45,7 +45,7 @@ const COLUMNS = [
   ["callback", c => name(c), "text"],
   ...TIMES,
   ["deadline", c => c.response_deadline_ns, "time"],
-  ["late", c => c.late],
+  ["late", c => (c.late === null ? null : c.late + (c.late_open ?? 0))],
   ["isolated", c => isolationOf(c)[1], "text"],
   ["threads", c => c.threads.length],
   ["count", c => c.instances],
@@ -55,6 +55,9 @@ const COLUMNS = [
   ["blocked max", c => stat(c, "blocked_ns", "max"), "time"],
   ["missed", c => c.missed_releases],
 ];
+
+// Runs that ended late, and open ones that are late for certain: "0+1", as the text has it.
+const lateText = c => (c.late_open ? `${count(c.late)}+${count(c.late_open)}` : count(c.late));
 
 let chosen = -1;
 let detail;
@@ -92,7 +95,8 @@ export const callbacks = () => {
         const isBeyond = header === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
         const isBad = isBeyond || (header === "late" && value > 0) || (header === "missed" && missedTooMany(c));
         const told = which ? responseTime(c, which) : null;
-        const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
+        const shownAs = n => (kind === "time" ? time(n) : header === "late" ? lateText(c) : count(n));
+        const text = value === null ? "\u2013" : told ? atLeast(told) : shownAs(value);
         return el(
           "td",
           {

@@ -147,8 +147,8 @@ void Monitor::describe_callbacks(const analysis::AnalysisResult& result,
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
     if (known.response_deadline) {
-      view.late = sum.late + known.late_open;
-      mine.late_told = std::max(mine.late_told, mine.late + known.late_open);
+      view.late = sum.late + known.late_open.value_or(0);
+      mine.late_told = std::max(mine.late_told, mine.late + known.late_open.value_or(0));
       view.total_late = mine.late_told;
     }
     if (known.missed_releases) view.missed = sum.missed;
@@ -173,7 +173,7 @@ void Monitor::describe_open(const analysis::CallbackReport& known, CallbackView&
   if (!known.longest_open) return;
   const auto open = known.longest_open->until_end.ns;
   view.open_ns = open;
-  view.open_late = known.late_open;
+  view.open_late = known.late_open.value_or(0);
   view.is_open_certain = known.longest_open->response_least.has_value();
   const auto longest = view.total_response ? view.total_response->max : 0;
   view.is_open_long =

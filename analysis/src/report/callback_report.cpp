@@ -163,7 +163,7 @@ void set_open(CallbackReport& report, const RuleContext& context, CallbackIndex 
     if (!end || *end < open.start.time || has_ended_unseen(facts, open)) return;
     const auto response = least_response(context, index, open, *end);
     if (response && facts.response_deadline && *response > *facts.response_deadline)
-      ++report.late_open;
+      report.late_open = report.late_open.value_or(0) + 1;
     const auto until_end = *end - open.start.time;
     if (longest && until_end <= longest->until_end) return;
     longest = OpenRun{.seq = open.seq, .until_end = until_end, .response_least = response};

@@ -299,6 +299,25 @@ class Contents(Page):
         self.assertTrue(all(cell.startswith("\u2265") for cell in self.see(".detail tbody tr td:nth-child(2)")))
         self.assertRegex(" ".join(self.see("#short li")), r"Most of it: (execution time|blocked), \d")
 
+    def test_late_runs_are_those_that_ended_and_the_open_ones(self):
+        """As the text report has them."""
+        def change(report):
+            for callback, late, late_open in zip(report["callbacks"], (0, 2, 3), (1, 1, None)):
+                callback.update(response_deadline_ns=1, late=late)
+                if late_open:
+                    callback["late_open"] = late_open
+        report = self.shown(change)
+        rows = self.rows()
+        self.assertEqual([rows[callback["logical_id"]]["late"][0] for callback in report["callbacks"][:3]],
+                         ["\u2717 0+1", "\u2717 2+1", "\u2717 3"])
+
+    def test_messages_of_publishers_that_were_not_recorded_are_counted_once(self):
+        self.shown(lambda report: None)
+        self.assertNotIn("not recorded", " ".join(self.see("[aria-labelledby=chains] p")))
+        self.shown(lambda report: report.update(taken={"messages": 1200, "unrecorded": 7}))
+        self.assertIn("7 of 1\u202f200 messages taken came from publishers that were not recorded.",
+                      self.see("[aria-labelledby=chains] p"))
+
     def test_rules_that_hold_are_folded_and_a_symbol_is_one_line(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")
         folded = self.browser.evaluate("[...document.querySelectorAll('#rules ~ details')].map(d => [d.open, d.querySelector('summary').textContent])")

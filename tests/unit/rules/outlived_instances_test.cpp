@@ -65,7 +65,7 @@ struct Watched {
   void see(Timestamp now, const AnalysisResult& result) {
     for (const auto& callback : result.report.callbacks) {
       if (callback.logical_id == "fusion") open = callback.longest_open;
-      if (callback.logical_id == "fusion") late_open = callback.late_open;
+      if (callback.logical_id == "fusion") late_open = callback.late_open.value_or(0);
     }
     const auto is_missed = [](const RuleVerdict& rule) {
       return rule.id == kDeadlineRule &&

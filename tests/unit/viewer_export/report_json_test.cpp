@@ -48,6 +48,13 @@ TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
   EXPECT_FALSE(json_of(test::sample_report()).contains("clocks"));
 }
 
+TEST(ReportJson, CountsOpenInstancesThatAreLateWhereThereAreSuch) {
+  auto report = test::sample_report();
+  EXPECT_FALSE(json_of(report)["callbacks"][0].contains("late_open"));
+  report.callbacks[0].late_open = 3;
+  EXPECT_EQ(json_of(report)["callbacks"][0]["late_open"], 3);
+}
+
 TEST(ReportJson, NamesTheWindowThatWasAskedFor) {
   auto report = test::sample_report();
   EXPECT_FALSE(json_of(report).contains("window"));

@@ -366,9 +366,9 @@ std::string whole_and_other(std::uint64_t whole, std::uint64_t other) {
 
 TextCell late_runs_cell(const CallbackReport& callback) {
   if (!callback.late) return not_measured();
-  const bool is_any_late = *callback.late + callback.late_open > 0;
-  return {whole_and_other(*callback.late, callback.late_open),
-          is_any_late ? Look::bad : Look::plain};
+  const auto open = callback.late_open.value_or(0);
+  return {whole_and_other(*callback.late, open),
+          *callback.late + open > 0 ? Look::bad : Look::plain};
 }
 
 MissedCells::MissedCells(const analysis::VerdictReport* verdicts) {

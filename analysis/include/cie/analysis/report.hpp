@@ -233,8 +233,8 @@ struct CallbackReport {
   // The longest that a run may have executed or been blocked for of which that is not known, cut
   // ones included. Empty: it is known of all that ended. Not part of the JSON.
   std::optional<Duration> longest_unmeasured{};
-  Rare<OpenRun> longest_open{};  // of those that are open; not part of the JSON
-  std::uint64_t late_open = 0;   // of those, beyond the deadline for certain; likewise
+  Rare<OpenRun> longest_open{};              // of those that are open; not part of the JSON
+  std::optional<std::uint64_t> late_open{};  // of those, certainly beyond the deadline. Empty: none
   // From its callback_init, unless that repeats what may be older, to its callback_fini, where they were
   // seen; not part of the JSON.
   TimeWindow lived{};

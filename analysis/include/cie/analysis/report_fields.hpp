@@ -134,6 +134,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.present("overwritten_samples_before", c.overwritten_before);
   visit.present("response_time_at_least_ns", c.response_time_at_least);
   visit.present("median_known", c.is_median_known);
+  visit.present("late_open", c.late_open);
 }
 
 void fields(auto& visit, Is<ThreadSchedReport> auto& s) {
