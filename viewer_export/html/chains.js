@@ -5,14 +5,14 @@ import {callbackByIndex, inWords, name, report, section, severalHosts, shortName
 import {count, plural, time} from "./words.js";
 
 const soft = text => el("p", {class: "soft"}, text);
-const sum = numbers => numbers.reduce((total, number) => total + number, 0);
 
 // Null: of all messages that were taken it was seen who published them.
 const unrecordedPublishers = () => {
-  const unrecorded = sum(report.edges.map(e => e.unrecorded ?? 0));
-  if (unrecorded === 0) return null;
-  const taken = plural(sum(report.edges.map(e => e.messages)), "message");
-  return soft(`${count(unrecorded)} of ${taken} taken came from publishers that were not recorded.`);
+  if (!report.taken) return null;
+  const {messages, unrecorded} = report.taken;
+  return soft(
+    `${count(unrecorded)} of ${plural(messages, "message")} taken came from publishers that were not recorded.`,
+  );
 };
 
 export const chains = () => {

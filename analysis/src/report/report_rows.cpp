@@ -81,6 +81,15 @@ TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process)
           .to = std::min(callback.lived.to, process.lived.to)};
 }
 
+std::optional<TakenMessages> taken_unrecorded(const Report& report) noexcept {
+  TakenMessages taken;
+  for (const auto& edge : report.edges) {
+    taken.messages += edge.messages;
+    taken.unrecorded += edge.unrecorded.value_or(0);
+  }
+  return taken.unrecorded == 0 ? std::nullopt : std::optional(taken);
+}
+
 bool is_isolated_executor_alone(const ProcessReport& process) noexcept {
   return process.executor == label(ExecutorKind::isolated);
 }

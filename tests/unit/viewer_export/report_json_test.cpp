@@ -48,6 +48,17 @@ TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
   EXPECT_FALSE(json_of(test::sample_report()).contains("clocks"));
 }
 
+TEST(ReportJson, CountsMessagesOfPublishersThatWereNotRecordedWhereThereAreSuch) {
+  auto report = test::sample_report();
+  report.edges.resize(3);
+  for (std::size_t i = 0; i < 3; ++i)
+    report.edges[i].messages = 5 + i;
+  EXPECT_FALSE(json_of(report).contains("taken"));
+  report.edges[0].unrecorded = 2;
+  report.edges[2].unrecorded = 7;
+  EXPECT_EQ(json_of(report)["taken"], Json::parse(R"({"messages": 18, "unrecorded": 9})"));
+}
+
 TEST(ReportJson, CountsOpenInstancesThatAreLateWhereThereAreSuch) {
   auto report = test::sample_report();
   EXPECT_FALSE(json_of(report)["callbacks"][0].contains("late_open"));

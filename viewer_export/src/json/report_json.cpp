@@ -29,6 +29,7 @@ void write_report(JsonText& json, const analysis::Report& report) {
     document("threads", report.threads);
     document("chains", report.chains);
     document("edges", report.edges);
+    document.present("taken", analysis::taken_unrecorded(report));
     if (!report.clocks.empty()) document("clocks", report.clocks);
     write_recordings(document, report.recordings);
   });

@@ -144,15 +144,10 @@ std::vector<std::string> damages_of(const analysis::Report& report, std::string_
 }
 
 std::string unrecorded_publishers(const analysis::Report& report) {
-  std::uint64_t taken = 0;
-  std::uint64_t unrecorded = 0;
-  for (const auto& edge : report.edges) {
-    taken += edge.messages;
-    unrecorded += edge.unrecorded.value_or(0);
-  }
-  if (unrecorded == 0) return {};
-  return fmt::format("{} of {} taken came from publishers that were not recorded", unrecorded,
-                     counted(taken, "message"));
+  const auto taken = analysis::taken_unrecorded(report);
+  if (!taken) return {};
+  return fmt::format("{} of {} taken came from publishers that were not recorded",
+                     taken->unrecorded, counted(taken->messages, "message"));
 }
 
 }  // namespace cie::viewer_export

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <cie/analysis/report.hpp>
+#include <cie/analysis/report_rows.hpp>
 #include <cie/tracepoints/fields.hpp>
 
 namespace cie::analysis {
@@ -229,6 +230,11 @@ void fields(auto& visit, Is<GraphEdge> auto& e) {
   visit.present("unrecorded", e.unrecorded);
   visit.present("clock_error_ns", e.clock_error);
   visit.present("publish_to_start_ns", e.publish_to_start);
+}
+
+void fields(auto& visit, Is<TakenMessages> auto& t) {
+  visit("messages", t.messages);
+  visit("unrecorded", t.unrecorded);
 }
 
 void fields(auto& visit, Is<RecordingReport> auto& r) {

@@ -63,6 +63,14 @@ std::string ordinal(const CallbackReport& callback);
 // From when to when the callback lived, within its process.
 TimeWindow life_of(const CallbackReport& callback, const ProcessReport& process) noexcept;
 
+// Of all messages that callbacks took, how many came from publishers that were not recorded.
+struct TakenMessages {
+  std::uint64_t messages = 0;
+  std::uint64_t unrecorded = 0;
+};
+// Empty: none did.
+std::optional<TakenMessages> taken_unrecorded(const Report& report) noexcept;
+
 // Whether the isolated executor is the process's only one, or one of its several. False where no
 // executor told of itself.
 bool is_isolated_executor_alone(const ProcessReport& process) noexcept;
