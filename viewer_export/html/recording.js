@@ -35,7 +35,10 @@ const nameByIndex = new Map(report.callbacks.map((c, row) => [c.index, shortName
 const words = new Map(Object.entries(shortNames.words));
 // What people call a callback, and what tells it from all others.
 export const name = c => nameByIndex.get(c.index);
-export const fullName = c => c.logical_id + (severalProcesses ? whereabouts(processByIndex.get(c.process)) : "");
+export const fullName = c =>
+  c.logical_id +
+  (shortNames.ordinals[c.index] ?? "") +
+  (severalProcesses ? whereabouts(processByIndex.get(c.process)) : "");
 // Whether all these words are in one of its names.
 export const isCalled = (c, wanted) => {
   const names = `${name(c)}\n${fullName(c)}`.toLowerCase();

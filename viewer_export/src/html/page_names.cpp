@@ -57,8 +57,11 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
   const auto say = [&words](const std::string& text, std::string said) {
     if (text != said) words[text] = std::move(said);
   };
+  std::map<std::string, std::string> ordinals;
   for (const auto& callback : report.callbacks) {
     callbacks.push_back(names.of(callback));
+    if (auto told = ordinal(callback); !told.empty())
+      ordinals[std::to_string(analysis::at(callback.index))] = std::move(told);
     say(callback.logical_id, names.of_id(callback.logical_id));
   }
   for (const auto& chain : report.chains)
@@ -82,6 +85,7 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
     }
   }
   return {{"callbacks", std::move(callbacks)},
+          {"ordinals", object_json(ordinals)},
           {"chains", std::move(chains)},
           {"words", object_json(words)},
           {"order", std::move(order)}};

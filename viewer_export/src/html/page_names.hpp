@@ -8,8 +8,8 @@
 
 namespace cie::viewer_export {
 
-// {"callbacks": […], "chains": […], "words": {…}, "order": {…}}: the short names of the report's
-// rows, in their order; for logical ids, and for subjects and notes of verdicts, what the page says
+// {"callbacks": […], "ordinals": {…}, "chains": […], "words": {…}, "order": {…}}: the short names of
+// the report's rows, in their order; what tells lives of a callback apart, by its index; for logical ids, and for subjects and notes of verdicts, what the page says
 // instead; and of each violated rule its violating subjects, by their places among all, the worst
 // first.
 Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* spec);
