@@ -36,7 +36,10 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
     }
     instance.preempted_by = pending.preempted_by;
   }
-  if (facts.kind == CallbackKind::timer) {
+  // One that nobody described may be a timer, unless it took a message.
+  const bool may_be_timer = facts.kind.value_or(CallbackKind::timer) == CallbackKind::timer &&
+                            (facts.kind || pending.source_timestamp == 0);
+  if (may_be_timer) {
     const bool is_told =
         pending.is_missed_known && (facts.is_accounted || is_known(instance.release_source));
     instance.missed = is_told ? std::optional(pending.missed) : std::nullopt;

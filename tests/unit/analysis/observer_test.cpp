@@ -129,6 +129,38 @@ TEST_F(Derived, InstancesDoNotWaitForTheirThread) {
   EXPECT_EQ(told_.instances[0].release_source, ReleaseSource::start);
 }
 
+// It may be a timer, unless it took a message; of ROS 2's events none tells how many periods.
+TEST_F(Derived, WhatACallbackSkippedThatNobodyDescribedIsNotKnown) {
+  derive(10, CallbackStart{.callback = CallbackId{1}, .release_kind = {}});
+  derive(12, CallbackEnd{.callback = CallbackId{1}, .seq = 0, .status = {}});
+  derive(20, CallbackStart{.callback = CallbackId{1},
+                           .seq = 1,
+                           .release_kind = {},
+                           .source_timestamp_realtime_ns = 1019,
+                           .writer_gid = 5});
+  derive(22, CallbackEnd{.callback = CallbackId{1}, .seq = 1, .status = {}});
+  derive(23, PublisherInit{.publisher = PublisherId{2}, .topic = "/t", .writer_gid = 5});
+  ASSERT_EQ(told_.instances.size(), 2U);
+  EXPECT_EQ(told_.instances[0].missed, std::nullopt);
+  EXPECT_EQ(told_.instances[1].missed, 0U);
+}
+
+// Its starts tell how many periods, whoever describes it.
+TEST(Instances, TellWhatATimerSkippedWhoseRegistrationWasNotSeen) {
+  auto trace = test::trace_of(R"(
+    callback plan timer period=10
+    10 start plan release=9
+    12 end plan
+    40 start plan release=39 missed=2
+    42 end plan)");
+  trace.erase<CallbackInit>();
+  Told told;
+  test::analyze(trace, {}, &told);
+  ASSERT_EQ(told.instances.size(), 2U);
+  EXPECT_EQ(told.instances[0].missed, 0U);
+  EXPECT_EQ(told.instances[1].missed, 2U);
+}
+
 TEST_F(Derived, InstancesOfAProcessWithOwnEventsWaitForTheirThread) {
   push(2, RunBegin{.tool_version = {},
                    .executor = {},
