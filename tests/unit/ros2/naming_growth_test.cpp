@@ -35,23 +35,27 @@ std::string last_name_of(std::int64_t count) {
   return name;
 }
 
+std::string number(std::int64_t count) { return "/n@Timer(10)#" + std::to_string(count); }
+
 // The least of several.
 template <typename Name>
-std::int64_t cost_of(const Name& last_name, std::int64_t count) {
+std::int64_t cost_of(const Name& last_name, std::int64_t count,
+                     std::string (*expected)(std::int64_t)) {
   auto least = std::int64_t{1} << 62;
   for (int i = 0; i < 3; ++i) {
     const auto begin = used_cpu_time();
-    EXPECT_EQ(last_name(count), "/n@Timer(10)#" + std::to_string(count));
+    EXPECT_EQ(last_name(count), expected(count));
     least = std::min(least, used_cpu_time() - begin);
   }
   return least;
 }
 
 template <typename Name>
-void expect_linear(const Name& last_name) {
+void expect_linear(const Name& last_name, std::string (*expected)(std::int64_t) = number) {
   constexpr std::int64_t kFew = 2'000;
   constexpr std::int64_t kTimes = 8;
-  EXPECT_LE(cost_of(last_name, kTimes * kFew), cost_of(last_name, kFew) * kTimes * 5 / 2);
+  EXPECT_LE(cost_of(last_name, kTimes * kFew, expected),
+            cost_of(last_name, kFew, expected) * kTimes * 5 / 2);
 }
 
 TEST(Ros2NamingGrowth, OfManyCallbacksOfOneName) { expect_linear(last_name_of); }
@@ -95,6 +99,32 @@ TEST(Ros2NamingGrowth, OfManyHandlesThatAnotherOneHadBefore) {
     }
     return directory.logical_id(directory.callback(0x1000 + 16, Timestamp{1 + 2 * count}));
   });
+}
+
+// Each of many callbacks has a name of its own, which what had its handle before had, too.
+TEST(Ros2NamingGrowth, OfManyCallbacksWhoseHandlesAnotherOneHadBefore) {
+  expect_linear(
+      [](std::int64_t count) {
+        Directory directory;
+        directory.add_node(1, "n", "/", made_at(1));
+        const auto handle_of = [](std::int64_t i) { return static_cast<Address>(0x1000 + i * 64); };
+        const auto tell = [&](std::int64_t i, std::int64_t made) {
+          directory.add_timer(handle_of(i), static_cast<std::uint64_t>(i), {}, made_at(made));
+          directory.link_timer(handle_of(i), 1, made_at(made));
+        };
+        for (std::int64_t i = 1; i <= count; ++i) {
+          tell(i, 1 + count + i);
+          directory.add_handle_callback(CallbackKind::timer, handle_of(i), handle_of(i) + 16,
+                                        made_at(1 + count + i));
+          tell(i, 1 + i);
+        }
+        std::string name;
+        for (std::int64_t i = 1; i <= count; ++i)
+          name =
+              directory.logical_id(directory.callback(handle_of(i) + 16, Timestamp{1 + 2 * count}));
+        return name;
+      },
+      [](std::int64_t count) { return "/n@Timer(" + std::to_string(count) + ")#2"; });
 }
 
 }  // namespace

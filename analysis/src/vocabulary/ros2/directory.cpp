@@ -33,7 +33,7 @@ void Directory::add_node(Address handle, std::string_view name, std::string_view
       nodes, [&](const NodeOfHandle& known) { return is_former(telling, known.made); });
   const auto is_it = [&](const NodeOfHandle& known) { return node(known.node)->name == full; };
   if (next != nodes.begin() && is_it(*std::prev(next))) return;
-  has_new_nodes_ = true;
+  has_new_nodes_ = has_renamed_ = true;
   if (next != nodes.end() && is_it(*next)) {
     next->made = telling.made;
     return;
@@ -146,7 +146,9 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
   entity.period_ns = described.period_ns;
   entity.made = telling.made;
   entity.is_announced = true;
+  touch(handle, entity);
   entity.may_repeat = telling.repeats;
+  touch(handle, entity);
   entity.told_after = losses_;
   names_late_ = names_late_ || (telling.repeats && telling.made);
   return &entity;
@@ -156,6 +158,7 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
 // not told, if nothing had the handle before.
 void Directory::leave_former(Address handle, Entity& entity, const Telling& telling,
                              bool is_first) {
+  touch(handle, entity);
   const auto is_its = [&telling, is_first](const Made& made) {
     return telling.repeats && telling.made && made ? *made >= *telling.made : is_first;
   };
@@ -200,7 +203,9 @@ void Directory::count_former(Address handle, const Entity& former) {
       callbacks != callbacks_by_handle_.end() && std::ranges::any_of(callbacks->second, is_it);
   if (is_callback) return;
   const auto [counted, is_new] = formers_.try_emplace(key, Callback{.handle = handle});
-  if (is_new) describe(counted->second, former);
+  if (!is_new) return;
+  describe(counted->second, former);
+  formers_anew_.insert(key);
 }
 
 void Directory::add_subscription(const SubscriptionInit& init, const Telling& telling) {
@@ -279,6 +284,7 @@ void Directory::link_timer(Address handle, Address node, const Telling& telling)
     link_former(handle, node, telling);
     return;
   }
+  touch(handle, entity);
   set_node(entity, node, telling);
   refresh(entity);
 }
@@ -291,6 +297,7 @@ void Directory::link_former(Address handle, Address node, const Telling& telling
   if (key.first != handle) return;
   former.node_handle = node;
   former.node_made = telling.made;
+  formers_anew_.insert(key);
 }
 
 void Directory::add_group(Address group, std::string_view type, const Telling& telling) {

@@ -5,6 +5,7 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "made_by_name.hpp"
 #include "message_topic.hpp"
 
 #include <array>
@@ -370,7 +371,11 @@ class Directory {
   void join_namesakes(Callback& callback);
   static void leave_namesakes(Callback& callback);
   void find_namesakes();
-  bool is_called_like(const Callback& callback, Callback& other) const;
+  // What the handle stands for has changed, or is about to.
+  void touch(Address handle, const Entity& entity) {
+    if (entity.may_repeat) entities_anew_.insert(handle);
+  }
+  void count_anew();
   std::uint32_t count_without_callback(const Callback& callback);
   // Its topic, service or period was told.
   static bool is_described(const Callback& callback) noexcept;
@@ -380,7 +385,8 @@ class Directory {
   bool links_timers_ = false;  // the tracer tells whose timers are
   bool links_late_ = false;    // it may tell later which nodes callbacks are of
   bool has_new_nodes_ = false;
-  bool names_late_ = false;  // callbacks ran before they were named, or are told in any order
+  bool has_renamed_ = false;  // likewise, since count_anew()
+  bool names_late_ = false;   // callbacks ran before they were named, or are told in any order
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
@@ -389,6 +395,12 @@ class Directory {
   // What a handle stood for that was made then.
   using HandleAndMade = std::pair<Address, Timestamp>;
   std::map<HandleAndMade, Callback> formers_;  // gone when a tracer that repeats told of them
+  // Those of them and of entities_ that have no callback, and of which something was told since they
+  // were counted.
+  MadeByName<HandleAndMade> formers_by_name_;
+  MadeByName<Address> entities_by_name_;
+  std::set<HandleAndMade> formers_anew_;
+  std::unordered_set<Address> entities_anew_;
   // Callbacks that were ever described so.
   std::map<HandleAndMade, std::vector<const Callback*>> callbacks_by_handle_;
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made

@@ -84,6 +84,7 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
     }
     is_another = is_another || has_it;
   }
+  touch(handle, entity);
   auto& binding = take_over(callback, telling);
   if (is_another && entity.callback != nullptr) leave_former(handle, entity, telling, false);
   entity.kind = kind;
@@ -95,6 +96,7 @@ void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
   let_go(address, binding);
   binding = Binding{.told_after = losses_};
   auto& entity = entities_[handle];
+  touch(handle, entity);
   if (!entity.is_announced) entity.kind = kind;
   bind(address, binding, handle);
 }
@@ -117,6 +119,7 @@ void Directory::add_symbol(Address callback, std::string_view symbol, const Tell
 void Directory::bind(Address address, Binding& binding, Address handle) {
   forget(address);
   auto& entity = entities_[handle];
+  touch(handle, entity);
   auto* const before = entity.callback;
   const bool is_idle = before == nullptr || (before->next_seq == 0 && !before->is_told);
   if (is_idle && is_nameless(binding.ran)) {
@@ -192,6 +195,7 @@ void Directory::release(Address address, Binding& binding) {
   const auto handle = let_go(address, binding);
   if (handle == 0) return;
   auto& entity = entities_[handle];
+  touch(handle, entity);
   binding.callback = binding.ran;
   auto* const ran = binding.ran;
   if (ran == nullptr || entity.callback != ran || ran->is_told) return;

@@ -24,31 +24,40 @@ std::string Directory::plain_id(const Callback& callback) const {
                          is_described(callback) ? what : "?");
 }
 
-// But for their numbers. Several nodes may have one name.
-bool Directory::is_called_like(const Callback& callback, Callback& other) const {
-  const bool is_alike = other.kind == callback.kind && other.period_ns == callback.period_ns &&
-                        other.source == callback.source;
-  if (is_alike && !other.is_told) find_node(other);
-  return is_alike && node_name(other) == node_name(callback);
+// What a tracer that repeats tells of handles and those that had them before changes which of them have
+// no callback, and what they are called; nodes may be told later.
+void Directory::count_anew() {
+  if (std::exchange(has_renamed_, false)) {
+    for (const auto& [key, former] : formers_)
+      formers_anew_.insert(key);
+    for (const auto& [handle, entity] : entities_)
+      touch(handle, entity);
+  }
+  for (const auto& key : std::exchange(formers_anew_, {})) {
+    auto& former = formers_.at(key);
+    find_node(former);
+    formers_by_name_.put(key, plain_id(former), key.second);
+  }
+  for (const auto handle : std::exchange(entities_anew_, {})) {
+    const auto& entity = entities_.at(handle);
+    if (!entity.may_repeat || entity.callback != nullptr || !entity.made) {
+      entities_by_name_.remove(handle);
+      continue;
+    }
+    Callback its;
+    describe(its, entity);
+    entities_by_name_.put(handle, plain_id(its), *entity.made);
+  }
 }
 
 // Those called like it that were made before, as a tracer that repeats tells, and of which no callback is
-// known: what was theirs is another one's by then.
+// known: what was theirs is another one's by then. Several nodes may have one name.
 std::uint32_t Directory::count_without_callback(const Callback& callback) {
-  if (!names_late_ || !callback.made) return 0;
-  std::uint32_t count = 0;
-  const auto consider = [&](Callback& other) {
-    if (*other.made < *callback.made && is_called_like(callback, other)) ++count;
-  };
-  for (auto& [key, former] : formers_)
-    consider(former);
-  for (const auto& [handle, entity] : entities_) {
-    if (!entity.may_repeat || entity.callback != nullptr || !entity.made) continue;
-    Callback its;
-    describe(its, entity);
-    consider(its);
-  }
-  return count;
+  if (!names_late_ || !callback.made || !callback.kind) return 0;
+  count_anew();
+  const auto name = plain_id(callback);
+  return formers_by_name_.count_before(name, *callback.made) +
+         entities_by_name_.count_before(name, *callback.made);
 }
 
 void Directory::look_again(Callback& callback) {
