@@ -14,6 +14,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace cie::cli {
@@ -31,6 +32,14 @@ std::vector<viewer_export::Label> labels_of(const std::vector<std::string>& text
     }
   }
   return labels;
+}
+
+// Those of a set stay open until all are written: one for each process and table.
+void allow_many_files() {
+  rlimit files{};
+  if (::getrlimit(RLIMIT_NOFILE, &files) != 0) return;
+  files.rlim_cur = files.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &files);
 }
 
 void require_directory(const std::string& name) {
@@ -60,6 +69,7 @@ int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions 
   const viewer_export::OpenFile open = [](const fs::path& path) { return open_output(path); };
   const auto write =
       request.is_partitioned ? viewer_export::write_partitions : viewer_export::write_clickhouse;
+  if (request.is_partitioned) allow_many_files();
   write(directory, recording, result, instances, open);
   bar.end();
   if (!recording.day) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -139,9 +140,19 @@ class FleetFiles : public testing::Test {
     instances_.on_instance(instance);
   }
 
-  void write(decltype(write_clickhouse)& write_files) {
-    write_files(directory_.path(), identify(result_.report, {label_of("software=2")}), result_,
-                instances_, [](const std::filesystem::path& file) { return OutputFile(file); });
+  void write(
+      decltype(write_clickhouse)& write_files, const std::string& software = "2",
+      const OpenFile& open = [](const std::filesystem::path& file) { return OutputFile(file); }) {
+    write_files(directory_.path(), identify(result_.report, {label_of("software=" + software)}),
+                result_, instances_, open);
+  }
+
+  std::map<std::string, std::string> contents() const {
+    std::map<std::string, std::string> contents;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(directory_.path())) {
+      if (entry.is_regular_file()) contents[entry.path()] = content_of(entry.path());
+    }
+    return contents;
   }
 
   std::string id() const { return identify(result_.report, {}).id; }
@@ -214,6 +225,21 @@ TEST_F(FleetFiles, PartitionsAreFilesOfTheirOwn) {
   // A table without rows has its columns all the same.
   EXPECT_TRUE(std::filesystem::exists(
       root / "losses/day=1970-01-01/host=__HIVE_DEFAULT_PARTITION__" / none / (id() + ".parquet")));
+}
+
+// The disk is full when the last of them is written.
+TEST_F(FleetFiles, PartitionsAppearAllOrNoneOfThem) {
+  const auto open = [](const std::filesystem::path& file) {
+    if (file.filename() == "views.sql") throw WriteError("cannot write: No space left on device");
+    return OutputFile(file);
+  };
+  EXPECT_THROW(write(write_partitions, "3", open), WriteError);
+  EXPECT_TRUE(contents().empty());
+  write(write_partitions);
+  const auto before = contents();
+  EXPECT_GT(before.size(), 8U) << "of as many tables, and the views";
+  EXPECT_THROW(write(write_partitions, "3", open), WriteError);
+  EXPECT_EQ(contents(), before);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <cie/viewer_export/fleet_export.hpp>
 
 #include "fleet_tables.hpp"
+#include "output/held_signals.hpp"
 
 #include <algorithm>
 #include <map>
@@ -56,6 +57,16 @@ class PartitionSink final : public FleetSink {
     close_all();
   }
 
+  // All of them take their places at once, after the last one was written: a set that a full disk or
+  // a signal cut is none. The descriptors of files without names are what it costs.
+  void commit(OutputFile views) {
+    written_.push_back(std::move(views));
+    const HeldSignals held;
+    for (auto& file : written_)
+      file.commit();
+    written_.clear();
+  }
+
  private:
   // The file of one place, or what will be in it.
   struct Part {
@@ -93,7 +104,8 @@ class PartitionSink final : public FleetSink {
       part.file.emplace(open_file(place));
       part.file->stream() << part.kept.view();
     }
-    part.file->commit();
+    part.file->stream().flush();
+    written_.push_back(std::move(*part.file));
     part.file.reset();
   }
 
@@ -122,6 +134,7 @@ class PartitionSink final : public FleetSink {
   std::map<RowPlace, Part> parts_;
   const RowPlace* last_ = nullptr;  // a key of parts_
   std::vector<Cell> cells_;
+  std::vector<OutputFile> written_;  // whole, and not yet in their places
 };
 
 // Tables of all recordings below a directory, and the checks that ClickHouse's have.
@@ -196,7 +209,8 @@ void write_partitions(const fs::path& directory, const RecordingIdentity& record
   write_fleet_tables(sink, recording, result, instances);
   auto views = open(directory / "views.sql");
   views.stream() << duckdb_views();
-  views.commit();
+  views.stream().flush();
+  sink.commit(std::move(views));
 }
 
 }  // namespace cie::viewer_export

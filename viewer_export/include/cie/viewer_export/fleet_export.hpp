@@ -49,7 +49,8 @@ void write_clickhouse(const std::filesystem::path& directory, const RecordingIde
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open);
 // TABLE/day=DAY/host=HOST/process=PROCESS/RECORDING[-PID].parquet below a directory that many
-// recordings share, and views.sql, which makes tables of them in DuckDB.
+// recordings share, and views.sql, which makes tables of them in DuckDB. They appear when all are
+// written; until then they are open.
 void write_partitions(const std::filesystem::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open);
