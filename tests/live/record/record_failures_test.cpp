@@ -176,6 +176,32 @@ TEST_P(FailingRecord, SaysWhenTheDiskWasFull) {
   EXPECT_THAT(result.err, HasSubstr("THE RECORDING FAILED"));
 }
 
+// The chunks before are as they were.
+TEST_P(FailingRecord, SaysWhenTheDiskWasFullWhileItRecordedInChunks) {
+  if (geteuid() != 0) {
+    GTEST_SKIP() << "not possible here: needs root to mount a small file system";
+  }
+  fs::create_directory(path("small"));
+  ASSERT_EQ(mount("none", path("small").c_str(), "tmpfs", 0, "size=8m,mode=777"), 0);
+  Running recorder = sandbox_.start({CIE_RECORD, "-o", "small/rec", "--kernel=no", "--rotate", "1",
+                                     "--", CIE_TRACED_APP, "--until-signal", "--period-us", "100",
+                                     "--ready", path("pid")});
+  const fs::path chunk = path("small/rec/chunk-000001");
+  EXPECT_TRUE(eventually([&] { return fs::exists(chunk); }));
+  EXPECT_TRUE(eventually([&] { return fs::space(path("small")).free == 0; }));
+  usleep(2'500'000);  // another chunk is due
+  kill(static_cast<pid_t>(std::stoi(read_file(path("pid")))), SIGTERM);
+  const Finished result = recorder.wait();
+  const json sealed = json::parse(read_file(chunk / "manifest.json"));
+  EXPECT_TRUE(sealed["problems"].empty());
+  for (const auto& file : sealed["files"])
+    EXPECT_EQ(fs::file_size(chunk / file["path"].get<std::string>()), file["size"]);
+  umount2(path("small").c_str(), MNT_DETACH);
+  EXPECT_EQ(result.status, 4) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("THE RECORDING FAILED; what there is stands in "));
+  EXPECT_THAT(result.err, HasSubstr("\n  the disk was full: "));
+}
+
 INSTANTIATE_TEST_SUITE_P(As, FailingRecord, ::testing::Values(User::current, User::ordinary),
                          name_of_user);
 

@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -151,16 +152,37 @@ class Rotate(unittest.TestCase):
         # On a machine with twenty times more to do than it can, LTTng was seen to count ten events too many, once.
         self.assertLessEqual(recorded + sum(discarded), emitted + 100)
 
-    def test_chunks_outlive_the_session_daemon(self):
-        recorder, directory = self.record("killed")
-        chunk = self.wait_for_whole_chunk(directory)
+    @staticmethod
+    def session_daemon_of(recorder):
         children = []
         for task in Path(f"/proc/{recorder.pid}/task").iterdir():
             with contextlib.suppress(FileNotFoundError):  # a thread that has ended meanwhile
                 children += (task / "children").read_text().split()
         daemon, = (int(child) for child in children
                    if Path(f"/proc/{child}/comm").read_text().strip() == "lttng-sessiond")
-        os.kill(daemon, signal.SIGKILL)
+        return daemon
+
+    def test_a_daemon_that_does_not_answer_keeps_nobody_from_ending_it(self):
+        recorder, directory = self.record("stopped")
+        self.wait_for_whole_chunk(directory)
+        daemon = self.session_daemon_of(recorder)
+        os.kill(daemon, signal.SIGSTOP)
+        try:
+            time.sleep(2)  # a chunk is due meanwhile
+            recorder.send_signal(signal.SIGINT)
+            application = Path(f"/proc/{self.application}")
+            wait_for(lambda: not application.exists(), "the application was told, and is waited for")
+        finally:
+            os.kill(daemon, signal.SIGCONT)
+        output, said = recorder.communicate(timeout=60)
+        self.assertEqual(recorder.returncode, 0, said)
+        self.assertEqual(starts_of(directory), list(range(int(re.search(r"instances (\d+)", output)[1]))))
+        self.check_sealed(directory)
+
+    def test_chunks_outlive_the_session_daemon(self):
+        recorder, directory = self.record("killed")
+        chunk = self.wait_for_whole_chunk(directory)
+        os.kill(self.session_daemon_of(recorder), signal.SIGKILL)
         _, said = self.end(recorder, status=4)
         self.assertIn("session daemon", said)
         self.check_alone(chunk)

@@ -5,11 +5,17 @@
 #include "keeping/kernel_beside.hpp"
 #include "keeping/manifest.hpp"
 
+#include <chrono>
 #include <exception>
 #include <string>
 #include <utility>
 
 namespace cie::record {
+namespace {
+
+constexpr std::chrono::minutes kSilence{1};
+
+}  // namespace
 
 bool ChunksKeeping::begin() {
   const Options& options = tracing_.options();
@@ -37,13 +43,39 @@ void ChunksKeeping::on_request(Target& /*target*/) { tracing_.refuse_snapshot();
 
 void ChunksKeeping::poll(Target& target) {
   poll_rotation();
-  tracing_.look_for_applications(target);
+  const bool is_asking = rotation_->is_asking();
+  if (is_asking) {
+    warn_of_silence();
+  } else {
+    tracing_.look_for_applications(target);
+  }
   tracing_.poll_processes();  // chunks have their own lists
-  if (tracing_.has_checked_daemon()) {
+  if (is_asking) {
+    tracing_.check_space();
+  } else if (tracing_.has_checked_daemon()) {
     adopt_clock(kernel_.get(), tracing_);
     tracing_.check_space();
   }
   tracing_.end_tick(target);
+}
+
+void ChunksKeeping::warn_of_silence() {
+  const bool is_long = std::chrono::steady_clock::now() - rotation_->asked() > kSilence;
+  if (!is_long || std::exchange(has_warned_of_silence_, true)) return;
+  tracing_.console.warn(
+      "LTTng has not answered for a minute: no chunk ends until it does (is the disk slow or full?)");
+}
+
+// What is asked at the end would wait for the answer, too.
+void ChunksKeeping::settle_rotation() {
+  if (tracing_.is_daemon_lost()) return;
+  const auto patience = tracing_.patience();
+  attempt(tracing_.manifest.problems, [&] {
+    if (!rotation_->settle(patience)) {
+      add_problem(tracing_.manifest.problems,
+                  tracing_.give_up_daemon("answer for a chunk", patience));
+    }
+  });
 }
 
 void ChunksKeeping::poll_rotation() {
@@ -71,6 +103,7 @@ void ChunksKeeping::end_rotation() {
 Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
   RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
+  settle_rotation();
   tracing_.end();
   end_kernel(std::move(kernel_), tracing_);
   tracing_.poll_processes();

@@ -24,11 +24,14 @@ class ChunksKeeping final : public Keeping {
 
  private:
   void poll_rotation();
+  void warn_of_silence();
+  void settle_rotation();
   void end_rotation();
 
   Tracing tracing_;
   std::unique_ptr<KernelRecording> kernel_;  // null: no kernel events
   std::unique_ptr<Rotation> rotation_;       // null: not begun
+  bool has_warned_of_silence_ = false;
 };
 
 }  // namespace cie::record

@@ -39,6 +39,19 @@ std::vector<fs::path> unsealed_in(const fs::path& directory) {
   return chunks;
 }
 
+// What LTTng takes seldom longer for.
+constexpr std::chrono::seconds kUsualAnswer{1};
+
+// Of a call that is done, and forgotten thereby.
+template <typename Result>
+Result answer_of(std::optional<LongCall<Result>>& call) {
+  const struct Forget {
+    std::optional<LongCall<Result>>& call;
+    ~Forget() { call.reset(); }
+  } forget{call};
+  return call->get();
+}
+
 bool has_events_of_user(const StreamSummary& stream) {
   return stream.file.parent_path().filename() != kKernelDirectory && has_events(stream);
 }
@@ -72,35 +85,86 @@ void Rotation::poll(const RecordingManifest& about) {
     if (sealing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
       note_sealed();
     }
-  } else if (pending_) {
-    PendingChunk pending = std::move(*std::exchange(pending_, std::nullopt));
-    const auto chunk = pending.poll();
-    if (!chunk) {
-      pending_.emplace(std::move(pending));
-      return;
-    }
-    RecordingManifest manifest = part_of(about);
-    manifest.begin = std::exchange(chunk_begin_, chunk_end_);
-    manifest.end = chunk_end_;
-    manifest.chunk = sealed_ + 1;
-    note_processes(manifest, chunk_end_);
-    sealing_ = std::async(std::launch::async, &Rotation::seal, this, *chunk,
-                          std::exchange(kernel_part_, std::nullopt), std::move(manifest));
-  } else if (Clock::now() >= next_) {
+  } else if (beginning_) {
+    if (beginning_->is_done()) note_begun();
+  } else if (!pending_ && Clock::now() >= next_) {
     begin_chunk();
   }
+  if (pending_) ask_for_chunk(about);
+}
+
+bool Rotation::is_asking() const noexcept {
+  return (beginning_ && !beginning_->is_done()) || (asking_ && !asking_->is_done());
+}
+
+bool Rotation::settle(std::chrono::seconds patience) {
+  if (beginning_) {
+    if (!beginning_->is_done(patience)) return false;
+    note_begun();
+  }
+  if (!asking_) return true;
+  if (!asking_->is_done(patience)) return false;
+  asking_.reset();
+  return true;
 }
 
 void Rotation::begin_chunk() {
   next_ = std::max(next_ + options_.interval, Clock::now());
   chunk_end_ = now();
-  pending_.emplace(session_->begin_chunk());
-  settled_next_ns_ = now().monotonic_ns;
+  asked_ = Clock::now();
+  beginning_.emplace([session = session_] {
+    PendingChunk before = session->begin_chunk();
+    return Begun{.before = std::move(before), .at_ns = now().monotonic_ns};
+  });
+  if (beginning_->is_done(kUsualAnswer)) note_begun();
+}
+
+void Rotation::note_begun() {
+  auto begun = answer_of(beginning_);
+  pending_ = std::make_shared<PendingChunk>(std::move(begun.before));
+  is_described_ = false;
+  settled_next_ns_ = begun.at_ns;
   if (kernel_ != nullptr) {
     kernel_->go_on_in(kernel_part_directory(directory_, kernel_parts_ + 1));
     kernel_part_ = end_kernel_part(kernel_->summary());
   }
-  session_->describe_again();  // so that the new chunk can be read without those before it
+}
+
+// Once the new chunk has its description, so that it can be read without those before it.
+void Rotation::ask_for_chunk(const RecordingManifest& about) {
+  if (!asking_) {
+    asked_ = Clock::now();
+    const bool is_described = std::exchange(is_described_, true);
+    asking_.emplace([session = session_, pending = pending_, is_described] {
+      Answer answer;
+      try {
+        if (!is_described) session->describe_again();
+      } catch (const std::exception& error) {
+        answer.problem = error.what();
+      }
+      answer.chunk = pending->poll();
+      return answer;
+    });
+  }
+  if (!asking_->is_done(kUsualAnswer)) return;
+  const auto pending = std::exchange(pending_, nullptr);
+  const Answer answer = answer_of(asking_);
+  if (answer.chunk) {
+    seal_chunk(*answer.chunk, about);
+  } else {
+    pending_ = pending;
+  }
+  if (!answer.problem.empty()) throw RecordError(answer.problem);
+}
+
+void Rotation::seal_chunk(const fs::path& chunk, const RecordingManifest& about) {
+  RecordingManifest manifest = part_of(about);
+  manifest.begin = std::exchange(chunk_begin_, chunk_end_);
+  manifest.end = chunk_end_;
+  manifest.chunk = sealed_ + 1;
+  note_processes(manifest, chunk_end_);
+  sealing_ = std::async(std::launch::async, &Rotation::seal, this, chunk,
+                        std::exchange(kernel_part_, std::nullopt), std::move(manifest));
 }
 
 Rotation::KernelPart Rotation::end_kernel_part(const RecordedKernel& total) {
@@ -149,7 +213,7 @@ std::vector<std::string> Rotation::finish(const RecordingManifest& about, const 
   if (sealing_.valid()) {
     note();
   }
-  const bool has_two = std::exchange(pending_, std::nullopt).has_value();
+  const bool has_two = beginning_ || std::exchange(pending_, nullptr) != nullptr;
   const std::vector<fs::path> chunks = unsealed_in(directory_);
   for (const fs::path& chunk : chunks) {
     RecordingManifest manifest = part_of(about);

@@ -9,6 +9,7 @@
 #include "lttng/tracing_session.hpp"
 #include "options/options.hpp"
 #include "system/instant.hpp"
+#include "system/long_call.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -33,10 +34,15 @@ class Rotation {
   Rotation(const Options& options, std::shared_ptr<TracingSession> session, KernelRecording* kernel,
            ProcessWatch* processes, const Instant& begin);
 
-  // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Never
-  // waits. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
+  // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Waits for
+  // LTTng a second at most, and asks later what it answered. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
   // call; the next one may succeed.
   void poll(const RecordingManifest& about);
+  // LTTng has not answered yet: until then nobody else may ask it, either. And since when.
+  bool is_asking() const noexcept;
+  std::chrono::steady_clock::time_point asked() const noexcept { return asked_; }
+  // Before the session ends: waits for that answer. False: there was none. Throws what went wrong.
+  bool settle(std::chrono::seconds patience);
   // Once, when the session and the kernel's recording have ended: seals what is left. Returns what
   // is wrong with it. `until`: when the session's end began.
   std::vector<std::string> finish(const RecordingManifest& about, const Instant& until);
@@ -62,7 +68,20 @@ class Rotation {
     RecordedKernel measured;
   };
 
+  // What LTTng says of a chunk that it writes out.
+  struct Answer {
+    std::optional<std::filesystem::path> chunk;  // where it lies, if it is complete
+    std::string problem;                         // with the new chunk's description; empty: none
+  };
+  struct Begun {
+    PendingChunk before;
+    std::int64_t at_ns = 0;
+  };
+
   void begin_chunk();
+  void note_begun();
+  void ask_for_chunk(const RecordingManifest& about);
+  void seal_chunk(const std::filesystem::path& chunk, const RecordingManifest& about);
   // What was recorded since the part before, given all that was.
   KernelPart end_kernel_part(const RecordedKernel& total);
   struct Sealed {
@@ -85,7 +104,11 @@ class Rotation {
   Clock::time_point next_;
   Instant chunk_begin_;
   Instant chunk_end_;  // of the one that is being written out or sealed
-  std::optional<PendingChunk> pending_;
+  Clock::time_point asked_;
+  std::optional<LongCall<Begun>> beginning_;
+  std::shared_ptr<PendingChunk> pending_;  // shared with who asks for it
+  bool is_described_ = true;               // the chunk that is being recorded
+  std::optional<LongCall<Answer>> asking_;
   std::future<Sealed> sealing_;
   std::map<std::string, StreamEnd> streams_;  // by path within a chunk; of the thread that seals
   KernelRecording* kernel_;

@@ -8,13 +8,12 @@
 #include "lttng/session_channels.hpp"
 #include "system/disk_room.hpp"
 #include "system/error.hpp"
+#include "system/long_call.hpp"
 
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <future>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -215,28 +214,27 @@ void Tracing::refuse_snapshot() {
       "SIGUSR1 has a snapshot saved; this recorder, started without --snapshot, keeps everything");
 }
 
-// liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of
-// answering. So a thread waits for LTTng, and this one for the thread, but not for ever.
-std::vector<std::string> Tracing::end_session() {
-  const bool is_local = !options().relay;
+seconds Tracing::patience() const {
   std::error_code error;
   const fs::space_info space = fs::space(options().directory, error);
-  const bool is_full = is_local && !error && space.available < kNoSpace;
-  const seconds patience = is_full ? kSessionPatienceOnFullDisk : kSessionPatience;
-  std::packaged_task<Ending()> task([session = session_] { return end_of(*session); });
-  std::future<Ending> ending = task.get_future();
-  std::thread worker(std::move(task));
-  if (ending.wait_for(patience) == std::future_status::ready) {
-    worker.join();
-    Ending result = ending.get();
-    add(result.losses, manifest.channels);
-    return std::move(result.problems);
-  }
+  const bool is_full = !options().relay && !error && space.available < kNoSpace;
+  return is_full ? kSessionPatienceOnFullDisk : kSessionPatience;
+}
+
+std::string Tracing::give_up_daemon(std::string_view what, seconds patience) {
   daemon_->abandon();
   is_daemon_lost_ = true;
-  worker.detach();  // it has its share of the session, and ends with its connection or this process
-  return {fmt::format("LTTng did not end the session within {} s ({})", patience.count(),
-                      is_local ? "is the disk full?" : "is the network cut?")};
+  return fmt::format("LTTng did not {} within {} s ({})", what, patience.count(),
+                     options().relay ? "is the network cut?" : "is the disk full?");
+}
+
+std::vector<std::string> Tracing::end_session() {
+  const seconds patience = this->patience();
+  LongCall<Ending> ending([session = session_] { return end_of(*session); });
+  if (!ending.is_done(patience)) return {give_up_daemon("end the session", patience)};
+  Ending result = ending.get();
+  add(result.losses, manifest.channels);
+  return std::move(result.problems);
 }
 
 void Tracing::end() {

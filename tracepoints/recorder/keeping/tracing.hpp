@@ -19,6 +19,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::record {
@@ -63,6 +64,11 @@ class Tracing {
   void end();
   // Stops and destroys the session. The manifest has what was lost; what went wrong is returned.
   std::vector<std::string> end_session();
+  // How long to wait for LTTng's answer at the end: where it cannot write, there may be none.
+  std::chrono::seconds patience() const;
+  // LTTng did not answer for so long. Its daemon is lost then: what it did not write is. Returns what
+  // is to be said of it.
+  std::string give_up_daemon(std::string_view what, std::chrono::seconds patience);
   // LTTng told of no application that began, or described itself, while it went on. Waits until all is told
   // that there is to tell.
   bool is_nobody_told_of();
