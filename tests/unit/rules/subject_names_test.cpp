@@ -2,6 +2,7 @@
 #include "reused_tid.hpp"
 #include "support/verdicts.hpp"
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,7 @@
 namespace cie::test {
 namespace {
 
+using namespace analysis;
 using testing::ElementsAre;
 
 std::vector<std::string> subjects_of(const Verified& verified, std::string_view rule) {

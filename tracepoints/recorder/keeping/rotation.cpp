@@ -9,6 +9,7 @@
 #include "system/error.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <iterator>
 #include <system_error>
 #include <utility>

@@ -143,7 +143,7 @@ void place(const std::map<std::string, std::vector<Named<Row>>>& by_name,
       const bool is_placed = alike.size() > 1 && named.process.has_value();
       const auto where =
           is_placed ? place_of(rows.process(*named.process), processes) : std::string();
-      keep(named.row, name + named.ordinal + where);
+      keep(named.row, fmt::format("{}{}{}", name, named.ordinal, where));
     }
   }
 }
@@ -201,9 +201,10 @@ void CallbackNames::name_ids(std::vector<std::string> ids, const Periods& period
 
 void CallbackNames::name_callbacks(const Report& report) {
   std::map<std::string, std::vector<Named<analysis::CallbackIndex>>> by_name;
-  for (const auto& callback : report.callbacks)
+  for (const auto& callback : report.callbacks) {
     by_name[of_id(callback.logical_id)].push_back(
         {callback.index, callback.process, ordinal(callback)});
+  }
   place(by_name, analysis::ReportRows(report), [this](auto index, const std::string& name) {
     of_callback_.insert_or_assign(index, name);
   });
