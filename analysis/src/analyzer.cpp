@@ -227,11 +227,11 @@ AnalysisResult Analyzer::finish() {
   pipeline.recording.finish();
   pipeline.enforcement.finish();  // an open instance is work of its callback until the end
   pipeline.note_open_holes();
+  // What both of these remember of the last instances is as large as the facts.
   pipeline.instances->finish();
+  pipeline.instances.reset();
   pipeline.recording.finish_runs();
   pipeline.chains->finish();
-  // What they remember of the last instances is as large as the facts.
-  pipeline.instances.reset();
   pipeline.chains.reset();
   return pipeline.judge();
 }

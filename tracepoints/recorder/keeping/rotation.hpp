@@ -35,8 +35,8 @@ class Rotation {
            ProcessWatch* processes, const Instant& begin);
 
   // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Waits for
-  // LTTng a second at most, and asks later what it answered. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
-  // call; the next one may succeed.
+  // LTTng a second at most, and asks later what it answered. `about` is what a chunk's manifest says
+  // besides. Throws what went wrong since the last call; the next one may succeed.
   void poll(const RecordingManifest& about);
   // LTTng has not answered yet: until then nobody else may ask it, either. And since when.
   bool is_asking() const noexcept;
