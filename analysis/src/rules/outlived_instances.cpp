@@ -10,6 +10,22 @@
 namespace cie::analysis {
 namespace {
 
+// The buffers of all CPUs cover its thread's events wherever it went on, or its end may lie where one of
+// them has nothing: it was never written, or what was written first was overwritten since, as in a snapshot.
+std::optional<std::string> why_elsewhere(const Model& model, const StreamFacts& stream,
+                                         Timestamp start) {
+  for (const auto& other : model.streams) {
+    if (other.channel != stream.channel) continue;
+    if (other.has_ended && other.packets == 0) return other.path + " is empty";
+    if (other.is_left_out && other.events > 0)
+      return other.path + " has no time in common with the other streams";
+    if (other.covers_from && *other.covers_from > start) {
+      return other.path + " begins " + nanoseconds(*other.covers_from - start) + " later";
+    }
+  }
+  return std::nullopt;
+}
+
 // No number and no total counts the end of the last instance, so what wrote the events has to say that
 // it lost none: LTTng counts what it discards, and who copies a trace may leave events out.
 std::optional<std::string> why_unseen(const RuleContext& context, const CallbackFacts& callback,
@@ -31,11 +47,8 @@ std::optional<std::string> why_unseen(const RuleContext& context, const Callback
     if (may_be_of(model, *failure.recording, model.processes[at(callback.process)]))
       return "its end may not be recorded: " + in_words(failure, failure.problems.front());
   }
-  // A buffer of another CPU that was never written.
-  for (const auto& other : model.streams) {
-    if (other.channel == stream.channel && other.has_ended && other.packets == 0)
-      return "its end may not be recorded: " + other.path + " is empty";
-  }
+  if (const auto why = why_elsewhere(model, stream, open.start.time))
+    return "its end may not be recorded: " + *why;
   return missing_user_part(model);
 }
 
