@@ -129,8 +129,11 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const auto has_events = take_has_events(stream, domain);
   // Of a running system nobody knows what its applications will declare.
   std::optional<bool> has_callback_events;
-  if (domain == Domain::user && has_events)
+  std::optional<bool> has_client_events;
+  if (domain == Domain::user && has_events) {
     has_callback_events = declares(trace, is_callback_start);
+    has_client_events = declares(trace, is_client_init) && declares(trace, is_service_init);
+  }
   input_.push(
       head, StreamBegin{
                 .channel = channel->second,
@@ -143,7 +146,8 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
                 .is_snapshot = of_trace->is_snapshot,
                 .has_events = has_events,
                 .has_inheritance = domain == Domain::kernel ? has_inheritance(trace) : std::nullopt,
-                .has_callback_events = has_callback_events});
+                .has_callback_events = has_callback_events,
+                .has_client_events = has_client_events});
 }
 
 void MessageDecoder::stream_end(Stream& stream) {

@@ -75,6 +75,7 @@ struct StreamFacts {
   bool is_apart = false;     // no time is common to its channel: nothing of that is counted
   std::optional<bool> has_inheritance{};  // see StreamBegin
   bool has_callback_events = true;        // likewise, unless it is known not to
+  bool has_client_events = true;          // likewise
 };
 
 // Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams that

@@ -49,6 +49,11 @@ std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
 }  // namespace
 
 HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
+  for (const auto& stream : model.streams) {
+    if (stream.domain != Domain::user || !stream.has_client_events || !stream.begin) continue;
+    const auto [since, is_first] = told_since_.try_emplace(stream.host, *stream.begin);
+    if (!is_first) since->second = std::min(since->second, *stream.begin);
+  }
   if (std::ranges::all_of(model.processes, &std::vector<HiddenCallback>::empty,
                           &ProcessFacts::hidden))
     return;
@@ -73,6 +78,13 @@ std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& proce
         process.first_seen.value_or(EventRef{}),
         "the process began before the recording: a client or an action, whose instances "
         "ROS 2's events do not show, may have been made before");
+  }
+  const auto told = told_since_.find(process.host);
+  if (told == told_since_.end() || told->second > process.ros2_begin->time) {
+    return evidence(
+        "rcl_init", *process.ros2_begin,
+        "no trace here declares both ros2:rcl_client_init and ros2:rcl_service_init: a client or an "
+        "action, whose instances ROS 2's events do not show, may have been made");
   }
   // Within what is judged whoever judges asks for losses.
   const auto* before = loss_before(model_, process.host, Domain::user, process.ros2_begin->time);

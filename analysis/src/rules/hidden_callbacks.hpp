@@ -40,6 +40,8 @@ class HiddenCallbacks {
   };
 
   const Model& model_;
+  // Since when streams of a machine tell what makes clients and services.
+  std::map<HostIndex, Timestamp> told_since_;
   std::map<ProcessIndex, Some> anywhere_;  // on any thread of the process
   std::map<ThreadIndex, Some> on_threads_;
 };

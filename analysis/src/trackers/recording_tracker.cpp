@@ -43,6 +43,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
   facts.has_callback_events = event.has_callback_events.value_or(true);
+  facts.has_client_events = event.has_client_events.value_or(true);
   coverage_.begin(head, event, host);
   windows_.begin(head, event, host);
 }

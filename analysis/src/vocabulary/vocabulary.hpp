@@ -38,6 +38,10 @@ const Translation* find_translation(std::string_view event);
 // Whether some translation says of it that a callback begins to run.
 bool is_callback_start(std::string_view event);
 
+// ROS 2's events that tell of clients and of services, of either tracer.
+bool is_client_init(std::string_view event);
+bool is_service_init(std::string_view event);
+
 // Whether it is of the kernel's vocabulary: those share a state, so that their order counts.
 bool is_kernel_event(std::string_view event);
 

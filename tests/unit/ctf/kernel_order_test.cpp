@@ -77,8 +77,9 @@ TEST(KernelOrder, PrioritiesHaveTheScaleKnownAtTheirTime) {
   EXPECT_THAT(priorities, testing::ElementsAre(10, 110, 110, 110, 110, 110, 110, 110, 110));
 }
 
-// Of a trace with these classes and no event.
-std::optional<bool> tells_inheritance(const std::string& metadata) {
+// What is told of a trace with these classes and no event.
+std::optional<bool> told_of(const std::string& metadata,
+                            std::optional<bool> analysis::StreamBegin::*what) {
   Bytes packet;
   constexpr std::uint64_t kBits = (4 + 4 * 8) * 8;
   packet.add(std::uint32_t{0xC1FC1FC1}).add(std::uint64_t{100}).add(std::uint64_t{200});
@@ -88,11 +89,15 @@ std::optional<bool> tells_inheritance(const std::string& metadata) {
   folder.write("stream", packet.text());
   std::optional<bool> told;
   const std::vector<std::filesystem::path> paths{folder.path()};
-  analysis::ctf::read_traces(paths, [&told](const analysis::Event& event) {
+  analysis::ctf::read_traces(paths, [&told, what](const analysis::Event& event) {
     const auto* stream = std::get_if<analysis::StreamBegin>(&event.body);
-    if (stream != nullptr) told = stream->has_inheritance;
+    if (stream != nullptr) told = stream->*what;
   });
   return told;
+}
+
+std::optional<bool> tells_inheritance(const std::string& metadata) {
+  return told_of(metadata, &analysis::StreamBegin::has_inheritance);
 }
 
 TEST(KernelClasses, TellWhetherInheritanceIsRecorded) {
@@ -107,6 +112,27 @@ TEST(KernelClasses, TellWhetherInheritanceIsRecorded) {
   auto others = switches;
   others.replace(others.find("sched_switch"), std::string("sched_switch").size(), "sys_entry");
   EXPECT_EQ(tells_inheritance(others), std::nullopt) << "of no switch";
+}
+
+TEST(Ros2Classes, TellWhetherClientsAndServicesAreRecorded) {
+  std::string users = kMetadata;
+  users.replace(users.find("kernel"), std::string("kernel").size(), "ust");
+  const auto told = [&](const std::string& provider, const auto&... names) {
+    auto metadata = users;
+    int id = 2;
+    const auto declare = [&](const std::string& name) {
+      metadata += "event { name = \"" + provider + name + "\"; id = " + std::to_string(id++) +
+                  "; fields := struct { uint64_t node_handle; }; };\n";
+    };
+    (declare(names), ...);
+    return told_of(metadata, &analysis::StreamBegin::has_client_events);
+  };
+  EXPECT_EQ(told("ros2:", "rcl_client_init", "rcl_service_init"), true);
+  EXPECT_EQ(told("ros2_caret:", "rcl_client_init", "rcl_service_init"), true);
+  EXPECT_EQ(told("ros2:", "rcl_service_init"), false);
+  EXPECT_EQ(told("ros2:", "rcl_client_init"), false) << "an action server shows by its services";
+  EXPECT_EQ(told_of(kMetadata, &analysis::StreamBegin::has_client_events), std::nullopt)
+      << "of the kernel's";
 }
 
 }  // namespace

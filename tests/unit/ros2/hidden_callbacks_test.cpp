@@ -40,6 +40,26 @@ TEST(HiddenCallbacks, WithoutAnyTheMappingIsDecided) {
     EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule;
 }
 
+// `ros2 trace -u` with a list of events.
+TEST(HiddenCallbacks, AreUnknownWhereNoTraceDeclaresWhatTellsOfThem) {
+  const auto result = judged("\n0 no_client_events\n");
+  for (const auto* rule : {"M2", "M3", "M4", "M6", "E2", "E3"})
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+  EXPECT_THAT(result.evidence("M2"),
+              HasSubstr("thread 1: rcl_init: no trace here declares both ros2:rcl_client_init and "
+                        "ros2:rcl_service_init"));
+  for (const auto& callback : result.analysis.report.callbacks)
+    EXPECT_EQ(callback.isolation, std::nullopt) << callback.logical_id;
+}
+
+TEST(HiddenCallbacks, AreKnownWhereAnotherSessionDeclaresWhatTellsOfThem) {
+  const std::string first = "\n0 no_client_events\n";
+  EXPECT_EQ(judged(first + "3 rmw_publish session=2 message=0x9\n").verdict("M2"), Verdict::pass);
+  EXPECT_EQ(judged(first, std::string(kIsolated) + "22 session until=23\n").verdict("M2"),
+            Verdict::inconclusive)
+      << "that begins later";
+}
+
 // What was lost before the window may have told of a client that is there within it.
 TEST(HiddenCallbacks, ALossBeforeTheWindowMayHideOne) {
   const std::string text = std::string(kTwoTimers) + kIsolated;

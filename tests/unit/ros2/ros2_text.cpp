@@ -215,7 +215,8 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                                     .clock_offset_ns = kRealtimeOffset,
                                     .path = tells(" second_ends of_chunk") ? kChunk : "stream",
                                     .has_events = true,
-                                    .has_callback_events = !tells(kRunsBegin)};
+                                    .has_callback_events = !tells(kRunsBegin),
+                                    .has_client_events = !tells(" no_client_events")};
   on_streams(0, of_applications);
   consume(0, PacketBegin{});
   if (streams.size() > 1 && !tells(" second_begins")) on_stream(kSecondStream, 0, PacketBegin{});
@@ -226,11 +227,12 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   };
   auto second = of_applications;
   second.channel = second.trace = static_cast<std::uint32_t>(kSecondSession);
+  second.has_client_events = true;
   on_second_session(0, second, PacketBegin{});
   constexpr StreamIndex kNextSession{3'000};
   if (tells(" session until=") || tells(kRunsBegin)) {
     auto next = of_applications;
-    next.has_callback_events = true;
+    next.has_callback_events = next.has_client_events = true;
     next.channel = next.trace = static_cast<std::uint32_t>(kNextSession);
     on_stream(kNextSession, 0, next);
   }
@@ -267,7 +269,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
           Discarded{
               .begin = Timestamp{time}, .end = Timestamp{until}, .count = 1, .packets = false});
     }
-    return what.starts_with("kernel_");
+    return what.starts_with("kernel_") || what == "no_client_events";
   };
   constexpr std::uint32_t kFirstOther = 1'000;  // stream and channel of the first other machine
   const auto boots = other_boots(text);

@@ -8,6 +8,7 @@
 // `TIME session until=TIME`: the session of the first machine ends there, and another one begins then.
 // `TIME session of runs until=TIME`: the same, where the first one recorded what is made alone.
 // `TIME kernel_begins`, `TIME kernel_ends`: the kernel's record, which else is of all the time.
+// `0 no_client_events`: the first session declares no rcl_client_init.
 // `TIME kernel_lost TIME`: it has a hole until then. `0 kernel_without_inheritance`: it declares no sched_pi_setprio.
 // Values with a digit first are numbers, of gids and CPUs lists of them (1.15.3); all others are texts.
 #pragma once

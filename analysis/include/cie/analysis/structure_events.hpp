@@ -37,6 +37,8 @@ struct StreamBegin {
   // Of the user's, whose trace declares starts of callbacks; false: what applications make at their
   // begin alone was recorded, as by the first session of `ros2 trace --dual-session`.
   std::optional<bool> has_callback_events{};
+  // Likewise, ROS 2's rcl_client_init and rcl_service_init.
+  std::optional<bool> has_client_events{};
   // It declares none itself, but its trace does: it describes objects and clocks, as far as a reader knows.
   bool is_descriptive = false;
 };

@@ -127,8 +127,11 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
     has_inheritance = declares(metadata, "sched_pi_setprio");
   }
   if (domain == Domain::user) {
-    has_callback_events =
-        std::ranges::any_of(metadata.events, is_callback_start, &EventClass::name);
+    const auto declares_any = [&metadata](bool (*is_wanted)(std::string_view)) {
+      return std::ranges::any_of(metadata.events, is_wanted, &EventClass::name);
+    };
+    has_callback_events = declares_any(is_callback_start);
+    has_client_events = declares_any(is_client_init) && declares_any(is_service_init);
   }
 
   if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {

@@ -158,8 +158,9 @@ class TracePlan {
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
   bool has_stream_per_cpu = false;      // LTTng's tracers write so
-  std::optional<bool> has_inheritance;  // see StreamBegin, as the next one
+  std::optional<bool> has_inheritance;  // see StreamBegin, as the next two
   std::optional<bool> has_callback_events;
+  std::optional<bool> has_client_events;
   const Sequence* packet_header = nullptr;
   bool has_magic = false;
   bool has_header_uuid = false;

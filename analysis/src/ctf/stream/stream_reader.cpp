@@ -49,6 +49,7 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .is_left_out = identity_.is_left_out,
                            .has_inheritance = trace.has_inheritance,
                            .has_callback_events = trace.has_callback_events,
+                           .has_client_events = trace.has_client_events,
                            .is_descriptive = trace.has_callback_events == true && first &&
                                              !first->stream->starts_callbacks};
   writer.keep(event);
