@@ -74,6 +74,15 @@ struct RegisteredMove {
   EventRef registered{};
 };
 
+// R1 directly: release of k+1 at or before the end of k.
+struct ReleaseBeforeEnd {
+  std::uint64_t seq = 0;
+  EventRef start{};
+  EventRef end{};
+  Timestamp next_release{};
+  EventRef next_start{};
+};
+
 // Recorded where not all streams were: in the window that was asked for, if any was, and not in that of
 // their channel. No number counts them; a violation among them stands in the trace all the same.
 struct InstancesOutside {
@@ -81,6 +90,11 @@ struct InstancesOutside {
   // Of those that began and ended, also of those that an edge cuts: what is certain of them.
   std::optional<Extreme<Duration>> max_response{};
   Rare<Extreme<Duration>> max_execution{};
+  // Of consecutive seqs, both exact, of which one or both are such.
+  std::optional<Extreme<Duration>> min_inter_arrival{};
+  std::optional<Extreme<Duration>> max_inter_arrival{};
+  bool is_reordered = false;  // one was released before that of the number before
+  std::optional<ReleaseBeforeEnd> release_before_end{};
 };
 
 // Of the instances that were the callback's own for certain, where others may be another one's (see
@@ -139,14 +153,6 @@ struct alignas(64) CallbackFacts {
     EventRef second_start{};
   };
   Rare<Overlap> overlap{};  // the first one did end: proven
-  // R1 directly: release of k+1 at or before the end of k.
-  struct ReleaseBeforeEnd {
-    std::uint64_t seq = 0;
-    EventRef start{};
-    EventRef end{};
-    Timestamp next_release{};
-    EventRef next_start{};
-  };
   Rare<ReleaseBeforeEnd> release_before_end{};
 
   // Of samples.

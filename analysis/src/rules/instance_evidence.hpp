@@ -16,6 +16,9 @@ Evidence start_of(const Extreme<Value>& extreme, const std::string& note) {
   return evidence("callback_start", extreme.start, "seq " + std::to_string(extreme.seq) + note);
 }
 
+// Said of instances that stand in the trace where other streams do not.
+inline constexpr const char* kOutside = "; outside of what all streams cover, so not counted";
+
 // The instance that an extreme was taken from: its start and its end.
 void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgement& judgement);
 // What violates a rule only by instances that may be another callback's.

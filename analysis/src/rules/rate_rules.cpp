@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace cie::analysis {
@@ -44,13 +45,70 @@ const OpenInstance* released_after(const CallbackFacts& callback) {
   return found != callback.open.end() ? &*found : nullptr;
 }
 
+void fail_released_before_end(const ReleaseBeforeEnd& witness, const char* place,
+                              Judgement& judgement) {
+  const auto seq = "seq " + std::to_string(witness.seq);
+  judgement.fail(evidence("callback_end", witness.end, seq + " ends"));
+  judgement.fail(evidence("callback_start", witness.next_start,
+                          "the next instance was released at " +
+                              std::to_string(witness.next_release.ns) + ", not after the end of " +
+                              seq + place));
+}
+
+void judge_arrival_inside(const CallbackFacts& callback, Judgement& judgement) {
+  if (!callback.min_inter_arrival || !callback.max_response) return;
+  const auto& shortest = *callback.min_inter_arrival;
+  const auto& longest = *callback.max_response;
+  const Duration error{3 * callback.release_error().ns};  // of three releases
+  if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
+    fail_with(longest, "longest response time: " + nanoseconds(longest.value) + error_of(callback),
+              judgement);
+    judgement.fail(start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                                          " after the one before it: shortest inter-arrival time"));
+  } else if (shortest.value <= longest.value + error + callback.release_spread()) {
+    judgement.doubt(
+        start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                               " after the one before it; the longest response time is " +
+                               nanoseconds(longest.value) + error_of(callback)));
+  }
+}
+
+// What one response time and one inter-arrival time show of which not all are inside.
+void judge_arrival_outside(const CallbackFacts& callback, Judgement& judgement) {
+  if (!callback.outside || judgement.has_witness()) return;
+  const auto& outside = *callback.outside;
+  if (outside.release_before_end) {
+    fail_released_before_end(*outside.release_before_end, kOutside, judgement);
+    return;
+  }
+  auto shortest = outside.min_inter_arrival;
+  auto longest = outside.max_response;
+  if (callback.has_grid_releases()) return;  // which are judged inside alone
+  const auto& [least, most] = std::tie(callback.min_inter_arrival, callback.max_response);
+  const bool is_short_inside = !shortest || (least && least->value < shortest->value);
+  const bool is_long_inside = !longest || (most && longest->value < most->value);
+  if (is_short_inside) shortest = least;
+  if (is_long_inside) longest = most;
+  if (!shortest || !longest || longest->value < shortest->value) return;
+  fail_with(*longest,
+            "longest response time: at least " + nanoseconds(longest->value) +
+                (is_long_inside ? "" : kOutside),
+            judgement);
+  judgement.fail(start_of(*shortest, " was released " + nanoseconds(shortest->value) +
+                                         " after the one before it: shortest inter-arrival time" +
+                                         (is_short_inside ? "" : kOutside)));
+}
+
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   return for_each_callback(context, [](const CallbackFacts& callback,
                                        const std::optional<Evidence>& loss, Judgement& judgement) {
     const auto* hung = released_after(callback);
     const bool is_several =
         callback.instances >= 2 || callback.release_before_end || hung != nullptr;
-    if (!is_several && !loss) return;
+    if (!is_several && !loss) {
+      judge_arrival_outside(callback, judgement);
+      return;
+    }
     judgement.overrule(loss);
     judgement.doubt(inexact_releases(callback));
     judgement.doubt(calculated_releases(callback));
@@ -64,32 +122,11 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
       return;
     }
     if (callback.release_before_end) {
-      const auto& witness = *callback.release_before_end;
-      const auto seq = "seq " + std::to_string(witness.seq);
-      judgement.fail(evidence("callback_end", witness.end, seq + " ends"));
-      judgement.fail(evidence("callback_start", witness.next_start,
-                              "the next instance was released at " +
-                                  std::to_string(witness.next_release.ns) +
-                                  ", not after the end of " + seq));
+      fail_released_before_end(*callback.release_before_end, "", judgement);
       return;
     }
-    if (!callback.min_inter_arrival || !callback.max_response) return;
-    const auto& shortest = *callback.min_inter_arrival;
-    const auto& longest = *callback.max_response;
-    const Duration error{3 * callback.release_error().ns};  // of three releases
-    if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
-      fail_with(longest,
-                "longest response time: " + nanoseconds(longest.value) + error_of(callback),
-                judgement);
-      judgement.fail(
-          start_of(shortest, " was released " + nanoseconds(shortest.value) +
-                                 " after the one before it: shortest inter-arrival time"));
-    } else if (shortest.value <= longest.value + error + callback.release_spread()) {
-      judgement.doubt(
-          start_of(shortest, " was released " + nanoseconds(shortest.value) +
-                                 " after the one before it; the longest response time is " +
-                                 nanoseconds(longest.value) + error_of(callback)));
-    }
+    judge_arrival_inside(callback, judgement);
+    judge_arrival_outside(callback, judgement);
   });
 }
 
@@ -172,13 +209,13 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
                                "instances started in another order than they were released in"));
     }
     const auto error = 2 * callback.release_error().ns;  // of two releases
-    const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
-                             std::int64_t value, std::int64_t excess, bool is_certain) {
+    const auto hold = [&](const Extreme<Duration>& extreme, const char* bound, std::int64_t value,
+                          std::int64_t excess, bool is_certain, const char* where = "") {
       if (excess + error <= 0) return;
       auto witness = start_of(extreme, " was released " + nanoseconds(extreme.value) +
                                            " after the one before it; " +
                                            place(context, entry->line) + " declares " + bound +
-                                           ' ' + nanoseconds(value) + error_of(callback));
+                                           ' ' + nanoseconds(value) + error_of(callback) + where);
       if (is_certain && callback.are_releases_certain() && excess > error) {
         judgement.fail(std::move(witness));
       } else {
@@ -187,11 +224,19 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     };
     if (min && callback.min_inter_arrival) {
       const auto& shortest = *callback.min_inter_arrival;
-      outside(shortest, "at least", *min, *min - shortest.value.ns, true);
+      hold(shortest, "at least", *min, *min - shortest.value.ns, true);
     }
     if (max && callback.max_inter_arrival) {
       const auto& longest = *callback.max_inter_arrival;
-      outside(longest, "at most", *max, longest.value.ns - *max, !callback.is_reordered);
+      hold(longest, "at most", *max, longest.value.ns - *max, !callback.is_reordered);
+    }
+    if (!callback.outside || judgement.has_witness()) return;
+    const auto& outside = *callback.outside;
+    if (const auto& shortest = outside.min_inter_arrival; min && shortest)
+      hold(*shortest, "at least", *min, *min - shortest->value.ns, true, kOutside);
+    if (const auto& longest = outside.max_inter_arrival; max && longest) {
+      const bool is_reordered = callback.is_reordered || outside.is_reordered;
+      hold(*longest, "at most", *max, longest->value.ns - *max, !is_reordered, kOutside);
     }
   });
 }

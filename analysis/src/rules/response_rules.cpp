@@ -142,7 +142,7 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
 void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, const std::string& what,
                    Judgement& judgement) {
   if (longest.value.ns <= allowed || judgement.has_witness()) return;
-  fail_with(longest, what + "; outside of what all streams cover, so not counted", judgement);
+  fail_with(longest, what + kOutside, judgement);
 }
 
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {

@@ -430,17 +430,14 @@ void InstanceMeasurer::note_open_arrival(const PendingInstance& pending, OpenIns
   auto& arrivals = arrivals_[pending.callback];
   arrivals.lonely.for_each(pair_with);
   if (arrivals.has_latest) pair_with(arrivals.latest);
+  if (auto* outside = arrivals_outside_.find(pending.callback)) outside->for_each(pair_with);
 }
 
 inline void InstanceMeasurer::note_release_before_end(CallbackFacts& facts, const Arrival& earlier,
                                                       const Arrival& later) {
   const bool is_after_end = later.release > earlier.end.time;
   if (is_after_end || facts.release_before_end || facts.has_grid_releases()) return;
-  facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
-                                                             .start = earlier.start,
-                                                             .end = earlier.end,
-                                                             .next_release = later.release,
-                                                             .next_start = later.start};
+  facts.release_before_end = before_end(earlier, later);
 }
 
 void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
@@ -483,6 +480,8 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
     has_previous = has_previous || has_other_previous;
     has_next = has_next || has_other_next;
   }
+  if (!has_previous && facts.outside) [[unlikely]]
+    note_beside_outside(facts, callback, arrived);
   arrivals.has_latest = true;
   arrivals.has_previous = has_previous;
   arrivals.has_next = has_next;

@@ -181,6 +181,12 @@ class InstanceMeasurer {
   bool is_between_sessions(const PendingInstance& pending) const;
   // It is recorded, and no part of one window. `has_part`: it lies in it partly.
   void note_outside(const PendingInstance& pending, const Measured& measured, bool has_part);
+  // Its release is known: its neighbours, by number, may be inside or outside.
+  void note_arrival_outside(CallbackFacts& facts, CallbackIndex callback, const Arrival& arrived);
+  // The same of an instance inside whose former neighbour is not.
+  void note_beside_outside(CallbackFacts& facts, CallbackIndex callback, const Arrival& arrived);
+  static void note_pair_outside(InstancesOutside& outside, const Arrival& one,
+                                const Arrival& other);
   // `is_inside`: it began and ended in the window.
   inline Measured measured(const PendingInstance& pending, bool is_inside) const;
   // What observers are told.
@@ -229,6 +235,13 @@ class InstanceMeasurer {
   void hold_back(const PendingInstance& pending, const Measured& measured);
   void tell_rows(CallbackIndex index, Unproven& unproven);
   void tell_bounds(CallbackIndex index, Unproven& unproven);
+  static ReleaseBeforeEnd before_end(const Arrival& earlier, const Arrival& later) {
+    return {.seq = earlier.seq,
+            .start = earlier.start,
+            .end = earlier.end,
+            .next_release = later.release,
+            .next_start = later.start};
+  }
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);
@@ -250,6 +263,8 @@ class InstanceMeasurer {
   ChainTracker& chains_;
   Observer* observer_;
   ByIndex<CallbackIndex, Arrivals> arrivals_;
+  // Latest ones outside.
+  ByIndex<CallbackIndex, Recent<Arrival, Arrivals::kRemembered>> arrivals_outside_;
   ByIndex<CallbackIndex, Bounds> bounds_;
   ByIndex<CallbackIndex, Unproven> unproven_;
   ByIndex<HostIndex, std::vector<Bounded>> bounded_;

@@ -54,6 +54,52 @@ void InstanceMeasurer::note_outside(const PendingInstance& pending, const Measur
   const bool is_exact = measured.release_source == ReleaseSource::exact;
   note(outside.max_response, end - (is_exact ? measured.release : pending.start.time));
   if (measured.parts != nullptr) note(outside.max_execution, measured.parts->execution);
+  if (!is_exact) return;
+  note_arrival_outside(facts, pending.callback,
+                       {.seq = pending.seq,
+                        .start = pending.start,
+                        .end = *pending.end,
+                        .release = measured.release});
+}
+
+void InstanceMeasurer::note_pair_outside(InstancesOutside& outside, const Arrival& one,
+                                         const Arrival& other) {
+  if (one.seq > other.seq) return note_pair_outside(outside, other, one);
+  if (one.seq + 1 != other.seq) return;
+  const auto gap = other.release - one.release;
+  const auto keep = [&](auto& extreme) { extreme = extreme_of(other, other.release, gap); };
+  auto& shortest = outside.min_inter_arrival;
+  auto& longest = outside.max_inter_arrival;
+  if (gap < Duration{}) {
+    outside.is_reordered = true;
+  } else if (!shortest || gap < shortest->value) {
+    keep(shortest);
+  }
+  if (!longest || longest->value < gap) keep(longest);
+  if (other.release <= one.end.time && !outside.release_before_end)
+    outside.release_before_end = before_end(one, other);
+}
+
+void InstanceMeasurer::note_arrival_outside(CallbackFacts& facts, CallbackIndex callback,
+                                            const Arrival& arrived) {
+  const auto pair_with = [&](const Arrival& other) {
+    note_pair_outside(*facts.outside, arrived, other);
+  };
+  if (auto* inside = arrivals_.find(callback)) {
+    inside->lonely.for_each(pair_with);
+    if (inside->has_latest) pair_with(inside->latest);
+  }
+  auto& others = arrivals_outside_[callback];
+  others.for_each(pair_with);
+  others.push(arrived);
+}
+
+void InstanceMeasurer::note_beside_outside(CallbackFacts& facts, CallbackIndex callback,
+                                           const Arrival& arrived) {
+  auto* others = arrivals_outside_.find(callback);
+  if (others == nullptr) return;
+  others->for_each(
+      [&](const Arrival& other) { note_pair_outside(*facts.outside, arrived, other); });
 }
 
 }  // namespace cie::analysis

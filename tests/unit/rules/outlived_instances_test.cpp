@@ -32,27 +32,6 @@ TextTrace hanging(const std::string& more = "\n90 audit other",
   return trace;
 }
 
-// The same beside another CPU's stream, which begins and ends with the others where it is not said.
-TextTrace hanging_beside(std::optional<std::int64_t> begin, std::optional<std::int64_t> end) {
-  auto trace = hanging();
-  const auto first = *std::ranges::find_if(trace.events, [](const Event& event) {
-    return event.head.stream == StreamIndex{0} && std::holds_alternative<StreamBegin>(event.body);
-  });
-  const auto last = trace.events.back().head.time.ns;
-  const auto add = [&trace](std::int64_t time, const EventBody& body) {
-    trace.events.push_back(
-        {.head = {.time = {time}, .stream = StreamIndex{20}, .cpu = {}, .pid = {}, .tid = {}},
-         .body = body});
-  };
-  const auto from = begin.value_or(first.head.time.ns);
-  add(from, first.body);
-  add(from, PacketBegin{});
-  add(end.value_or(last), PacketEnd{});
-  add(end.value_or(last), StreamEnd{});
-  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
-  return trace;
-}
-
 TEST(Deadline, FailsForAnInstanceThatItsProcessOutlivesBeyondIt) {
   const auto judged = [](const TextTrace& trace, const char* deadline = "response_deadline: 20") {
     return Verified(trace, spec(deadline)).of("R3", "callback fusion");
@@ -167,14 +146,14 @@ TEST(Deadline, IsInconclusiveWhereTheEndOfAnOutlivedInstanceMayBeMissing) {
     if (auto* stream = std::get_if<StreamBegin>(&event.body)) stream->writer = PacketWriter::copier;
   }
   expect_undecided(copied, "not as LTTng wrote it");
-  expect_undecided(hanging_beside(std::nullopt, 55),
+  expect_undecided(beside_stream(hanging(), std::nullopt, 55),
                    "a stream ends here, before the deadline of seq 2");
   // Its end may be of another CPU, where older packets were overwritten, as in a snapshot.
-  expect_undecided(hanging_beside(45, std::nullopt), "begins 3 ns later");
+  expect_undecided(beside_stream(hanging(), 45, std::nullopt), "begins 3 ns later");
 }
 
 TEST(Deadline, FailsForAnOutlivedInstanceWhereAllStreamsBeganBeforeIt) {
-  EXPECT_EQ(Verified(hanging_beside(42, std::nullopt), spec("response_deadline: 20"))
+  EXPECT_EQ(Verified(beside_stream(hanging(), 42, std::nullopt), spec("response_deadline: 20"))
                 .of("R3", "callback fusion"),
             Verdict::fail);
 }

@@ -1,6 +1,8 @@
 #include "support/verdicts.hpp"
 #include "timer_runs.hpp"
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -82,6 +84,54 @@ TEST(ArrivalExceedsTurnaround, CountsTheReleaseOfAnInstanceThatNeverEnded) {
   EXPECT_THAT(hung.evidence("R1", "callback fusion"),
               AllOf(HasSubstr("12 callback_start seq 0 starts and never ends"),
                     HasSubstr("22 callback_start the next instance was released at 20")));
+}
+
+// What stands in the trace stands, wherever the stream of another CPU begins or ends.
+TEST(ArrivalExceedsTurnaround, KeepsItsFailureOutsideOfWhatAllStreamsCover) {
+  constexpr const char* kOverrun = R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    15 end fusion
+    22 start fusion release=20
+    31 end fusion
+    32 start fusion release=30
+    35 end fusion
+    42 start fusion release=40
+    45 end fusion
+    52 start fusion release=50
+    55 end fusion)";
+  const auto judged = [](const char* runs, std::optional<std::int64_t> begin,
+                         std::optional<std::int64_t> end) {
+    return Verified(beside_stream(trace_of(runs), begin, end));
+  };
+  for (const auto end : {17, 21}) {
+    const auto verified = judged(kOverrun, std::nullopt, end);
+    EXPECT_EQ(verified.of("R1", "callback fusion"), Verdict::fail) << end;
+    EXPECT_THAT(verified.evidence("R1", "callback fusion"),
+                HasSubstr("the next instance was released at 30, not after the end of seq 1; "
+                          "outside of what all streams cover"))
+        << end;
+  }
+  EXPECT_EQ(judged(kOverrun, {}, 33).of("R1", "callback fusion"), Verdict::fail);
+  for (const auto begin : {21, 31, 36})
+    EXPECT_EQ(judged(kOverrun, begin, std::nullopt).of("R1", "callback fusion"), Verdict::fail)
+        << begin;
+  // The shortest inter-arrival time is inside, the longest response time is not.
+  constexpr const char* kUneven = R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    15 end fusion
+    22 start fusion release=20
+    25 end fusion
+    42 start fusion release=40
+    55 end fusion)";
+  const auto uneven = judged(kUneven, std::nullopt, 30);
+  EXPECT_EQ(uneven.of("R1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(uneven.evidence("R1", "callback fusion"),
+              AllOf(HasSubstr("longest response time: at least 15 ns; outside"),
+                    HasSubstr("was released 10 ns after the one before it")));
+  EXPECT_EQ(judged(kTwoRuns, std::nullopt, 17).of("R1", "callback fusion"),
+            Verdict::not_applicable);
 }
 
 TEST(NoMissedRelease, CountsSkippedPeriodsOverTheRun) {
@@ -172,6 +222,37 @@ TEST(Rate, CountsTheReleaseOfAnInstanceThatNeverEnded) {
 }
 
 // As a client's response that is served before an older request's timeout: 20, 16, 40.
+TEST(Rate, KeepsItsFailureOutsideOfWhatAllStreamsCover) {
+  constexpr const char* kUneven = R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    13 end fusion
+    22 start fusion release=20
+    23 end fusion
+    27 start fusion release=25
+    28 end fusion
+    42 start fusion release=40
+    43 end fusion
+    52 start fusion release=50
+    53 end fusion)";
+  for (const std::string bound : {"min_inter_arrival: 6", "max_inter_arrival: 14"}) {
+    const auto judged = [&](std::optional<std::int64_t> begin, std::optional<std::int64_t> end) {
+      return Verified(beside_stream(trace_of(kUneven), begin, end), spec(bound));
+    };
+    for (const auto end : {18, 26, 30})
+      EXPECT_EQ(judged({}, end).of("R5", "callback fusion"), Verdict::fail) << bound << ' ' << end;
+    for (const auto begin : {21, 26, 30, 45}) {
+      EXPECT_EQ(judged(begin, {}).of("R5", "callback fusion"), Verdict::fail)
+          << bound << ' ' << begin;
+    }
+    EXPECT_THAT(judged({}, 18).evidence("R5", "callback fusion"),
+                HasSubstr("outside of what all streams cover, so not counted"));
+  }
+  EXPECT_EQ(Verified(beside_stream(trace_of(kUneven), {}, 48), spec("max_inter_arrival: 15"))
+                .of("R5", "callback fusion"),
+            Verdict::pass);
+}
+
 TEST(Rate, IsNotJudgedByInstancesInAnotherOrderThanTheirReleases) {
   constexpr const char* kReordered =
       "callback fusion timer period=10\n22 start fusion release=20\n25 end fusion\n"

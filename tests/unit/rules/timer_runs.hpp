@@ -3,7 +3,11 @@
 
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <variant>
 
 namespace cie::test {
 
@@ -24,6 +28,28 @@ inline void drop_first_instance(TextTrace& trace) {
       [](const analysis::CallbackStart& e, const analysis::EventHead&) { return e.seq == 0; });
   trace.erase<analysis::CallbackEnd>(
       [](const analysis::CallbackEnd& e, const analysis::EventHead&) { return e.seq == 0; });
+}
+
+// With the stream of another CPU in its channel, which begins and ends with the others where it is not said.
+inline TextTrace beside_stream(TextTrace trace, std::optional<std::int64_t> begin,
+                               std::optional<std::int64_t> end) {
+  using namespace analysis;
+  const auto first = *std::ranges::find_if(trace.events, [](const Event& event) {
+    return event.head.stream == StreamIndex{0} && std::holds_alternative<StreamBegin>(event.body);
+  });
+  const auto last = trace.events.back().head.time.ns;
+  const auto add = [&trace](std::int64_t time, const EventBody& body) {
+    trace.events.push_back(
+        {.head = {.time = {time}, .stream = StreamIndex{20}, .cpu = {}, .pid = {}, .tid = {}},
+         .body = body});
+  };
+  const auto from = begin.value_or(first.head.time.ns);
+  add(from, first.body);
+  add(from, PacketBegin{});
+  add(end.value_or(last), PacketEnd{});
+  add(end.value_or(last), StreamEnd{});
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  return trace;
 }
 
 }  // namespace cie::test
