@@ -196,7 +196,9 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         if (callback.ran_on.empty()) return;
         judgement.check(callback.starts.count);
         const auto& loss = proof.lost_runs(index);
-        if (loss && moves.exist_of(callback)) judgement.doubt(loss);
+        // Of ROS 2's it may have told of a client, which its thread may have served as well.
+        const bool may_hide_client = context.model.processes[at(callback.process)].is_from_ros2;
+        if (loss && (may_hide_client || moves.exist_of(callback))) judgement.doubt(loss);
         judgement.doubt(lost_first_thread(context, callback));
         judgement.doubt(context.hidden.on_thread_of(callback));
         judge_moves(context, callback, judgement);

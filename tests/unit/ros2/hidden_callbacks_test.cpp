@@ -72,6 +72,17 @@ TEST(HiddenCallbacks, ALossBeforeTheWindowMayHideOne) {
   EXPECT_THAT(lost.evidence("M2"), HasSubstr("may have been made then"));
 }
 
+TEST(HiddenCallbacks, ALossWithinTheWindowMayHideOne) {
+  const auto result = judged("\n3 lost until=4\n");
+  for (const auto* rule : {"M2", "M3", "M4", "E2", "E3"})
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+  for (const auto& rule : result.analysis.verdicts.rules) {
+    if (rule.id != "M4") continue;
+    for (const auto& subject : rule.subjects)
+      EXPECT_EQ(subject.verdict, Verdict::inconclusive) << subject.subject;
+  }
+}
+
 TEST(HiddenCallbacks, WhatIsSeenToFailFails) {
   const auto result = judged(kClient, R"(
     10 callback_start callback=0x30
