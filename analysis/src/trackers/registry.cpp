@@ -3,6 +3,16 @@
 #include <algorithm>
 
 namespace cie::analysis {
+namespace {
+
+// Of one time, in the kernel's stream and in its own, its exit may have come last: a tracer's clock may count
+// microseconds alone.
+bool was_gone_at(const ThreadFacts& thread, Timestamp time) {
+  const bool is_of_exit = thread.kernel_exit && time <= thread.kernel_exit->time;
+  return is_gone(thread) && (thread.is_tid_given_anew || !is_of_exit);
+}
+
+}  // namespace
 
 HostIndex Registry::host(std::string_view name, std::string_view clock_uuid) {
   bool has_namesake = false;
@@ -118,7 +128,8 @@ Emitter Registry::find_emitter(const EventHead& head) {
   if (!process || !head.tid) return {.host = host, .process = process, .thread = std::nullopt};
   auto index = find_thread(*process, *head.tid);
   // After its exit a tid belongs to somebody new; after thread_fini alone it may still publish.
-  if (!index || is_gone(model_.threads[at(*index)])) index = new_thread(*process, *head.tid);
+  if (!index || was_gone_at(model_.threads[at(*index)], head.time))
+    index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
   auto& known = emitters_.keep(head, host, *process, *index);

@@ -98,6 +98,18 @@ bool is_any_pid_shared(const Verified& verified) {
   });
 }
 
+// A tracer's clock may count microseconds alone: of the exit and the last events of one the exit may be read first.
+TEST(ReusedTid, IsNoneOfAThreadWhoseLastEventsHaveTheTimeOfItsExit) {
+  const Verified verified(
+      "callback fusion\n10 start fusion\n20 exit fusion\n20 end fusion\n"
+      "20 finish fusion");
+  EXPECT_EQ(verified["T4"], Verdict::pass);
+  for (const auto* rule : {"M2", "M9"}) {
+    EXPECT_EQ(verified[rule], Verdict::pass) << rule;
+    EXPECT_EQ(verified.rule(rule).subjects.size(), 1U) << rule;
+  }
+}
+
 TEST(ReusedPid, IsOfAnotherProcessAfterTheEndOfWhoUsedItsNumbers) {
   const Verified verified(without_second_beginning(R"(
     3000 start c on=c1
