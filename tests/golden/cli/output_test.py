@@ -183,7 +183,9 @@ class Output(Folder):
                     self.assertRegex(done.stderr, b"cie: (out of memory|.*([Mm]emory|[Rr]esource).*)\n")
                     lack.add(command)
         self.assertEqual(lack, set(commands))
-        self.assertIn(b"Resource", limited(("report", large), loaded + 12_000).stderr)
+        # Where there is room for all but a thread's stack varies with the addresses.
+        stacks = (limited(("report", large), loaded + more).stderr for more in range(2000, 24_000, 2000))
+        self.assertTrue(any(b"Resource" in stderr for stderr in stacks))
 
     def test_head(self):
         """As a shell runs it: the last one's status counts, and nothing is said."""
