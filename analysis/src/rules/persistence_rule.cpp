@@ -44,11 +44,15 @@ std::optional<Evidence> unseen_registration(const RuleContext& context,
         "its callback_init was not seen: another one, before it went on on another "
         "thread, may be missing, too");
   }
+  // Of the two themselves `run_end` tells whether their announcements are missing.
+  const auto& process = context.model.processes[at(callback.process)];
+  const bool is_counted = process.run_end && process.first_moment == RunMoment::start;
   for (const auto* pair : callback.ran_on) {
     const auto& thread = thread_of(context.model, pair->thread);
-    if (thread.announced || pair->thread == move.from || pair->thread == move.to) continue;
+    const bool is_part = pair->thread == move.from || pair->thread == move.to;
+    if (thread.announced || (is_part && is_counted)) continue;
     return without_event(move.last_on_from,
-                         "it also ran on " + thread_name(thread) +
+                         "it ran on " + thread_name(thread) +
                              ", whose announcement was not seen: a callback_init of it may be "
                              "missing, too");
   }

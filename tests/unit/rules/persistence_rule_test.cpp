@@ -125,6 +125,26 @@ TEST(MappingPersistent, IsInconclusiveWhereAThreadWasNeverAnnounced) {
   EXPECT_EQ(ran["M4"], Verdict::inconclusive) << ran.evidence("M4", "callback fusion");
 }
 
+// Its own announcement shows that some are missing, wherever nothing counts them any more.
+TEST(MappingPersistent, IsInconclusiveWhereTheThreadItLeftWasNeverAnnounced) {
+  auto trace = trace_of(std::string(kReplaced) + "\n15 exit t1");
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  const auto is_of_first = [](const auto& event, const EventHead&) { return event.tid == 101; };
+  ASSERT_EQ(trace.erase<ThreadInit>(is_of_first), 1U);
+  ASSERT_EQ(trace.erase<ThreadFini>(is_of_first), 1U);
+  trace.erase<ThreadSched>(is_of_first);
+  const Verified counted(trace);
+  EXPECT_EQ(counted["M4"], Verdict::inconclusive);
+  EXPECT_THAT(counted.evidence("M4", "callback fusion"), HasSubstr("2 counted, 1 seen"));
+  auto crashed = trace;
+  ASSERT_EQ(crashed.erase<RunEnd>(), 1U);
+  EXPECT_EQ(Verified(crashed)["M4"], Verdict::inconclusive);
+  EXPECT_THAT(Verified(crashed).evidence("M4", "callback fusion"),
+              HasSubstr("it ran on thread 101, whose announcement was not seen"));
+  ASSERT_EQ(trace.erase<RunBegin>(), 1U);
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "run_end counts what nobody recorded";
+}
+
 // All that tells of the first thread is lost, and of the callback what came before the second one.
 TextTrace without_first_thread(const std::string& lines, bool is_registered) {
   auto trace = trace_of("process app crash\n" + std::string(kReplaced) + lines);
