@@ -23,6 +23,7 @@ class FieldTable {
   // `requests` is borrowed.
   FieldTable(const bt_field_class* structure, const std::vector<FieldRequest>& requests);
 
+  bool has_slot(std::size_t slot) const noexcept { return positions_[slot] >= 0; }
   const bt_field* get(const bt_field* structure, std::size_t slot) const noexcept;
   // Reads them all; views are valid until the next call.
   const Field* read(const bt_field* structure);

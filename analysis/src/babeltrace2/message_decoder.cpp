@@ -25,7 +25,16 @@ std::string environment(const bt_trace* trace, const char* name) {
   return bt_value_string_get(value);
 }
 
-// An event class of the trace has a name that is wanted.
+// What the events of a class mean; null: it is of no vocabulary, or lacks a field that is needed.
+const Translation* translation_of(const bt_event_class* event_class, std::string_view name) {
+  const auto* translation = find_translation(name);
+  if (translation == nullptr) return nullptr;
+  const FieldTable fields(bt_event_class_borrow_payload_field_class_const(event_class),
+                          translation->fields);
+  return if_whole(translation, [&fields](std::size_t slot) { return fields.has_slot(slot); });
+}
+
+// Whether some event class of the trace, with this name, is wanted.
 template <typename IsWanted>
 bool declares(const bt_trace* trace, const IsWanted& is_wanted) {
   const auto* trace_class = bt_trace_borrow_class_const(trace);
@@ -34,9 +43,9 @@ bool declares(const bt_trace* trace, const IsWanted& is_wanted) {
     const auto* stream_class = bt_trace_class_borrow_stream_class_by_index_const(trace_class, i);
     const auto events = bt_stream_class_get_event_class_count(stream_class);
     for (std::uint64_t k = 0; k < events; ++k) {
-      const char* name = bt_event_class_get_name(
-          bt_stream_class_borrow_event_class_by_index_const(stream_class, k));
-      if (name != nullptr && is_wanted(std::string_view(name))) return true;
+      const auto* event_class = bt_stream_class_borrow_event_class_by_index_const(stream_class, k);
+      const char* name = bt_event_class_get_name(event_class);
+      if (name != nullptr && is_wanted(event_class, std::string_view(name))) return true;
     }
   }
   return false;
@@ -46,8 +55,9 @@ bool declares(const bt_trace* trace, const IsWanted& is_wanted) {
 std::optional<bool> has_inheritance(const bt_trace* trace) {
   // LTTng's name of the event class, or perf's.
   const auto is_declared = [trace](const std::string& event) {
-    return declares(trace, [&event](std::string_view name) {
-      return name == event || name == "sched:" + event;
+    return declares(trace, [&event](const bt_event_class* event_class, std::string_view name) {
+      return (name == event || name == "sched:" + event) &&
+             translation_of(event_class, name) != nullptr;
     });
   };
   if (!is_declared("sched_switch")) return std::nullopt;
@@ -131,8 +141,12 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   std::optional<bool> has_callback_events;
   std::optional<bool> has_client_events;
   if (domain == Domain::user && has_events) {
-    has_callback_events = declares(trace, is_callback_start);
-    has_client_events = declares(trace, is_client_init) && declares(trace, is_service_init);
+    const auto declares_any = [trace](bool (*is_wanted)(std::string_view)) {
+      return declares(trace, [is_wanted](const bt_event_class* /*event_class*/,
+                                         std::string_view event) { return is_wanted(event); });
+    };
+    has_callback_events = declares_any(is_callback_start);
+    has_client_events = declares_any(is_client_init) && declares_any(is_service_init);
   }
   input_.push(
       head, StreamBegin{
@@ -204,7 +218,7 @@ MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* event_c
   if (!is_new) return plan;
   const char* name = bt_event_class_get_name(event_class);
   plan.name = name != nullptr ? name : "";
-  plan.translation = find_translation(plan.name);
+  plan.translation = translation_of(event_class, plan.name);
   if (plan.translation != nullptr) {
     plan.payload = FieldTable(bt_event_class_borrow_payload_field_class_const(event_class),
                               plan.translation->fields);

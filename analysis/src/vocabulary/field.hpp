@@ -31,6 +31,11 @@ struct Field {
 
 // What a vocabulary asks for: a name, or alternatives "prev_tid|prev_pid" of which the first one
 // present counts, and the labels if it is an enumeration of the contract.
+//
+// An absent field is unknown, never 0. So a number is needed unless the model has a value for
+// "unknown" or "none": a class of events without it is of no vocabulary, and what asks for such
+// events finds none. A text, a label and an id that may be "none" are not needed, but what names
+// something is.
 struct FieldRequest {
   // Implicit: tables of requests are lists of names. NOLINTNEXTLINE(google-explicit-constructor)
   constexpr FieldRequest(const char* field_names) : names(field_names) {}
@@ -51,7 +56,13 @@ struct FieldRequest {
 
   std::string_view names;
   std::span<const std::string_view> labels;
+  bool is_needed = false;
 };
+
+constexpr FieldRequest needed(FieldRequest request) {
+  request.is_needed = true;
+  return request;
+}
 
 template <typename Enum>
 constexpr FieldRequest labelled(std::string_view name) {
@@ -80,7 +91,7 @@ class Payload {
     if (field.kind != Field::Kind::integer) return std::nullopt;
     return field.number;
   }
-  // 0 where the trace has no such field.
+  // 0 where the trace has no such field: of one that is needed, or where 0 is "unknown" or "none".
   template <typename Integer>
   Integer number(std::size_t slot) const noexcept {
     if (fixed_ != nullptr) return fixed_[slot].load_as<Integer>(begin_);

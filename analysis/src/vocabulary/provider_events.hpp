@@ -32,6 +32,7 @@ struct ProviderField {
   Kind kind = Kind::u32;
   std::span<const std::string_view> labels{};  // of a label, which is one byte
   std::uint32_t length = 0;                    // of an array of characters
+  bool is_needed = false;                      // see FieldRequest
 };
 
 struct ProviderEvent {
@@ -50,28 +51,37 @@ struct ProviderEvent {
 namespace provider {
 
 constexpr ProviderField u32(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::u32};
+  return {.name = name, .kind = ProviderField::Kind::u32, .is_needed = true};
 }
 constexpr ProviderField i32(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::i32};
+  return {.name = name, .kind = ProviderField::Kind::i32, .is_needed = true};
 }
 constexpr ProviderField u64(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::u64};
+  return {.name = name, .kind = ProviderField::Kind::u64, .is_needed = true};
 }
 constexpr ProviderField i64(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::i64};
+  return {.name = name, .kind = ProviderField::Kind::i64, .is_needed = true};
 }
 constexpr ProviderField count(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::count};
+  return {.name = name, .kind = ProviderField::Kind::count, .is_needed = true};
 }
 constexpr ProviderField realtime(std::string_view name) {
-  return {.name = name, .kind = ProviderField::Kind::realtime};
+  return {.name = name, .kind = ProviderField::Kind::realtime, .is_needed = true};
 }
 constexpr ProviderField realtime_or_nothing(std::string_view name) {
   return {.name = name, .kind = ProviderField::Kind::realtime_or_nothing};
 }
 constexpr ProviderField text(std::string_view name) {
   return {.name = name, .kind = ProviderField::Kind::text};
+}
+// Of a number that may be unknown, and of an id that may be of none.
+constexpr ProviderField optional(ProviderField field) {
+  field.is_needed = false;
+  return field;
+}
+constexpr ProviderField needed(ProviderField field) {
+  field.is_needed = true;
+  return field;
 }
 template <typename Enum>
 constexpr ProviderField label(std::string_view name) {
@@ -84,11 +94,11 @@ inline constexpr std::array kRunBeginFields{u32("contract_version"),
                                             text("boot_id"),
                                             text("host"),
                                             u32("pid"),
-                                            u64("pid_ns"),
+                                            optional(u64("pid_ns")),
                                             i64("process_start_ns"),
                                             i64("monotonic_ns"),
                                             i64("realtime_ns"),
-                                            u32("online_cpus"),
+                                            optional(u32("online_cpus")),
                                             text("spec_sha256"),
                                             label<RunMoment>("moment")};
 inline constexpr ProviderEvent kRunBegin{"cie:run_begin", kRunBeginFields};
@@ -100,14 +110,21 @@ inline constexpr ProviderEvent kRunEnd{"cie:run_end", kRunEndFields};
 inline constexpr std::array kNodeInitFields{u32("node_id"), text("name")};
 inline constexpr ProviderEvent kNodeInit{"cie:node_init", kNodeInitFields};
 
-inline constexpr std::array kGroupInitFields{u32("group_id"), u32("node_id"),
+inline constexpr std::array kGroupInitFields{u32("group_id"), optional(u32("node_id")),
                                              label<GroupType>("type")};
 inline constexpr ProviderEvent kGroupInit{"cie:group_init", kGroupInitFields};
 
-inline constexpr std::array kCallbackInitFields{
-    u32("callback_id"), u32("group_id"),    u32("node_id"), label<CallbackKind>("kind"),
-    text("logical_id"), text("source"),     text("symbol"), u64("period_ns"),
-    u32("queue_depth"), u64("deadline_ns"), u64("next_seq")};
+inline constexpr std::array kCallbackInitFields{u32("callback_id"),
+                                                optional(u32("group_id")),
+                                                optional(u32("node_id")),
+                                                label<CallbackKind>("kind"),
+                                                needed(text("logical_id")),
+                                                text("source"),
+                                                text("symbol"),
+                                                u64("period_ns"),
+                                                optional(u32("queue_depth")),
+                                                u64("deadline_ns"),
+                                                optional(u64("next_seq"))};
 inline constexpr ProviderEvent kCallbackInit{"cie:callback_init", kCallbackInitFields};
 
 inline constexpr std::array kCallbackFiniFields{u32("callback_id"), u64("started"),
@@ -115,8 +132,9 @@ inline constexpr std::array kCallbackFiniFields{u32("callback_id"), u64("started
                                                 u64("overwritten"), u64("lost")};
 inline constexpr ProviderEvent kCallbackFini{"cie:callback_fini", kCallbackFiniFields};
 
-inline constexpr std::array kPublisherInitFields{u32("publisher_id"), u32("node_id"), text("topic"),
-                                                 u64("writer_gid"), u64("next_seq")};
+inline constexpr std::array kPublisherInitFields{u32("publisher_id"), optional(u32("node_id")),
+                                                 needed(text("topic")), u64("writer_gid"),
+                                                 u64("next_seq")};
 inline constexpr ProviderEvent kPublisherInit{"cie:publisher_init", kPublisherInitFields};
 
 inline constexpr std::array kPublisherFiniFields{u32("publisher_id"), u64("published")};
@@ -141,12 +159,12 @@ inline constexpr std::array kThreadSchedFields{
     u64("runtime_ns"),
     u64("deadline_ns"),
     u64("period_ns"),
-    ProviderField{.name = "cpus", .kind = ProviderField::Kind::u32_sequence},
+    ProviderField{.name = "cpus", .kind = ProviderField::Kind::u32_sequence, .is_needed = true},
     i32("error"),
-    u64("slice_ns"),
-    u32("util_min"),
-    u32("util_max"),
-    u32("change")};
+    optional(u64("slice_ns")),
+    optional(u32("util_min")),
+    optional(u32("util_max")),
+    optional(u32("change"))};
 inline constexpr ProviderEvent kThreadSched{"cie:thread_sched", kThreadSchedFields};
 
 inline constexpr std::array kClockSyncFields{i64("monotonic_ns"), i64("realtime_ns")};
@@ -160,13 +178,14 @@ inline constexpr std::array kCallbackReleaseFields{u32("callback_id"), count("re
                                                    count("overwritten")};
 inline constexpr ProviderEvent kCallbackRelease{"cie:callback_release", kCallbackReleaseFields};
 
-inline constexpr std::array kThreadWakeupFields{u32("callback_id"), label<WakeupReason>("reason")};
+inline constexpr std::array kThreadWakeupFields{optional(u32("callback_id")),
+                                                label<WakeupReason>("reason")};
 inline constexpr ProviderEvent kThreadWakeup{"cie:thread_wakeup", kThreadWakeupFields};
 
 inline constexpr std::array kCallbackStartFields{
-    u32("callback_id"), count("seq"),  label<ReleaseKind>("release_kind"),
-    i64("release_ns"),  u32("missed"), realtime_or_nothing("source_timestamp_realtime_ns"),
-    u64("writer_gid")};
+    u32("callback_id"),          count("seq"),  label<ReleaseKind>("release_kind"),
+    optional(i64("release_ns")), u32("missed"), realtime_or_nothing("source_timestamp_realtime_ns"),
+    optional(u64("writer_gid"))};
 inline constexpr ProviderEvent kCallbackStart{"cie:callback_start", kCallbackStartFields};
 
 inline constexpr std::array kCallbackEndFields{u32("callback_id"), count("seq"),

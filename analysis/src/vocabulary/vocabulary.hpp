@@ -6,6 +6,7 @@
 
 #include "field.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,17 @@ struct Translation {
 
 // The translations that know an event name; null if none does.
 const Translation* find_translation(std::string_view event);
+
+// The same for a class of events; null also if it lacks a field that is needed. `has_slot` says of
+// a slot whether the class has its field; of a thread's name it is not asked.
+template <typename HasSlot>
+const Translation* if_whole(const Translation* translation, const HasSlot& has_slot) {
+  if (translation == nullptr) return nullptr;
+  for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
+    if (translation->fields[slot].is_needed && !has_slot(slot)) return nullptr;
+  }
+  return translation;
+}
 
 // Whether some translation says of it that a callback begins to run.
 bool is_callback_start(std::string_view event);

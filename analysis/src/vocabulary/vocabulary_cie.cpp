@@ -181,8 +181,10 @@ Translation translation(const ProviderEvent& event, Translate translate,
                         bool starts_callback = false) {
   Translation result{event.name,     {}, translate, /*kind=*/0, /*has_thread_name=*/false,
                      starts_callback};
-  for (const auto& field : event.fields)
-    result.fields.emplace_back(field.name, field.labels);
+  for (const auto& field : event.fields) {
+    auto& request = result.fields.emplace_back(field.name, field.labels);
+    request.is_needed = field.is_needed;
+  }
   return result;
 }
 

@@ -87,10 +87,10 @@ void pi_setprio(const Payload& p, VocabularyState& state, EventBody& body) {
 }
 
 std::vector<Translation> kernel_table() {
-  const std::vector<FieldRequest> switched{"prev_comm",  "prev_tid|prev_pid", "prev_prio",
-                                           "prev_state", "next_comm",         "next_tid|next_pid",
-                                           "next_prio"};
-  const std::vector<FieldRequest> woken{"tid|pid", "prio", "target_cpu"};
+  const std::vector<FieldRequest> switched{
+      "prev_comm", needed("prev_tid|prev_pid"), needed("prev_prio"), needed("prev_state"),
+      "next_comm", needed("next_tid|next_pid"), needed("next_prio")};
+  const std::vector<FieldRequest> woken{needed("tid|pid"), needed("prio"), "target_cpu"};
   // perf's conversion prefixes names with the subsystem and has no thread ids of a fork's parent.
   std::vector<Translation> table;
   for (const auto& [name, perf_name, fields, translate] : std::initializer_list<
@@ -101,21 +101,21 @@ std::vector<Translation> kernel_table() {
            {"sched_wakeup_new", "sched:sched_wakeup_new", woken, sched_wakeup},
            {"sched_process_fork",
             "sched:sched_process_fork",
-            {"parent_tid|parent_pid", "parent_pid", "child_tid|child_pid", "child_pid",
-             "child_comm"},
+            {needed("parent_tid|parent_pid"), needed("parent_pid"), needed("child_tid|child_pid"),
+             needed("child_pid"), "child_comm"},
             process_fork},
-           {"sched_process_exit", "sched:sched_process_exit", {"tid|pid"}, process_exit},
+           {"sched_process_exit", "sched:sched_process_exit", {needed("tid|pid")}, process_exit},
            {"sched_process_exec",
             "sched:sched_process_exec",
-            {"tid|pid", "old_tid|old_pid"},
+            {needed("tid|pid"), needed("old_tid|old_pid")},
             process_exec},
            {"sched_migrate_task",
             "sched:sched_migrate_task",
-            {"tid|pid", "orig_cpu", "dest_cpu"},
+            {needed("tid|pid"), needed("orig_cpu"), needed("dest_cpu")},
             migrate_task},
            {"sched_pi_setprio",
             "sched:sched_pi_setprio",
-            {"tid|pid", "oldprio", "newprio"},
+            {needed("tid|pid"), needed("oldprio"), needed("newprio")},
             pi_setprio}}) {
     table.push_back({name, fields, translate});
     table.push_back({perf_name, fields, translate});

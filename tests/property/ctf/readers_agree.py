@@ -26,13 +26,15 @@ EVENTS = {  # name: fields with their least width; None: a string; a list: label
     "cie:group_init": [("group_id", 8), ("node_id", 8), ("type", ["mutually_exclusive", "reentrant"])],
     "cie:callback_init": [("callback_id", 8), ("group_id", 8), ("node_id", 8),
                           ("kind", ["timer", "subscription", "service", "client", "waitable"]),
-                          ("logical_id", None), ("source", None), ("symbol", None), ("period_ns", 32)],
+                          ("logical_id", None), ("source", None), ("symbol", None), ("period_ns", 32),
+                          ("deadline_ns", 8)],
     "cie:thread_init": [("tid", 16), ("role", ["callback", "pool", "dispatcher", "worker"]),
                         ("callback_id", 8), ("group_id", 8), ("name", None), ("start_ns", 48)],
     "cie:thread_sched": [("tid", 16), ("moment", ["initial", "applied", "audit"]), ("n", 8), ("cpus", "cpus"),
-                         ("policy", 8), ("priority", 8)],
+                         ("policy", 8), ("flags", 8), ("nice", 8), ("priority", 8), ("runtime_ns", 8),
+                         ("deadline_ns", 8), ("period_ns", 8), ("error", 8)],
     "cie:callback_start": [("callback_id", 8), ("seq", 16), ("release_kind", ["timer", "data", "none"]),
-                           ("release_ns", 48)],
+                           ("release_ns", 48), ("missed", 8)],
     "cie:callback_end": [("callback_id", 8), ("seq", 16), ("status", ["ok", "exception"])],
     "other:noise": [],
 }
@@ -337,16 +339,18 @@ def recording(layout, rng):
                   (time, "cie:group_init", 4001, {"group_id": cpu, "node_id": cpu, "type": "reentrant"}),
                   (time, "cie:callback_init", 4001, {"callback_id": callback, "group_id": cpu, "node_id": cpu,
                                                      "kind": "timer", "logical_id": name, "source": "",
-                                                     "symbol": "s", "period_ns": 1000 + cpu}),
+                                                     "symbol": "s", "period_ns": 1000 + cpu, "deadline_ns": 0}),
                   (time, "cie:thread_init", tid, {"tid": tid, "role": "callback", "callback_id": callback,
                                                   "group_id": cpu, "name": f"t{cpu}", "start_ns": time}),
                   (time, "cie:thread_sched", tid, {"tid": tid, "moment": "applied", "n": 0, "policy": 1,
-                                                   "priority": 40 + cpu, "cpus": list(range(rng.randint(0, 5)))})]
+                                                   "flags": 0, "nice": 0, "priority": 40 + cpu, "runtime_ns": 0,
+                                                   "deadline_ns": 0, "period_ns": 0, "error": 0, "cpus": list(range(rng.randint(0, 5)))})]
         for seq in range(rng.randint(0, 40)):
             time += rng.choice([10, 1000, 1 << 20, 1 << 28, 1 << 33])
             start = time
             events.append((start, "cie:callback_start", tid, {"callback_id": callback, "seq": seq,
-                                                              "release_kind": "timer", "release_ns": start - 3}))
+                                                              "release_kind": "timer", "release_ns": start - 3,
+                                                              "missed": 0}))
             if rng.random() < 0.3:
                 events.append((time + 1, "other:noise", tid, {}))
             time += rng.randint(2, 5000)

@@ -135,5 +135,22 @@ TEST(Ros2Classes, TellWhetherClientsAndServicesAreRecorded) {
       << "of the kernel's";
 }
 
+// An absent field is unknown, never 0.
+TEST(KernelClasses, LackingANumberCountAsAbsent) {
+  const std::string inherited =
+      "event { name = \"sched_pi_setprio\"; id = 2; fields := struct { int32_t tid; int32_t "
+      "oldprio; int32_t newprio; }; };\n";
+  const auto without = [](std::string metadata, const std::string& field) {
+    const auto declared = metadata.find(' ' + field + ';');
+    return metadata.replace(declared + 1, field.size(), "other");
+  };
+  const auto whole = kMetadata + inherited;
+  EXPECT_EQ(tells_inheritance(whole), true);
+  EXPECT_EQ(tells_inheritance(kMetadata + without(inherited, "newprio")), false);
+  for (const std::string field : {"prev_tid", "prev_prio", "prev_state", "next_tid", "next_prio"}) {
+    EXPECT_EQ(tells_inheritance(without(whole, field)), std::nullopt) << field;
+  }
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -111,13 +111,17 @@ TEST(ScanAhead, LeavesTheElementsOfFields) {
   TraceFolder folder;
   folder.write("metadata", metadata() +
                                "event { id = 3; stream_id = 0; name = \"cie:thread_sched\";"
-                               " fields := struct { u8 n; u32 cpus[n]; }; };\n");
+                               " fields := struct { u8 n; u32 cpus[n]; u8 tid; u8 policy; u8 flags;"
+                               " u8 nice; u8 priority; u8 runtime_ns; u8 deadline_ns;"
+                               " u8 period_ns; u8 error; }; };\n");
+  const std::string others(9, '\0');
   std::string bytes;
   for (std::uint32_t number = 0; number < 3; ++number) {
     PacketText packet{.begin = number * 10U, .end = number * 10U + 9, .sequence = number};
     for (std::uint32_t i = 1; i <= 3; ++i) {
       const auto cpu = static_cast<char>(number * 3 + i);
       packet.tail += {'\x03', static_cast<char>(packet.begin + i), 0, 0, 0, '\x01', cpu, 0, 0, 0};
+      packet.tail += others;
     }
     bytes += bytes_of(packet);
   }

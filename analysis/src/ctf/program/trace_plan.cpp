@@ -68,13 +68,6 @@ ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
   return plan;
 }
 
-// LTTng's name of the event class, or perf's.
-bool declares(const Metadata& metadata, const std::string& event) {
-  return std::ranges::any_of(metadata.events, [&event](const EventClass& declared) {
-    return declared.name == event || declared.name == "sched:" + event;
-  });
-}
-
 bool begins_with_magic(const Metadata& metadata) {
   const auto& first = metadata.packet_header->members.front();
   if (!metadata.has_roles) return first.name == "magic";
@@ -123,9 +116,6 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
     const bool is_own = std::ranges::all_of(metadata.streams, begins_as_lttngs);
     writer = is_own ? PacketWriter::lttng : PacketWriter::copier;
   }
-  if (domain == Domain::kernel && declares(metadata, "sched_switch")) {
-    has_inheritance = declares(metadata, "sched_pi_setprio");
-  }
   if (domain == Domain::user) {
     const auto declares_any = [&metadata](bool (*is_wanted)(std::string_view)) {
       return std::ranges::any_of(metadata.events, is_wanted, &EventClass::name);
@@ -151,6 +141,9 @@ TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
     } catch (const MetadataError& error) {
       throw MetadataError("stream " + std::to_string(id) + ": " + error.what());
     }
+  }
+  if (domain == Domain::kernel && has_class("sched_switch")) {
+    has_inheritance = has_class("sched_pi_setprio");
   }
   // Later scopes may have made this one keep values.
   packet_header = program_or_null(header);
@@ -295,6 +288,13 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
   if (body.bytes > 0 || stream.header_layout) event.fixed = std::move(body);
 }
 
+// By LTTng's name of it, or perf's; one without the fields that are needed is none.
+bool TracePlan::has_class(const std::string& name) const {
+  return std::ranges::any_of(events_, [&name](const auto& event) {
+    return event->translation != nullptr && (event->name == name || event->name == "sched:" + name);
+  });
+}
+
 // What an event is without a vocabulary.
 void TracePlan::choose(EventPlan& plan) const {
   const auto number = choice_->number(plan.name);
@@ -339,12 +339,20 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
     result->has_own_tid = is_own(ContextSlot::tid);
     before_fields.push_back(&*context);
   }
-  Scope fields("event.fields", context_, registers, std::move(before_fields));
-  static const std::vector<FieldRequest> nothing;
-  build(fields, is_unread ? reader_->read(event.unread_fields) : event.fields,
-        result->translation != nullptr ? result->translation->fields : nothing);
+  const auto type = is_unread ? reader_->read(event.unread_fields) : event.fields;
+  std::optional<Scope> fields;
+  const auto build_fields = [&, of_context = registers](std::span<const FieldRequest> wanted) {
+    registers = of_context;
+    build(fields.emplace("event.fields", context_, registers, before_fields), type, wanted);
+  };
+  if (result->translation != nullptr) {
+    build_fields(result->translation->fields);
+    result->translation = if_whole(
+        result->translation, [&fields](std::size_t wanted) { return fields->has_slot(wanted); });
+  }
+  if (result->translation == nullptr) build_fields({});
   if (context) result->context = keep_program(*context);
-  result->fields = keep_program(fields);
+  result->fields = keep_program(*fields);
   enter(plan, event.id, std::move(result));
 }
 

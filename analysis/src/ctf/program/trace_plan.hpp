@@ -187,6 +187,7 @@ class TracePlan {
   void enter(StreamPlan& stream, std::uint64_t event_id, std::unique_ptr<EventPlan> event);
   void complete(StreamPlan& stream, EventPlan& event);
   void choose(EventPlan& plan) const;
+  bool has_class(const std::string& name) const;
   const Sequence* keep_program(const Scope& scope);
   Scope& new_scope(std::string_view root, RegisterRange& registers,
                    const std::vector<Scope*>& earlier);

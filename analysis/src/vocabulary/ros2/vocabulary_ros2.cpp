@@ -37,112 +37,118 @@ void add_entities(std::vector<Translation>& table) {
   add(table, Ros2Event::node_init,
       {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
        "ros2_caret:agnocast_node_init"},
-      {"node_handle", "node_name", "namespace"});
+      {needed("node_handle"), "node_name", "namespace"});
   add(table, Ros2Event::publisher_init,
       {"ros2:rcl_publisher_init", "ros2_caret:rcl_publisher_init",
        "agnocast:agnocast_publisher_init", "ros2_caret:agnocast_publisher_init"},
-      {"publisher_handle", "node_handle", "topic_name", "rmw_publisher_handle"});
+      {needed("publisher_handle"), needed("node_handle"), "topic_name", "rmw_publisher_handle"});
   add(table, Ros2Event::subscription_init,
       {"ros2:rcl_subscription_init", "ros2_caret:rcl_subscription_init"},
-      {"subscription_handle", "node_handle", "topic_name", "queue_depth",
+      {needed("subscription_handle"), needed("node_handle"), "topic_name", "queue_depth",
        "rmw_subscription_handle"});
   add(table, Ros2Event::subscription_object,
       {"ros2:rclcpp_subscription_init", "ros2_caret:rclcpp_subscription_init"},
-      {"subscription_handle", "subscription"});
+      {needed("subscription_handle"), needed("subscription")});
   add(table, Ros2Event::subscription_callback,
       {"ros2:rclcpp_subscription_callback_added", "ros2_caret:rclcpp_subscription_callback_added"},
-      {"subscription", "callback"});
+      {needed("subscription"), needed("callback")});
   add(table, Ros2Event::service_init, {"ros2:rcl_service_init", "ros2_caret:rcl_service_init"},
-      {"service_handle", "node_handle", "service_name", "rmw_service_handle"});
+      {needed("service_handle"), needed("node_handle"), "service_name", "rmw_service_handle"});
   add(table, Ros2Event::service_callback,
       {"ros2:rclcpp_service_callback_added", "ros2_caret:rclcpp_service_callback_added"},
-      {"service_handle", "callback"});
-  add(table, Ros2Event::client_identity, {"ros2:rmw_client_init"}, {"rmw_client_handle", "gid"});
+      {needed("service_handle"), needed("callback")});
+  add(table, Ros2Event::client_identity, {"ros2:rmw_client_init"},
+      {needed("rmw_client_handle"), "gid"});
   add(table, Ros2Event::client_init, {"ros2:rcl_client_init", "ros2_caret:rcl_client_init"},
-      {"client_handle", "node_handle", "service_name", "rmw_client_handle"});
+      {needed("client_handle"), needed("node_handle"), "service_name", "rmw_client_handle"});
   add(table, Ros2Event::timer_init, {"ros2:rcl_timer_init", "ros2_caret:rcl_timer_init"},
-      {"timer_handle", "period"});
+      {needed("timer_handle"), needed("period")});
   add(table, Ros2Event::timer_callback,
       {"ros2:rclcpp_timer_callback_added", "ros2_caret:rclcpp_timer_callback_added"},
-      {"timer_handle", "callback"});
+      {needed("timer_handle"), needed("callback")});
   add(table, Ros2Event::timer_node,
       {"ros2:rclcpp_timer_link_node", "ros2_caret:rclcpp_timer_link_node"},
-      {"timer_handle", "node_handle"});
+      {needed("timer_handle"), needed("node_handle")});
   add(table, Ros2Event::callback_symbol,
       {"ros2:rclcpp_callback_register", "ros2_caret:rclcpp_callback_register"},
-      {"callback", "symbol"});
+      {needed("callback"), "symbol"});
   add(table, Ros2Event::executor, {"ros2_caret:construct_executor"},
-      {"executor_addr", "executor_type_name"});
+      {needed("executor_addr"), "executor_type_name"});
   add(table, Ros2Event::group,
       {"ros2_caret:add_callback_group", "ros2_caret:add_callback_group_static_executor",
        "ros2_caret:callback_group_to_executor_entity_collector",
        "agnocast:agnocast_add_callback_group", "ros2_caret:agnocast_add_callback_group"},
-      {"callback_group_addr", "group_type_name", "executor_addr"});
+      {needed("callback_group_addr"), "group_type_name", "executor_addr"});
   add(table, Ros2Event::group_member,
       {"ros2_caret:callback_group_add_timer", "ros2_caret:callback_group_add_subscription",
        "ros2_caret:callback_group_add_service", "ros2_caret:callback_group_add_client"},
-      {"callback_group_addr", "timer_handle|subscription_handle|service_handle|client_handle"});
+      {needed("callback_group_addr"),
+       needed("timer_handle|subscription_handle|service_handle|client_handle")});
 }
 
 void add_running(std::vector<Translation>& table) {
   add_named(table, Ros2Event::callback_start,
             {"ros2:callback_start", "agnocast:agnocast_callable_start"},
-            {"callback|callable", "is_intra_process"});
+            {needed("callback|callable"), "is_intra_process"});
   add(table, Ros2Event::callback_end, {"ros2:callback_end", "agnocast:agnocast_callable_end"},
-      {"callback|callable"});
-  add(table, Ros2Event::publish, {"ros2:rclcpp_publish"}, {"message"});
+      {needed("callback|callable")});
+  add(table, Ros2Event::publish, {"ros2:rclcpp_publish"}, {needed("message")});
   add(table, Ros2Event::intra_publish, {"ros2:rclcpp_intra_publish"},
-      {"publisher_handle", "message"});
-  add(table, Ros2Event::rcl_publish, {"ros2:rcl_publish"}, {"publisher_handle", "message"});
+      {needed("publisher_handle"), needed("message")});
+  add(table, Ros2Event::rcl_publish, {"ros2:rcl_publish"},
+      {needed("publisher_handle"), needed("message")});
   add(table, Ros2Event::rmw_publish, {"ros2:rmw_publish"},
-      {"message", "timestamp", "rmw_publisher_handle"});
+      {needed("message"), "timestamp", "rmw_publisher_handle"});
   add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
-      {"addr", "source_stamp"});
+      {needed("addr"), needed("source_stamp")});
   add(table, Ros2Event::rmw_take, {"ros2:rmw_take"},
-      {"rmw_subscription_handle", "source_timestamp", "taken"});
+      {needed("rmw_subscription_handle"), needed("source_timestamp"), needed("taken")});
   add(table, Ros2Event::send_request, {"ros2:rmw_send_request"},
-      {"rmw_client_handle", "sequence_number"});
+      {needed("rmw_client_handle"), needed("sequence_number")});
   add(table, Ros2Event::take_request, {"ros2:rmw_take_request"},
-      {"rmw_service_handle", "client_gid", "sequence_number", "taken"});
+      {needed("rmw_service_handle"), "client_gid", needed("sequence_number"), needed("taken")});
   add(table, Ros2Event::send_response, {"ros2:rmw_send_response"},
-      {"rmw_service_handle", "client_gid", "sequence_number", "timestamp"});
+      {needed("rmw_service_handle"), "client_gid", needed("sequence_number"), "timestamp"});
   add(table, Ros2Event::take_response, {"ros2:rmw_take_response"},
-      {"rmw_client_handle", "taken", "sequence_number", "source_timestamp"});
+      {needed("rmw_client_handle"), needed("taken"), needed("sequence_number"),
+       needed("source_timestamp")});
   add(table, Ros2Event::dispatch, {"ros2:dispatch_subscription_callback"},
-      {"callback", "source_stamp|source_timestamp"});
+      {needed("callback"), "source_stamp|source_timestamp"});
   add(table, Ros2Event::intra_dispatch, {"ros2:dispatch_intra_process_subscription_callback"},
-      {"message", "callback"});
+      {needed("message"), needed("callback")});
   add(table, Ros2Event::message_copy, {"ros2:message_construct"},
-      {"original_message", "constructed_message"});
+      {needed("original_message"), needed("constructed_message")});
   add(table, Ros2Event::executor_wait, {"ros2:rclcpp_executor_wait_for_work"}, {"timeout"});
   add(table, Ros2Event::executor_ready, {"ros2:rclcpp_executor_get_next_ready"}, {});
 }
 
 void add_intra_process(std::vector<Translation>& table) {
   add(table, Ros2Event::buffer_of_object,
-      {"ros2:rclcpp_buffer_to_ipb", "ros2_caret:rclcpp_buffer_to_ipb"}, {"buffer", "ipb"});
+      {"ros2:rclcpp_buffer_to_ipb", "ros2_caret:rclcpp_buffer_to_ipb"},
+      {needed("buffer"), needed("ipb")});
   add(table, Ros2Event::object_of_subscription,
       {"ros2:rclcpp_ipb_to_subscription", "ros2_caret:rclcpp_ipb_to_subscription"},
-      {"ipb", "subscription"});
+      {needed("ipb"), needed("subscription")});
   add(table, Ros2Event::enqueue, {"ros2:rclcpp_ring_buffer_enqueue"},
-      {"buffer", "index", "overwritten"});
-  add(table, Ros2Event::dequeue, {"ros2:rclcpp_ring_buffer_dequeue"}, {"buffer", "index"});
+      {needed("buffer"), "index", "overwritten"});
+  add(table, Ros2Event::dequeue, {"ros2:rclcpp_ring_buffer_dequeue"}, {needed("buffer"), "index"});
 }
 
 void add_agnocast(std::vector<Translation>& table) {
   add(table, Ros2Event::agnocast_subscription,
       {"agnocast:agnocast_subscription_init", "ros2_caret:agnocast_subscription_init"},
-      {"subscription_handle", "node_handle", "callback_group", "symbol", "topic_name",
-       "queue_depth", "pid_callback_info_id|pid_ciid"});
+      {needed("subscription_handle"), needed("node_handle"), "callback_group", "symbol",
+       "topic_name", "queue_depth", "pid_callback_info_id|pid_ciid"});
   add(table, Ros2Event::agnocast_timer,
       {"agnocast:agnocast_timer_init", "ros2_caret:agnocast_timer_init"},
-      {"timer_handle", "node_handle", "callback_group", "symbol", "period"});
+      {needed("timer_handle"), needed("node_handle"), "callback_group", "symbol",
+       needed("period")});
   add(table, Ros2Event::agnocast_publish, {"agnocast:agnocast_publish"},
-      {"publisher_handle", "entry_id"});
+      {needed("publisher_handle"), needed("entry_id")});
   add(table, Ros2Event::agnocast_callable, {"agnocast:agnocast_create_callable"},
-      {"callable", "entry_id", "pid_callback_info_id|pid_ciid"});
+      {needed("callable"), needed("entry_id"), "pid_callback_info_id|pid_ciid"});
   add(table, Ros2Event::agnocast_timer_callable, {"agnocast:agnocast_create_timer_callable"},
-      {"callable", "timer_handle"});
+      {needed("callable"), needed("timer_handle")});
 }
 
 std::vector<Translation> ros2_table() {
