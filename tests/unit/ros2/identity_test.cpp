@@ -140,6 +140,24 @@ TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
   EXPECT_EQ(callback.instances, 1U);
 }
 
+TEST(Ros2Identity, ASubscriptionWhoseHandleWasNeverAnnouncedIsOne) {
+  constexpr std::string_view kObject =
+      "1 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40\n";
+  constexpr std::string_view kCallback =
+      "1 rclcpp_subscription_callback_added subscription=0x40 callback=0x30\n";
+  for (const bool is_object_first : {true, false}) {
+    std::string text = "0 rcl_init context_handle=0x1\n";
+    text += is_object_first ? kObject : kCallback;
+    text += is_object_first ? kCallback : kObject;
+    const auto result = analyze_ros2(text + R"(
+      10 callback_start callback=0x30
+      14 callback_end callback=0x30)");
+    EXPECT_EQ(result.callback("?@Subscription(?)").kind, CallbackKind::subscription);
+    EXPECT_EQ(result.verdict("R2"), Verdict::not_applicable) << "of timers";
+    EXPECT_EQ(result.verdict("Q1"), Verdict::inconclusive) << "nothing tells what it lost";
+  }
+}
+
 // A LifecycleNode has such a one beside its parameter services.
 TEST(Ros2Identity, WhatIsBesideACallbackThatIsKnownInPartIsDoubtedForThat) {
   const auto result = analyze_ros2(R"(

@@ -228,7 +228,7 @@ class Directory {
  private:
   // What a handle stands for: how its callback will be described.
   struct Entity {
-    CallbackKind kind = CallbackKind::timer;
+    std::optional<CallbackKind> kind{};  // empty: not told yet
     std::optional<NodeId> node{};
     std::string source{};
     std::optional<std::uint64_t> period_ns{};

@@ -65,6 +65,8 @@ void Directory::add_object_callback(Address object, Address callback, const Tell
 void Directory::hold_by(Object& object, Address address, Binding& binding, const Telling& telling) {
   object.has_callback = true;
   if (telling.repeats && telling.made) object.addresses.push_back(address);
+  auto& entity = entities_[object.handle];
+  if (!entity.is_announced) entity.kind = CallbackKind::subscription;  // others have no object
   hold(address, binding, object.handle);
 }
 
