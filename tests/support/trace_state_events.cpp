@@ -4,7 +4,7 @@ namespace cie::test::text {
 
 void Writer::read_back(std::int64_t time, const Line& line, Thread& thread, SchedMoment moment) {
   static const std::map<std::string, std::int32_t, std::less<>> policies{
-      {"other", 0}, {"fifo", 1}, {"rr", 2}, {"batch", 3}, {"idle", 5}, {"deadline", 6}};
+      {"other", 0}, {"fifo", 1}, {"rr", 2}, {"batch", 3}, {"idle", 5}, {"deadline", 6}, {"ext", 7}};
   const auto policy = policies.find(line.value("policy", "other"));
   if (policy == policies.end()) line.fail("unknown policy");
   auto& cpus = trace_.cpus->emplace_back();

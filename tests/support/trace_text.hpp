@@ -26,7 +26,7 @@
 //   release C [overwritten=N] · wakeup C [spurious] · lost C count=N
 //   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or wakeup
 //   end C [seq=N] [exception] · publish P on=T [seq=N]
-//   initial|applied|audit T [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
+//   initial|applied|audit T [policy=fifo|rr|other|batch|idle|deadline|ext] [priority= nice= runtime=
 //       deadline= period= cpus=0,1 error= n= slice= util_min= util_max= change=]
 //       [old]                          as recordings had it before slice and clamps
 //   begin T [again] [for=C] · finish T thread_init, thread_fini, instead of those that are added;

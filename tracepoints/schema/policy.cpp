@@ -50,9 +50,9 @@ std::int32_t kernel_priority(Policy policy, std::int32_t nice, std::uint32_t pri
     case Policy::other:
     case Policy::batch:
     case Policy::idle:
-      return 120 + std::clamp(nice, -20, 19);
+      break;
   }
-  return 120;
+  return 120 + std::clamp(nice, -20, 19);
 }
 
 }  // namespace cie

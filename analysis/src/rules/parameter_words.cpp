@@ -21,9 +21,10 @@ std::string describe_policy(Policy policy, std::int32_t nice, std::uint32_t prio
       return text + " " + std::to_string(runtime) + "/" + std::to_string(deadline) + "/" +
              std::to_string(period);
     case Policy::idle:
-      break;
+      return text;
   }
-  return text;
+  text += " nice " + std::to_string(nice);  // of one that is not known, all that it may have
+  return priority == 0 ? text : text + " priority " + std::to_string(priority);
 }
 
 }  // namespace

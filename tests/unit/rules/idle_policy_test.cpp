@@ -57,5 +57,21 @@ TEST(IdlePolicy, MayReturnWithAnotherNiceValue) {
   EXPECT_EQ(restarted("policy=batch nice=0"), Verdict::fail);
 }
 
+// SCHED_EXT has a nice value, and sched_switch tells it.
+TEST(ExtPolicy, IsScheduledWithItsNiceValue) {
+  const std::string callback =
+      "callback fusion\n-100 initial fusion\n-90 applied fusion policy=ext nice=5\n"
+      "10 start fusion\n12 end fusion\n20 start fusion\n22 end fusion\n";
+  const std::string audit = "30 audit fusion policy=ext nice=5\n";
+  EXPECT_EQ(Verified(callback + audit + "9 switch 0 idle fusion next_prio=125")["S3"],
+            Verdict::pass);
+  const Verified other(callback + audit + "9 switch 0 idle fusion next_prio=120");
+  EXPECT_EQ(other["S3"], Verdict::fail);
+  EXPECT_THAT(other.evidence("S3", "thread 101"), HasSubstr("applied: policy 7 nice 5"));
+  const Verified reniced(callback + "30 audit fusion policy=ext nice=0");
+  EXPECT_EQ(reniced["S3"], Verdict::fail);
+  EXPECT_THAT(reniced.evidence("S3", "thread 101"), HasSubstr("policy 7 nice 0"));
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -32,6 +32,7 @@ TEST(Policy, GivesThePriorityThatTheKernelTells) {
   EXPECT_EQ(kernel_priority(Policy::idle, 0, 0), 120);
   EXPECT_EQ(kernel_priority(Policy::deadline, 0, 0), -1);
   EXPECT_EQ(kernel_priority(Policy{7}, 0, 0), 120) << "a policy that is not known";
+  EXPECT_EQ(kernel_priority(Policy{7}, 5, 0), 120 + 5) << "SCHED_EXT has a nice value";
 }
 
 TEST(Policy, TakesNoMoreThanAPriorityCanBe) {

@@ -42,7 +42,7 @@ inline constexpr std::int64_t kLeastPeriodUs = 100;
 inline constexpr std::int64_t kMostPeriodUs = 4'194'304;
 
 // The priority that the kernel's events tell (sched_switch): 99 - priority, 120 + nice, and -1 of
-// SCHED_DEADLINE.
+// SCHED_DEADLINE. One that is not known has a nice value, as SCHED_EXT (7) does.
 std::int32_t kernel_priority(Policy policy, std::int32_t nice, std::uint32_t priority) noexcept;
 
 }  // namespace cie
