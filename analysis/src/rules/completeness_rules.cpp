@@ -473,7 +473,7 @@ const Rule kSpecifiedCallbackSeen{
     .remedy =
         "write the id that \"did you mean\" suggests, or take ids from cie spec template; let the "
         "recording last until the callback has run; remove entries of what is gone.",
-    .violation = "of the spec never ran",
+    .violation = "of the spec never ran as specified",
     .judge = judge_specified_seen,
     .needs = {.spec = true, .whole_recording = true}};
 
