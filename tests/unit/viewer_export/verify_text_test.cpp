@@ -238,6 +238,18 @@ TEST(VerifyText, SaysThatATimeIsNotKnown) {
               HasSubstr("    cie events 'recordings/run 1'\n"));
 }
 
+// A window is of one clock: `cie events` refuses it of several.
+TEST(VerifyText, SuggestsNoWindowForMachinesWithTheirOwnClocks) {
+  using namespace analysis;
+  auto report = test::sample_report();
+  report.hosts = {{.name = "edge", .clock_offset_ns = 5}, {.name = "robot", .clock_offset_ns = 5}};
+  EXPECT_THAT(verify_text_of(test::sample_verdicts(), report),
+              HasSubstr("cie events 'recordings/run 1' --window"));
+  report.hosts[1].shift = Duration{7};
+  EXPECT_THAT(verify_text_of(test::sample_verdicts(), report),
+              AllOf(HasSubstr("cie events 'recordings/run 1'\n"), Not(HasSubstr("--window"))));
+}
+
 TEST(VerifyText, SurvivesTimesAtTheEndsOfTheRange) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects[1].evidence[0].time =

@@ -42,7 +42,15 @@ Look look_of(Verdict verdict) {
   return Look::faint;
 }
 
-// Shows the events around the evidence; all events, where no time of it is known.
+// A window is of one clock; `cie events` refuses it where machines have their own.
+bool is_of_one_clock(const analysis::Report& report) {
+  return report.hosts.size() < 2 ||
+         std::ranges::all_of(report.hosts, [](const analysis::HostReport& host) {
+           return host.clock_offset_ns && host.shift == analysis::Duration{};
+         });
+}
+
+// Shows the events around the evidence; all events, where no time of it is known, or no window has it.
 std::string events_command(const std::vector<Evidence>& evidence, const analysis::Report& report,
                            const std::string& reader_arguments) {
   std::optional<Timestamp> first;
@@ -58,7 +66,8 @@ std::string events_command(const std::vector<Evidence>& evidence, const analysis
   if (!reader_arguments.empty()) command += " " + reader_arguments;
   std::int64_t from = 0;
   std::int64_t to = 0;
-  const bool is_window = first && !__builtin_sub_overflow(first->ns, kMarginNs, &from) &&
+  const bool is_window = first && is_of_one_clock(report) &&
+                         !__builtin_sub_overflow(first->ns, kMarginNs, &from) &&
                          !__builtin_add_overflow(last->ns, kMarginNs, &to) && to >= 0;
   if (is_window) command += fmt::format(" --window {}..{}", std::max<std::int64_t>(from, 0), to);
   return command;
