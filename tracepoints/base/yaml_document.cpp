@@ -198,6 +198,13 @@ std::vector<std::pair<std::string, Value>> Value::fields(std::string_view what) 
   return fields;
 }
 
+Value Value::key(std::string_view name) const {
+  for (std::size_t i = 0; i + 1 < node_->items.size(); i += 2) {
+    if (node_->items[i]->text == name) return {*node_->items[i], file_};
+  }
+  return *this;
+}
+
 std::int64_t Value::integer(std::string_view what, std::int64_t min, std::int64_t max) const {
   const auto value = parse_integer(text(what));
   if (value && *value >= min && *value <= max) return *value;

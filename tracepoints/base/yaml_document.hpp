@@ -41,6 +41,8 @@ class Value {
   std::vector<Value> items(std::string_view what) const;
   // Keys are text and occur once.
   std::vector<std::pair<std::string, Value>> fields(std::string_view what) const;
+  // Of such a map: the key itself. What stands at an anchor has the anchor's line, its key its own.
+  Value key(std::string_view name) const;
   // Decimal digits with an optional minus sign, exactly: neither fraction, exponent, other base nor
   // leading zero, and within [min, max].
   std::int64_t integer(std::string_view what, std::int64_t min, std::int64_t max) const;

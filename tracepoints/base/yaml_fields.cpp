@@ -41,7 +41,8 @@ Fields::Fields(const Value& map, std::string_view what, Keys known, Keys more, K
     if (contains(known, key) || contains(more, key)) {
       if (!value.is_null()) fields_.emplace_back(key, value);
     } else if (!contains(ignored, key)) {
-      value.of_entry(entry_name(map.fields(what)))
+      map.key(key)
+          .of_entry(entry_name(map.fields(what)))
           .fail("unknown key \"" + key + "\"" + advice(key, known, more, list));
     }
   }

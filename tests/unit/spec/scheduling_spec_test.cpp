@@ -304,6 +304,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadSpec{"", "empty"}, BadSpec{"# only a comment\n", "empty"},
         BadSpec{"- id: /a@Timer(1)\n", "\"the file\" is a list"},
+        BadSpec{
+            "callback_groups:\n  - &a\n    id: /n@Timer(1000)\n  - <<: *a\n    id: /m@Timer(1000)\n",
+            "spec.yaml:4: entry \"/m@Timer(1000)\": unknown key \"<<\""},
         BadSpec{"callbacks: []\n", ":1: unknown key \"callbacks\"; known are callback_groups, "},
         BadSpec{"callback_group: []\n", "; did you mean \"callback_groups\"?"},
         BadSpec{"callback_groups: {}\n", "\"callback_groups\" is a map"},
