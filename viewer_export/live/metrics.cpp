@@ -53,7 +53,7 @@ std::string labels_of(const CallbackView& c, std::string_view bound = {}) {
 void add_counts(CallbackView& sum, const CallbackView& c) {
   for (std::size_t i = 0; i < sum.counts.size(); ++i)
     sum.counts[i] += c.counts[i];
-  sum.response_sum_ns += c.response_sum_ns;
+  sum.response_sum_ns = analysis::detail::wrapping_add(sum.response_sum_ns, c.response_sum_ns);
   if (c.total_late) sum.total_late = sum.total_late.value_or(0) + *c.total_late;
   if (c.total_missed) sum.total_missed = sum.total_missed.value_or(0) + *c.total_missed;
 }
@@ -92,7 +92,8 @@ void write_histogram(std::string& out, const CallbackView& c) {
   }
   count += c.counts.back();
   sample(out, bucket, labels_of(c, "+Inf"), count);
-  sample(out, std::string(kName) + "_sum", labels_of(c), c.response_sum_ns * kNanoseconds);
+  sample(out, std::string(kName) + "_sum", labels_of(c),
+         static_cast<double>(c.response_sum_ns) * kNanoseconds);
   sample(out, std::string(kName) + "_count", labels_of(c), count);
 }
 

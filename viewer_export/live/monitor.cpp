@@ -74,7 +74,8 @@ void Monitor::on_instance(const Instance& instance) {
   const bool is_late = instance.response_deadline && least > *instance.response_deadline;
   callback.rolling.add(*instance.end, response, is_late, instance.missed.value_or(0));
   ++callback.counts[class_of(response.ns)];
-  callback.response_sum_ns += static_cast<double>(response.ns);
+  // Damaged traces have any times: sums wrap.
+  callback.response_sum_ns = analysis::detail::wrapping_add(callback.response_sum_ns, response.ns);
   callback.late += is_late ? 1 : 0;
   callback.is_exact = callback.is_exact && is_exact;
   callback.last_response_ns = response.ns;

@@ -45,7 +45,7 @@ class Monitor final : public analysis::Observer {
   struct OfCallback {
     Rolling rolling;
     ResponseCounts counts{};
-    double response_sum_ns = 0;
+    std::int64_t response_sum_ns = 0;
     std::uint64_t late = 0;
     std::uint64_t late_told = 0;  // with those that were open; they may wait before they count
     bool is_exact = true;

@@ -73,7 +73,7 @@ struct CallbackView {
   analysis::Rare<analysis::Summary> total_response;  // the report's
   bool is_exact = true;     // false: some release was not known, so response times are lower bounds
   ResponseCounts counts{};  // of all instances
-  double response_sum_ns = 0;  // of all instances
+  std::int64_t response_sum_ns = 0;  // of all instances
 
   // Instances that have begun and not ended.
   std::optional<std::int64_t> open_ns;  // the longest: since its start; empty: there is none

@@ -17,7 +17,7 @@ using analysis::Verdict;
 std::string note_of(const SubjectVerdict& verdict) {
   if (verdict.evidence.empty()) return {};
   const auto& first = verdict.evidence.front();
-  return first.event + ": " + first.note;
+  return first.event.empty() ? first.note : first.event + ": " + first.note;
 }
 
 std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict& verdict,

@@ -24,7 +24,7 @@ Snapshot snapshot() {
   c.counts[0] = 4;  // up to 10 us
   c.counts[2] = 3;  // up to 50 us
   c.counts.back() = 2;
-  c.response_sum_ns = 3e9;
+  c.response_sum_ns = 3'000'000'000;
   c.total_late = 5;
   c.total_missed = 6;
   s.callbacks = {c};

@@ -43,6 +43,19 @@ TEST(VerdictLog, KnowsASubjectWithoutARowByItsName) {
   EXPECT_EQ(log.note(violated("callback show", {}), {30}).changes.size(), 1U);
 }
 
+// What is absent has no event, as T5 tells.
+TEST(VerdictLog, SaysWhatHasNoEvent) {
+  VerdictLog log;
+  auto report = violated("trace", std::nullopt);
+  analysis::Evidence missing;
+  missing.note = "no callback_init in it";
+  report.rules[0].subjects[0].evidence = {missing};
+  EXPECT_EQ(log.note(report, {10}).current.at(0).note, "no callback_init in it");
+  report.rules[0].subjects[0].evidence[0].event = "run_begin";
+  EXPECT_EQ(VerdictLog().note(report, {10}).current.at(0).note,
+            "run_begin: no callback_init in it");
+}
+
 TEST(VerdictLog, ListsTheGravestRuleFirst) {
   auto verdicts = violated("callback plan", 3);
   verdicts.rules.push_back(verdicts.rules.front());
