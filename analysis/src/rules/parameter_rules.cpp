@@ -447,9 +447,10 @@ const Rule kParametersAsSpecified{
         "never announced. Recordings that never read back (ros2 trace) are judged by the "
         "priorities and CPUs of sched_switch.",
     .remedy =
-        "look at the errno in the evidence (EPERM: CAP_SYS_NICE or a limit; EBUSY: the admission test "
-        "of SCHED_DEADLINE; EINVAL: values, cpuset); judge by the spec that the application was "
-        "started with.",
+        "an errno in the evidence says why a request failed (EPERM: CAP_SYS_NICE or a limit; EBUSY: "
+        "the admission test of SCHED_DEADLINE; EINVAL: values, cpuset); without one, find out "
+        "whether something else was asked for, or asked for later; judge by the spec that the "
+        "application was started with.",
     .remedy_rclcpp =
         "look whether what configures the threads was refused (CAP_SYS_NICE, rtprio limits and "
         "cpusets are the usual causes); judge by the spec that it was given.",

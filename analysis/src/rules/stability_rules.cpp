@@ -447,7 +447,7 @@ const Rule kNoParameterLeak{
     .remedy =
         "SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising the "
         "priority.",
-    .violation = "passed on parameters",
+    .violation = "inherited parameters",
     .judge = judge_no_leak,
     .needs = {.kernel = true}};
 

@@ -345,7 +345,7 @@ const Rule kRequiredEvents{
     .needs = {.is_about_trace = true}};
 
 const Rule kTimeSane{
-    .id = "T6",
+    .id = kTimeSaneRule,
     .name = "time-sane",
     .meaning =
         "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "

@@ -251,6 +251,8 @@ TEST(Metadata, ErrorsNameTheLine) {
               HasSubstr("line 9"));
   EXPECT_THAT(error_of("trace { major = 2; };"), HasSubstr("only CTF 1"));
   EXPECT_THAT(error_of(""), HasSubstr("no trace block"));
+  EXPECT_THAT(error_of(kTrace + std::string("clock { freq = 0; };")),
+              AllOf(HasSubstr("a clock must advance"), Not(HasSubstr(";"))));
   EXPECT_THAT(error_of("trace {"), HasSubstr("the end"));
 }
 

@@ -107,7 +107,9 @@ std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
   std::string text;
   for (const auto note : main_notes(rule.id, subject))
     text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
-  return text.empty() ? headline_of(subject) : with_fitting_units(text);
+  if (text.empty()) return headline_of(subject);
+  // Times that are apart by little read alike with few digits.
+  return rule.id == analysis::kTimeSaneRule ? text : with_fitting_units(text);
 }
 
 // Of the spec; null without.

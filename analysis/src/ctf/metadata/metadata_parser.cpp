@@ -180,7 +180,7 @@ class MetadataParser {
           if (name == "description") clock.description = value.text;
           if (name == "uuid") clock.uuid = value.text;
           if (name == "freq") {
-            if (value.number == 0) tokens_.fail("a clock must advance");
+            if (value.number == 0) throw MetadataError("a clock must advance: its freq is 0");
             clock.frequency = value.number;
           }
           if (name == "offset_s") clock.offset_s = static_cast<std::int64_t>(value.number);
