@@ -211,6 +211,25 @@ TEST_F(FleetFiles, TheLoaderKnowsWhatToLoad) {
   EXPECT_NE(mode & std::filesystem::perms::owner_exec, std::filesystem::perms::none);
 }
 
+TEST_F(FleetFiles, NothingIsLeftOfAnExportThatFails) {
+  const auto fails = [this](const std::filesystem::path& directory) {
+    const auto open = [](const std::filesystem::path& file) {
+      if (file.filename() == "single.sql") throw WriteError("no space left");  // one of the last
+      return OutputFile(file);
+    };
+    EXPECT_THROW(
+        write_clickhouse(directory, identify(result_.report, {}), result_, instances_, open),
+        WriteError);
+  };
+  fails(directory_.path() / "new" / "run.ch");
+  EXPECT_TRUE(std::filesystem::is_empty(directory_.path()));
+  const auto earlier = directory_.path() / "earlier";
+  std::ofstream(earlier) << "somebody's";
+  fails(directory_.path());
+  EXPECT_TRUE(std::filesystem::exists(earlier)) << "in a directory that was there";
+  EXPECT_FALSE(std::filesystem::exists(directory_.path() / "data"));
+}
+
 TEST_F(FleetFiles, PartitionsAreFilesOfTheirOwn) {
   write(write_partitions);
   const auto& root = directory_.path();

@@ -5,11 +5,13 @@
 #include "tables/row_binary_table.hpp"
 
 #include <cerrno>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -123,6 +125,46 @@ class ClickHouseSink final : public FleetSink {
   std::string counts_;
 };
 
+// The directory of the result. Where it is new and the result is not complete in the end, it is removed
+// with what is in it, and so are those above that were made for it.
+class ResultDirectory {
+ public:
+  // Throws WriteError.
+  explicit ResultDirectory(const fs::path& directory) {
+    std::error_code unknown;
+    for (auto each = directory; !each.empty() && !fs::exists(each, unknown);
+         each = each.parent_path())
+      made_.push_back(each);
+    try {
+      if (!fs::create_directories(directory)) keep();  // somebody else did meanwhile
+    } catch (const fs::filesystem_error& error) {
+      discard();
+      throw WriteError(
+          fmt::format("cannot make {}: {}", directory.string(), error.code().message()));
+    }
+  }
+  ~ResultDirectory() { discard(); }
+  ResultDirectory(const ResultDirectory&) = delete;
+  ResultDirectory& operator=(const ResultDirectory&) = delete;
+
+  void keep() noexcept { made_.clear(); }
+
+ private:
+  void discard() noexcept {
+    std::error_code error;
+    for (std::size_t i = 0; i < made_.size(); ++i) {
+      if (i == 0) {
+        fs::remove_all(made_[i], error);
+      } else {
+        fs::remove(made_[i], error);  // others may use it by now
+      }
+    }
+    made_.clear();
+  }
+
+  std::vector<fs::path> made_;  // the innermost first
+};
+
 void write_text(const OpenFile& open, const fs::path& path, std::string_view text) {
   auto file = open(path);
   file.stream() << text;
@@ -135,12 +177,11 @@ void write_clickhouse(const fs::path& directory, const RecordingIdentity& record
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open) {
   const fs::path loader = directory / "load.sh";
-  try {
-    fs::create_directories(directory / "data");
-    fs::remove(loader);
-  } catch (const fs::filesystem_error& error) {
-    throw WriteError(fmt::format("cannot make {}: {}", directory.string(), error.code().message()));
-  }
+  ResultDirectory whole(directory);
+  ResultDirectory data(directory / "data");
+  std::error_code error;
+  if (fs::remove(loader, error); error)
+    throw WriteError(fmt::format("cannot remove {}: {}", loader.string(), error.message()));
   ClickHouseSink sink(directory / "data", recording, open);
   write_fleet_tables(sink, recording, result, instances);
   write_text(open, directory / "schema.sql", schema());
@@ -158,7 +199,8 @@ void write_clickhouse(const fs::path& directory, const RecordingIdentity& record
   replace_all(script, "{{day}}", day_text(recording));
   replace_all(script, "{{tables}}\n", sink.counts());
   write_text(open, loader, script);
-  std::error_code error;
+  data.keep();
+  whole.keep();
   fs::permissions(loader, fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec,
                   fs::perm_options::add, error);  // `sh load.sh` works without
 }
