@@ -323,6 +323,7 @@ std::string_view label(Outcome outcome) noexcept {
 ComparedRecord ComparedRecord::of(const TraceSummary& trace,
                                   const std::vector<TraceDefect>& defects, bool has_callbacks) {
   ComparedRecord record;
+  record.hosts = trace.hosts;
   record.is_complete = trace.complete && has_callbacks;
   // A record is complete although events were discarded that no run needs.
   if (!record.is_complete) {

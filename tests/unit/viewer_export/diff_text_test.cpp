@@ -45,6 +45,18 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
       "  every change: cie diff old new --all\n");
 }
 
+TEST(DiffText, NamesTheHostsWhoseRunsCountTogether) {
+  auto comparison = comparison_of({kSame});
+  comparison.before.hosts = comparison.after.hosts = {"robot"};
+  EXPECT_THAT(diff_text_of(comparison), Not(HasSubstr("robot")));
+  comparison.before.hosts = comparison.after.hosts = {"edge", "robot"};
+  EXPECT_THAT(
+      diff_text_of(comparison),
+      HasSubstr("  hosts      edge, robot: runs of one id on any of them count together\n"));
+  comparison.after.hosts = {"robot"};
+  EXPECT_THAT(diff_text_of(comparison), HasSubstr("edge, robot before, robot after: runs of one"));
+}
+
 // Of everything that a comparison can say, many.
 Comparison much(bool has_deadlines) {
   std::vector<CallbackChange> changes;

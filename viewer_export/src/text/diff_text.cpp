@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -35,6 +36,17 @@ std::string isolation_words(const DiffContext& context) {
                                 counted(before.ran, "callback"));
   if (before == after) return told + " before and after";
   return fmt::format("{} before, {} of {} after", told, isolated(after), after.ran);
+}
+
+// "edge, robot: runs of one id on any of them count together"; empty where each side is of one host.
+std::string host_words(const analysis::Comparison& comparison) {
+  const auto& before = comparison.before.hosts;
+  const auto& after = comparison.after.hosts;
+  if (before.size() < 2 && after.size() < 2) return {};
+  auto names = printable(fmt::format("{}", fmt::join(before, ", ")));
+  if (before != after)
+    names += fmt::format(" before, {} after", printable(fmt::format("{}", fmt::join(after, ", "))));
+  return names + ": runs of one id on any of them count together";
 }
 
 std::size_t line_count(std::string_view text) {
@@ -110,6 +122,10 @@ class DiffText {
     auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
                 text_of(record_lines(comparison_, length, style_)) +
                 text_of(release_lines(comparison_.callbacks, style_));
+    if (const auto hosts = host_words(comparison_); !hosts.empty()) {
+      text +=
+          filled(fmt::format("  {:<{}}{}", "hosts", kDiffLabel, hosts), style_.columns, kDiffLabel);
+    }
     if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0) {
       text += filled(fmt::format("  {:<{}}{}", "isolation", kDiffLabel, isolation_words(context_)),
                      style_.columns, kDiffLabel);

@@ -170,9 +170,10 @@ struct RecordLoss {
 
 // What a side's record says of itself.
 struct ComparedRecord {
-  bool is_complete = false;        // it proves that nothing is missing
-  std::vector<RecordLoss> losses;  // none is no such proof
-  std::optional<Duration> length;  // empty: not known, or of several hosts' clocks
+  bool is_complete = false;          // it proves that nothing is missing
+  std::vector<RecordLoss> losses;    // none is no such proof
+  std::optional<Duration> length;    // empty: not known, or of several hosts' clocks
+  std::vector<std::string> hosts{};  // runs of one logical id on any of them count together
 
   // One without callbacks is complete only because nothing in it could be missing: no proof.
   static ComparedRecord of(const TraceSummary& trace, const std::vector<TraceDefect>& defects,
