@@ -5,7 +5,9 @@
 #include "sort_rows.hpp"
 
 #include <map>
+#include <optional>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 namespace cie::analysis {
@@ -26,13 +28,18 @@ std::vector<std::uint32_t> programs_of_pids(const Model& model) {
   return programs;
 }
 
-// Of each callback of a process how many up to it have its logical id.
-std::vector<std::uint32_t> lifetimes_of_callbacks(const Model& model) {
-  std::map<std::pair<ProcessIndex, std::string_view>, std::uint32_t> counts;
+// Of each callback of a process how many up to it have its logical id. In order, a process's callbacks
+// stand together.
+std::vector<std::uint32_t> lifetimes_of_callbacks(const Model& model,
+                                                  std::span<const CallbackIndex> in_order) {
+  std::unordered_map<std::string_view, std::uint32_t> counts;
+  std::optional<ProcessIndex> process;
   std::vector<std::uint32_t> lifetimes(model.callbacks.size());
-  for (const auto index : callbacks_in_order(model)) {
+  for (const auto index : in_order) {
     const auto& callback = model.callbacks[at(index)];
-    lifetimes[at(index)] = ++counts[{callback.process, callback.logical_id}];
+    if (process != callback.process) counts.clear();
+    process = callback.process;
+    lifetimes[at(index)] = ++counts[callback.logical_id];
   }
   return lifetimes;
 }
@@ -54,10 +61,10 @@ std::string topic_name(const PublisherFacts& publisher) {
 
 }  // namespace
 
-Subjects::Subjects(const Model& model)
+Subjects::Subjects(const Model& model, std::span<const CallbackIndex> callbacks)
     : model_(model),
       programs_(programs_of_pids(model)),
-      callbacks_(lifetimes_of_callbacks(model)),
+      callbacks_(lifetimes_of_callbacks(model, callbacks)),
       lifetimes_(numbered_by(
           model.threads,
           [](const ThreadFacts& thread) { return std::pair(thread.process, thread.tid); })),

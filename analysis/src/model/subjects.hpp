@@ -6,6 +6,7 @@
 #include "facts.hpp"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct NamedSubject {
 // first seen (callbacks: created).
 class Subjects {
  public:
-  explicit Subjects(const Model& model);
+  // `callbacks`: all, as callbacks_in_order() has them.
+  Subjects(const Model& model, std::span<const CallbackIndex> callbacks);
 
   // Of several processes that had one pid, how many had it up to this one. 0: it alone had it.
   std::uint32_t program_of(ProcessIndex index) const { return programs_[at(index)]; }

@@ -41,8 +41,8 @@ std::set<ProcessIndex> find_cie_rclcpp(const Model& model) {
 RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
     : model(facts),
       options(asked),
-      names(facts),
       callbacks(callbacks_in_order(facts)),
+      names(facts, callbacks),
       holes(facts),
       lives(facts, holes),
       kernel_record(facts, holes, lives, asked.window.value_or(TimeWindow{})),

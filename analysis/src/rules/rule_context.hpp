@@ -33,8 +33,8 @@ struct RuleContext {
 
   const Model& model;
   const AnalysisOptions& options;
-  const Subjects names;
   const std::vector<CallbackIndex> callbacks;  // in the order that verdicts are named by
+  const Subjects names;
   const KernelHoles holes;
   const ThreadLives lives;
   const KernelRecordOfThreads kernel_record;

@@ -24,14 +24,6 @@ bool is_callback_start(std::string_view event) {
   return translation != nullptr && translation->starts_callback;
 }
 
-bool is_client_init(std::string_view event) {
-  return event == "ros2:rcl_client_init" || event == "ros2_caret:rcl_client_init";
-}
-
-bool is_service_init(std::string_view event) {
-  return event == "ros2:rcl_service_init" || event == "ros2_caret:rcl_service_init";
-}
-
 const std::vector<FieldRequest>& context_requests() {
   static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid",
                                                   "procname"};

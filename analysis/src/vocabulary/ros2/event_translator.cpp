@@ -67,10 +67,6 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
   }
 }
 
-Ros2Event event_of(std::uint32_t kind) noexcept {
-  return static_cast<Ros2Event>(kind & (ros2::kRepeats - 1));
-}
-
 ros2::Telling telling_of(std::uint32_t kind, const Payload& p, Timestamp now) {
   if ((kind & ros2::kRepeats) == 0) return {.repeats = false, .told = now, .made = now};
   const auto slot = kind >> ros2::kMadeShift;
@@ -148,7 +144,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, const EventHead
 bool EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
                                 EventBatch& batch) {
   // No more than a choice of two, so that it takes no frame of its own.
-  if (begun_.event != nullptr && event_of(translation.kind) == Ros2Event::callback_end) {
+  if (begun_.event != nullptr && ros2::event_of(translation.kind) == Ros2Event::callback_end) {
     return translate_end(event, translation, fields, batch);
   }
   return translate_other(event, translation, fields, batch);
@@ -163,7 +159,7 @@ bool EventTranslator::translate_end(Event& event, const Translation& translation
 bool EventTranslator::translate_other(Event& event, const Translation& translation,
                                       const Payload& fields, EventBatch& batch) {
   begun_.event = nullptr;
-  const auto ros2_event = event_of(translation.kind);
+  const auto ros2_event = ros2::event_of(translation.kind);
   if (const auto earlier = batch.take_new_before(event); !earlier.empty()) observe(earlier, batch);
   const auto& head = event.head;
   if (!head.pid) {
@@ -264,7 +260,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
   const auto& [head, realtime, before, process_of_event, thread_of_event, sink, realtime_ahead,
                channel] = context;
   auto& process = context.process;
-  const auto event = event_of(kind);
+  const auto event = ros2::event_of(kind);
   if (is_told_better(event, p, process)) return;
   is_ros2_told_ = true;
   link_messages();

@@ -65,5 +65,8 @@ constexpr bool describes_entities(Ros2Event event) noexcept {
 // recording begins; then also the slot in which it says when that was (init_timestamp).
 inline constexpr std::uint32_t kRepeats = 1U << 16U;
 inline constexpr std::uint32_t kMadeShift = 17;
+inline Ros2Event event_of(std::uint32_t kind) noexcept {
+  return static_cast<Ros2Event>(kind & (kRepeats - 1));
+}
 
 }  // namespace cie::analysis::ros2

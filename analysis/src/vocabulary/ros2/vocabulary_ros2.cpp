@@ -1,7 +1,9 @@
 #include "ros2_event.hpp"
 #include "vocabulary/vocabulary.hpp"
 
+#include <algorithm>
 #include <initializer_list>
+#include <string_view>
 #include <utility>
 
 namespace cie::analysis {
@@ -160,11 +162,22 @@ std::vector<Translation> ros2_table() {
   return table;
 }
 
+// Of any of the tracers.
+bool is_called(std::string_view name, Ros2Event event) {
+  return std::ranges::any_of(ros2_vocabulary(), [&](const Translation& translation) {
+    return translation.event == name && ros2::event_of(translation.kind) == event;
+  });
+}
+
 }  // namespace
 
 const std::vector<Translation>& ros2_vocabulary() {
   static const auto table = ros2_table();
   return table;
 }
+
+bool is_client_init(std::string_view event) { return is_called(event, Ros2Event::client_init); }
+
+bool is_service_init(std::string_view event) { return is_called(event, Ros2Event::service_init); }
 
 }  // namespace cie::analysis
