@@ -10,6 +10,7 @@
 #include "ctf/salvage/metadata_rebuild.hpp"
 #include "ctf/stream/coverage.hpp"
 #include "ctf/stream/merge_offsets.hpp"
+#include "ctf/stream/packet_memory.hpp"
 #include "ctf/stream/stream_reader.hpp"
 #include "ctf/stream/tournament.hpp"
 #include "recording/discovery.hpp"
@@ -31,8 +32,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMemory = 2U << 20U;  // of all pieces of streams together
-constexpr std::size_t kSmallestPiece = 64U << 10U;
+// Of packets that are held whole: those of 64 streams, of 512 KiB each.
+constexpr std::uint64_t kMostBytesHeld = std::uint64_t{32} << 20U;
 constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";
 
 // What to do about a trace that cannot be read, from a directory or file of it. Only recordings by
@@ -124,7 +125,9 @@ class TraceReader::Streams {
     return false;
   }
 
-  void read(EventBatch& first, const EventWriter::Exchange& exchange) {
+  // `most_held`: bytes of packets that all streams together may hold whole.
+  void read(EventBatch& first, const EventWriter::Exchange& exchange, std::uint64_t most_held) {
+    begin(most_held);
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
       late_.complete(filled);
       return exchange(filled);
@@ -140,6 +143,7 @@ class TraceReader::Streams {
     }
     merge(writer);
     writer.flush();
+    packets_ = {};
     check_anything_read();
     if (translator_ == nullptr) return;
     translator_->finish(writer.batch());
@@ -147,6 +151,20 @@ class TraceReader::Streams {
   }
 
  private:
+  // Streams hold packets that are small or no larger than their share.
+  void begin(std::uint64_t most_held) {
+    const auto share = most_held / std::max<std::size_t>(streams_.size(), 1);
+    const auto most = std::max<std::uint64_t>(share, StreamReader::kSmallestPiece);
+    const auto holds = [most](const StreamReader& stream) { return stream.packet_bytes() <= most; };
+    std::size_t bytes = 0;
+    for (const auto& stream : streams_) {
+      if (holds(*stream)) bytes += stream->memory_for_packets();
+    }
+    packets_ = PacketMemory(bytes);
+    for (const auto& stream : streams_)
+      stream->begin(holds(*stream) ? &packets_ : nullptr);
+  }
+
   void add_directory(const fs::path& directory) {
     try {
       auto metadata =
@@ -273,9 +291,6 @@ class TraceReader::Streams {
   }
 
   void make_streams() {
-    const auto share = kMemory / std::max<std::size_t>(files_.size(), 1);
-    // With the header of a packet that ends where a piece does.
-    const auto piece = std::max(share, kSmallestPiece) + PacketScanner::kHeaderPiece;
     std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
     std::map<std::string, std::uint32_t> traces;
     std::vector<Stream> streams;
@@ -293,7 +308,6 @@ class TraceReader::Streams {
                               .channel = static_cast<std::uint32_t>(channels.size()),
                               .trace = static_cast<std::uint32_t>(traces.size()),
                               .merge_offset_ns = 0,
-                              .piece = piece,
                               .progress = progress_,
                               .window = window_,
                               .counts_others = counts_others_};
@@ -370,42 +384,43 @@ class TraceReader::Streams {
     }
   }
 
-  // What the merge needs to know of a stream to choose the next one, before it emits anything: to
-  // find out which stream is next is one long chain of operations, which others go beside.
-  struct Lane {
-    std::int64_t key_after = 0;
-    bool has_after = false;  // two events are ahead
-  };
-
   void merge(EventWriter& writer) {
     std::vector<std::int64_t> keys;
-    std::vector<Lane> lanes(streams_.size());
-    for (const auto& stream : streams_)
+    std::vector<Lane> lanes;
+    for (const auto& stream : streams_) {
       keys.push_back(stream->key());
+      lanes.push_back(stream->lane());
+    }
     Tournament tournament(keys);
     while (!tournament.is_over()) {
       const auto winner = tournament.winner();
       auto& lane = lanes[winner];
-      auto& stream = *streams_[winner];
-      if (lane.has_after) {
-        tournament.move_winner(lane.key_after);
-        stream.emit_ahead(writer);
-      } else {
-        advance(stream, writer);
-        if (stream.has_ended()) {
-          tournament.remove_winner();
-          continue;
-        }
-        tournament.move_winner(stream.key());
+      if (lane.has_another()) {
+        // First, since to find out which stream is next is one long chain of operations, which
+        // others go beside.
+        tournament.move_winner();
+        if (!lane.emit(writer)) streams_[winner]->count_instead(writer.batch());
+        lane.go_on();
+        tournament.prepare(winner, lane.key_after());
+        continue;
       }
-      lane.has_after = stream.events_ahead() > 1;
-      if (lane.has_after) lane.key_after = stream.key_after();
+      auto& stream = *streams_[winner];
+      advance(lane, stream, writer);
+      if (stream.has_ended()) {
+        tournament.remove_winner();
+        continue;
+      }
+      lane = stream.lane();
+      tournament.move_winner(stream.key());
+      if (lane.has_another()) tournament.prepare(winner, lane.key_after());
     }
   }
 
-  void advance(StreamReader& stream, EventWriter& writer) {
-    if (stream.events_ahead() > 0) {
-      stream.emit_ahead(writer);
+  // By the last step that is known, to the one after it.
+  void advance(const Lane& lane, StreamReader& stream, EventWriter& writer) {
+    if (lane.has_next()) {
+      if (!lane.emit(writer)) stream.count_instead(writer.batch());
+      stream.finish_lane();
       if (stream.look_ahead()) return;
       late_.complete(writer.batch());
       stream.find_event();
@@ -442,6 +457,7 @@ class TraceReader::Streams {
   std::map<std::string, VocabularyState> states_;  // by name of the trace
   LateFields late_{translator_};
   std::map<StreamKey, std::vector<StreamFile>> files_;
+  PacketMemory packets_;  // of the streams, while they are read
   std::vector<std::unique_ptr<StreamReader>> streams_;
   std::size_t next_scanned_ = 0;
 };
@@ -455,16 +471,17 @@ bool TraceReader::scan_ahead() { return streams_->scan_ahead(); }
 std::uint64_t TraceReader::bytes() const noexcept { return streams_->bytes(); }
 
 void TraceReader::read(EventBatch& first, const EventWriter::Exchange& exchange) {
-  streams_->read(first, exchange);
+  streams_->read(first, exchange, 0);
 }
 
 void TraceReader::read(const BatchSink& sink) {
   EventBatch batch(kEventsPerBatch);
-  read(batch, [&sink](EventBatch& filled) -> EventBatch& {
+  const auto exchange = [&sink](EventBatch& filled) -> EventBatch& {
     sink(filled);
     filled.clear();
     return filled;
-  });
+  };
+  streams_->read(batch, exchange, kMostBytesHeld);
 }
 
 void read_traces(std::span<const fs::path> traces, const EventSink& sink,

@@ -52,11 +52,12 @@ class TraceReader {
   TraceReader& operator=(const TraceReader&) = delete;
 
   std::uint64_t bytes() const noexcept;  // of the streams' files
-  // Feeds everything to `sink`.
+  // Feeds everything to `sink`. Packets are held whole as far as there is memory, to be read once.
   void read(const BatchSink& sink);
-  // The same into batches, which begin empty. The last one is passed on as well.
+  // The same into batches for another core, which begin empty. The last one is passed on as well.
+  // Packets are held in pieces: to read a whole one takes longer than the other core has batches.
   void read(EventBatch& first, const EventWriter::Exchange& exchange);
-  // Does a part of what read() will have to do, which `exchange` may ask for while it cannot give a batch.
+  // Does a part of what that will have to do, which `exchange` may ask for while it cannot give a batch.
   // False: there is no such part now.
   bool scan_ahead();
 

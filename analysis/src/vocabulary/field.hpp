@@ -80,6 +80,8 @@ class Payload {
   explicit Payload(const Field* fields) noexcept : fields_(fields) {}
   Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
       : begin_(begin), fixed_(fixed) {}
+  // Of another event of the same layout.
+  void move_to(const std::uint8_t* begin) noexcept { begin_ = begin; }
 
   std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
     if (fixed_ != nullptr) {

@@ -50,7 +50,9 @@ struct FixedField {
   void get(const std::uint8_t* begin, ContextNumber<std::int64_t>& value) const noexcept {
     // Whole, without a look at what it was: that is in another core's cache.
     if (is_int32) [[likely]] {
-      value = load_as<std::int32_t>(begin);
+      std::int32_t number = 0;
+      std::memcpy(&number, begin + offset, sizeof number);
+      value = number;
       return;
     }
     value = {};

@@ -228,7 +228,7 @@ TEST_F(UnreadFields, MakeThePlanThatReadOnesMake) {
   }
   EXPECT_EQ(stream.most_fixed_bytes(), early.find(0)->most_fixed_bytes());
   EXPECT_EQ(stream.fixed_events()[0].bytes, 300U);
-  EXPECT_EQ(stream.fixed_events()[0].plan, stream.find(0));
+  EXPECT_EQ(&late.event_class(stream.fixed_events()[0].event_class), stream.find(0));
 }
 
 TEST(Metadata, CallsitesAndUnknownAttributesAreSkipped) {

@@ -57,6 +57,47 @@ TEST(ReadAhead, GivesTheSameEvents) {
   EXPECT_EQ(read_all_ahead(folder), expected);
 }
 
+// Packets that fit into memory are held whole and read once, in pieces otherwise: among events of fixed
+// layout are some whose size only they tell, and more of them than there is room to note.
+TEST(ReadAhead, EventsAreThoseOfPacketsThatAreHeldWhole) {
+  constexpr std::uint64_t kEvents = 40'000;  // of a packet: more bytes than a piece
+  constexpr std::uint64_t kPackets = 3;
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  std::vector<std::string> expected;
+  std::array<std::string, 2> streams;
+  for (std::uint64_t number = 0; number < kPackets; ++number) {
+    std::array<std::string, 2> events;
+    const auto begin = number * 2 * kEvents;
+    for (std::uint64_t i = 0; i < kEvents; ++i) {
+      for (std::uint32_t cpu = 0; cpu < 2; ++cpu) {
+        const auto time = begin + 2 * i + cpu;
+        const bool is_text = i % 5'000 == 77 || i % 5'000 == 78;
+        expected.push_back(std::to_string(time) + (is_text ? " text on " : " tick on ") +
+                           std::to_string(cpu));
+        events[cpu] += static_cast<char>(is_text ? 2 : 1);
+        for (unsigned byte = 0; byte < 4; ++byte)
+          events[cpu] += static_cast<char>(time >> 8 * byte & 0xff);
+        events[cpu] += is_text ? std::string("abc\0", 4) : "v";
+      }
+    }
+    for (std::uint32_t cpu = 0; cpu < 2; ++cpu) {
+      streams[cpu] += bytes_of(PacketText{.begin = begin,
+                                          .end = begin + 2 * kEvents - 1,
+                                          .sequence = number,
+                                          .cpu = cpu,
+                                          .instance = cpu,
+                                          .tail = events[cpu]});
+    }
+  }
+  for (std::uint32_t cpu = 0; cpu < 2; ++cpu)
+    folder.write("s" + std::to_string(cpu), streams[cpu]);
+  EXPECT_TRUE(read(folder) == expected);
+  const auto all = read_all(folder);
+  EXPECT_EQ(all.size(), 2 * (kPackets * (kEvents + 2) + 2));  // with begins and ends
+  EXPECT_TRUE(read_all_ahead(folder) == all);
+}
+
 // Between any two events it looks for all packets that it can look for.
 template <typename Consume>
 void read_while_scanning(const TraceFolder& folder, const Consume& consume) {

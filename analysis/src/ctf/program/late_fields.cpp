@@ -1,6 +1,15 @@
 #include "late_fields.hpp"
 
+#include <algorithm>
+
 namespace cie::analysis::ctf {
+
+LateFields::OfTrace::OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan,
+                             VocabularyState& state)
+    : all_(all), plan_(std::move(plan)), state_(state), waiting_(plan_->event_classes()) {
+  for (std::size_t i = 0; i < waiting_.size(); ++i)
+    waiting_[i].plan = &plan_->event_class(i);
+}
 
 void LateFields::OfTrace::translate(const EventPlan& plan, const Payload& payload,
                                     const ShownFields& shown, Event& event, EventBatch& batch) {
@@ -15,16 +24,40 @@ void LateFields::OfTrace::translate(const EventPlan& plan, const Payload& payloa
   }
 }
 
-void LateFields::OfTrace::fill(const EventPlan& plan, EventBatch& batch) {
-  auto& events = classes_[plan.number];
-  for (const auto& late : events)
-    fill(plan, late, batch);
-  events.clear();
+void LateFields::OfTrace::make_room(Waiting& waiting) {
+  constexpr std::size_t kFirst = 16;
+  auto& room = waiting.room;
+  const auto used = static_cast<std::size_t>(waiting.end == nullptr ? 0 : room.size());
+  if (used == 0) all_.waiting_.push_back({this, &waiting});
+  if (used == room.size()) room.resize(std::max(kFirst, 2 * used));
+  waiting.next = room.data() + used;
+  waiting.end = room.data() + room.size();
+}
+
+void LateFields::OfTrace::fill(Waiting& waiting, EventBatch& batch) {
+  const auto& plan = *waiting.plan;
+  // Copies, which nothing that is written could change.
+  const auto pid = plan.fixed->context[slot(ContextSlot::pid)];
+  const auto tid = plan.fixed->context[slot(ContextSlot::tid)];
+  const auto* const translation = plan.translation;
+  Payload fields(nullptr, plan.fixed->fields.data());
+  for (const auto* late = waiting.room.data(); late != waiting.next; ++late) {
+    auto& event = *late->event;
+    pid.get(late->body, event.head.pid);
+    tid.get(late->body, event.head.tid);
+    if (translation == nullptr) {
+      leave_other(plan, event, batch);
+    } else {
+      fields.move_to(late->body);
+      batch.translate(event, *translation, fields, state_);
+    }
+  }
+  waiting.next = waiting.end = nullptr;
 }
 
 void LateFields::fill(EventBatch& batch) {
-  for (const auto& [trace, plan] : waiting_)
-    trace->fill(*plan, batch);
+  for (const auto& [trace, events] : waiting_)
+    trace->fill(*events, batch);
   waiting_.clear();
 }
 

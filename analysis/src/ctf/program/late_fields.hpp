@@ -25,43 +25,54 @@ class LateFields {
   class OfTrace {
    public:
     // `state` is shared by the plans of one trace, borrowed.
-    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state)
-        : all_(all), plan_(std::move(plan)), state_(state), classes_(plan_->event_classes()) {}
+    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state);
 
     const TracePlan& plan() const noexcept { return *plan_; }
     // Completes an event of the batch that has its head with its other fields, those that are shown
     // if the event is. No event waits for its own.
     void translate(const EventPlan& plan, const Payload& payload, const ShownFields& shown,
                    Event& event, EventBatch& batch);
-    // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
-    // Both stay where they are until fill().
+    // `event`: complete but for what its thread and its fields are; `event_class`: its plan's number;
+    // `body`: those, of fixed layout. Both stay where they are until fill().
     // Those that wait for none are filled at once. False: it tells nothing, see Translator.
-    [[gnu::always_inline]] bool add(const EventPlan& plan, Event& event, const std::uint8_t* body,
-                                    EventBatch& batch) {
-      if (plan.is_filled_at_once) {
-        return fill(plan, {&event, body}, batch);
+    [[gnu::always_inline]] bool add(std::size_t event_class, Event& event,
+                                    const std::uint8_t* body, EventBatch& batch) {
+      auto& waiting = waiting_[event_class];
+      if (waiting.next == waiting.end) [[unlikely]] {
+        if (waiting.plan->is_filled_at_once) return fill(*waiting.plan, {&event, body}, batch);
+        make_room(waiting);
       }
-      auto& events = classes_[plan.number];
-      if (events.empty()) all_.waiting_.push_back({this, &plan});
-      events.push_back({&event, body});
+      *waiting.next++ = {&event, body};
       return true;
     }
 
    private:
     friend class LateFields;
     struct Late {
-      Event* event;
-      const std::uint8_t* body;
+      Event* event = nullptr;
+      const std::uint8_t* body = nullptr;
     };
+    // Events of one class. Without any there is no room, so that the first one has to ask for it.
+    struct Waiting {
+      Late* next = nullptr;  // where there is room for one
+      Late* end = nullptr;   // of the room
+      const EventPlan* plan = nullptr;
+      std::vector<Late> room{};
+    };
+    void make_room(Waiting& waiting);
+    static void leave_other(const EventPlan& plan, Event& event, EventBatch& batch) {
+      event.body.emplace<OtherEvent>(plan.other);
+      batch.keep(event);
+    }
     bool fill(const EventPlan& plan, const Late& late, EventBatch& batch);
-    void fill(const EventPlan& plan, EventBatch& batch);
+    void fill(Waiting& waiting, EventBatch& batch);
     [[gnu::always_inline]] bool translate(const EventPlan& plan, const Payload& payload,
                                           Event& event, EventBatch& batch);
 
     LateFields& all_;
     std::shared_ptr<const TracePlan> plan_;
     VocabularyState& state_;
-    std::vector<std::vector<Late>> classes_;  // by EventPlan::number
+    std::vector<Waiting> waiting_;  // by EventPlan::number
   };
 
   // `translator` is borrowed. Null: what it would say is not asked for.
@@ -75,12 +86,12 @@ class LateFields {
  private:
   void fill(EventBatch& batch);
 
-  struct Waiting {
-    OfTrace* trace;
-    const EventPlan* plan;
-  };
   Translator* translator_;
-  std::vector<Waiting> waiting_;
+  struct Class {
+    OfTrace* trace;
+    OfTrace::Waiting* events;
+  };
+  std::vector<Class> waiting_;  // of which events wait
 };
 
 [[gnu::always_inline]] inline bool LateFields::OfTrace::fill(const EventPlan& plan,
@@ -98,8 +109,7 @@ class LateFields {
                                                                   Event& event, EventBatch& batch) {
   const auto* translation = plan.translation;
   if (translation == nullptr) {
-    event.body.emplace<OtherEvent>(plan.other);
-    batch.keep(event);
+    leave_other(plan, event, batch);
     return true;
   }
   // The translator heeds those before it, which must be complete then.

@@ -228,8 +228,9 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
 
 void StreamPlan::make_fixed(std::size_t event_id, const EventPlan& event) {
   if (!event.fixed || event.fixed->bytes > std::numeric_limits<std::uint32_t>::max()) return;
-  fixed_[event_id] = {.plan = &event,
-                      .bytes = static_cast<std::uint32_t>(event.fixed->bytes),
+  if (event.number > std::numeric_limits<std::uint16_t>::max()) return;
+  fixed_[event_id] = {.bytes = event.fixed->bytes,
+                      .event_class = static_cast<std::uint16_t>(event.number),
                       .is_other = event.is_other()};
   if (!header_layout) return;
   most_fixed_bytes_ = std::max(most_fixed_bytes_,
@@ -307,7 +308,7 @@ void TracePlan::choose(EventPlan& plan) const {
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
                           const std::vector<Scope*>& earlier) {
   auto result = std::make_unique<EventPlan>();
-  result->number = events_.size();
+  result->number = static_cast<std::uint32_t>(events_.size());
   result->name = event.name;
   result->translation = find_translation(event.name);
   const bool has_memory =

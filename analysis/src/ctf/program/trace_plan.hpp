@@ -61,7 +61,7 @@ struct ClockPlan {
 
 // One class of events.
 struct EventPlan {
-  std::size_t number = 0;  // of the trace's classes of events, from 0
+  std::uint32_t number = 0;  // of the trace's classes of events, from 0
   std::string name;
   const Translation* translation = nullptr;  // null: of no vocabulary
   // Its translation follows from earlier events, or is left to who remembers them.
@@ -114,11 +114,12 @@ class StreamPlan {
     return event;
   }
 
-  // The class of events of an id with the size of its fixed body; null if it has none.
+  static constexpr std::uint64_t kNotFixed = std::uint64_t{1} << 60U;  // more than any memory has
+  // What whoever steps over events of an id needs to know of their class.
   struct Fixed {
-    const EventPlan* plan = nullptr;
-    std::uint32_t bytes = 0;
-    bool is_other = false;  // see EventPlan: who steps over such events need not look there
+    std::uint64_t bytes = kNotFixed;  // of the body
+    std::uint16_t event_class = 0;    // EventPlan::number
+    bool is_other = false;            // see EventPlan
   };
   std::span<const Fixed> fixed_events() const noexcept { return fixed_; }  // by id
   // So many bytes must be readable where such an event begins, whichever it is.
@@ -168,6 +169,7 @@ class TracePlan {
   ByteOrder byte_order = ByteOrder::little;
 
   std::size_t event_classes() const noexcept { return events_.size(); }
+  const EventPlan& event_class(std::size_t number) const noexcept { return *events_[number]; }
   const StreamPlan* find(std::uint64_t stream_id) const noexcept;
   // The only class of streams, for packets that do not say theirs; null if there are several.
   const StreamPlan* only_stream() const noexcept;

@@ -32,10 +32,10 @@ class EventCursor {
 
   // An event all of which lies at fixed places.
   struct Fixed {
-    const EventPlan* plan = nullptr;
+    std::uint16_t event_class = 0;       // EventPlan::number
+    bool is_other = false;               // see EventPlan
     const std::uint8_t* body = nullptr;  // contexts and fields
     std::uint64_t clock = 0;             // cycles
-    bool is_other = false;               // see EventPlan
   };
   // Goes over such events as long as there are some and `take(event)` wants them. Nothing in the
   // window moves meanwhile.
@@ -46,6 +46,7 @@ class EventCursor {
   struct Place {
     std::uint64_t at = 0;  // bits of the window's data
     std::uint64_t clock = 0;
+    friend bool operator==(const Place&, const Place&) = default;
   };
   Place place() const noexcept { return {.at = bits_.at, .clock = clock_}; }
   void go_on_at(const Place& place) noexcept {
@@ -55,9 +56,8 @@ class EventCursor {
   // Other streams have their turn before this one is read on: by then it is in the cache.
   void prefetch() const noexcept {
     constexpr std::size_t kLines = 8;
-    const auto* next = bits_.data + bits_.at / 8;
     for (std::size_t line = 0; line < kLines; ++line)
-      prefetch_line<Access::read>(next + line * kCacheLine);
+      prefetch_line<Access::read>(next_event() + line * kCacheLine);
   }
 
   enum class Step : std::uint8_t { event, end, damaged };
@@ -76,6 +76,8 @@ class EventCursor {
   }
   Payload payload() const noexcept { return Payload(fields_.data()); }
 
+  // The next event, as the window has it.
+  const std::uint8_t* next_event() const noexcept { return bits_.data + bits_.at / 8; }
   // Bits of the packet before the contexts and fields of an event that is being walked over.
   std::uint64_t position_of(const Fixed& event) const noexcept {
     return (base_ + static_cast<std::uint64_t>(event.body - bits_.data)) * 8;
@@ -149,14 +151,14 @@ template <typename Read, typename Take>
     if (header.id >= events.size()) [[unlikely]]
       break;
     const auto& event = events[header.id];
-    if (event.plan == nullptr) [[unlikely]]
-      break;
     const auto* body = begin + header.bytes;
     const auto* const next = body + event.bytes;
     if (next > end) [[unlikely]]
       break;
-    if (!take(Fixed{
-            .plan = event.plan, .body = body, .clock = header.clock, .is_other = event.is_other})) {
+    if (!take(Fixed{.event_class = event.event_class,
+                    .is_other = event.is_other,
+                    .body = body,
+                    .clock = header.clock})) {
       break;
     }
     clock = header.clock;

@@ -188,25 +188,21 @@ bool PacketScanner::is_outside(const Packet& packet) const {
          clock.time_of(*packet.begin) > time_window_.to;
 }
 
-void PacketScanner::note_first(const Packet& packet, First& first) {
-  if (!packet.stream->has_packet_times || !packet.begin) return;
-  if (!window_.holds(packet.offset, (packet.content_end + 7) / 8)) return;
-  auto events = first.events;  // a copy, so that the walk has it in registers
-  events.restart(events.time_of(*packet.begin));
-  probe_.walk_fixed([&events](const EventCursor::Fixed& event) { return events.take(event); });
-  first = {.events = events, .end = probe_.place(), .window_version = window_.version()};
-}
-
 bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& last_clock,
-                                        First* first) {
+                                        NotedEvents* noted) {
   if (is_mostly_hole(packet)) return false;
   examined_ += packet.content_end / 8;
   probe_.begin(packet, last_clock);
-  if (first != nullptr) note_first(packet, *first);
+  if (noted != nullptr) noted->begin(packet, window_);
   for (;;) {
-    // Every event of a packet passes here once more than it must: nothing but sizes and times is
-    // looked at.
-    probe_.walk_fixed([](const EventCursor::Fixed& /*event*/) { return true; });
+    const bool are_noted = noted != nullptr && noted->walk(probe_);
+    // Every event of a packet passes here or there once more than it must: nothing but sizes and times
+    // is looked at. Behind one that cannot be noted others may be.
+    bool has_passed = false;
+    probe_.walk_fixed([are_noted, &has_passed](const EventCursor::Fixed& /*event*/) {
+      return !are_noted || !std::exchange(has_passed, true);
+    });
+    if (has_passed) continue;
     const auto step = probe_.next();
     if (step == EventCursor::Step::end) break;
     if (step == EventCursor::Step::damaged || !probe_.read_body()) {
@@ -335,7 +331,7 @@ std::optional<std::uint64_t> PacketScanner::last_clock_with_room(const Found& fo
   }
 }
 
-PacketScanner::Found PacketScanner::next(First* first) {
+PacketScanner::Found PacketScanner::next(NotedEvents* noted) {
   Found found;
   const auto note = [&](std::uint64_t offset) {
     if (!found.damage) found.damage = Damage{.offset = offset, .reason = reason_};
@@ -353,10 +349,10 @@ PacketScanner::Found PacketScanner::next(First* first) {
       offset_ = packet->offset + packet->size;
       continue;
     }
-    if (first != nullptr) first->events.restart({});
+    if (noted != nullptr) noted->clear();
     auto clock = packet->begin.value_or(0);
     const bool is_skipped = is_outside(*packet);
-    if (!is_skipped && !has_readable_events(*packet, clock, first)) {
+    if (!is_skipped && !has_readable_events(*packet, clock, noted)) {
       note(packet->offset);
       offset_ = after_bad_content(*packet);
       continue;

@@ -4,7 +4,7 @@
 #include <cie/analysis/time.hpp>
 
 #include "event_cursor.hpp"
-#include "events_ahead.hpp"
+#include "noted_events.hpp"
 #include "packet.hpp"
 
 #include <cstddef>
@@ -33,15 +33,8 @@ class PacketScanner {
     std::uint64_t last_clock = 0;  // of its last event, or its begin
     bool is_outside = false;       // of the window: nobody looked at its events
   };
-  // The first events of a packet, as they were looked at.
-  struct First {
-    EventsAhead events;
-    EventCursor::Place end{};          // behind them
-    std::uint64_t window_version = 0;  // where they are
-  };
-  // `first`: where to note those of the packet found, null: nowhere. None are if the window does not
-  // hold all of it.
-  Found next(First* first = nullptr);
+  // `noted`: where to note those of the packet found; null: nowhere.
+  Found next(NotedEvents* noted = nullptr);
   // The next packet by its header alone, whatever it holds. A scanner does either this or the
   // above.
   std::optional<Packet> next_header();
@@ -88,8 +81,8 @@ class PacketScanner {
   bool is_of_other_cpu(const Packet& packet);
   bool is_outside(const Packet& packet) const;
   bool is_mostly_hole(const Packet& packet);
-  bool has_readable_events(const Packet& packet, std::uint64_t& last_clock, First* first = nullptr);
-  void note_first(const Packet& packet, First& first);
+  bool has_readable_events(const Packet& packet, std::uint64_t& last_clock,
+                           NotedEvents* noted = nullptr);
   std::uint64_t find_magic(std::uint64_t from, Window& window);
   std::uint64_t after_bad_content(const Packet& packet);
 

@@ -11,16 +11,38 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
       counts_others_(identity.counts_others && !files.front().trace->plan().is_snapshot),
       files_(std::move(files)),
       identity_(identity),
-      first_{.events{{}, 0, false}} {
+      clock_(files_.front().first ? files_.front().first->stream->clock
+                                  : files_.front().trace->plan().clock()),
+      noted_(ahead_options()) {
   if (const auto& first = files_.front().first) {
-    clock_ = first->stream->clock;
     has_packet_times_ = first->stream->has_packet_times;
     has_times_ = has_packet_times_ || first->stream->has_event_time;
-  } else {
-    clock_ = files_.front().trace->plan().clock();  // no evidence of another boot
   }
-  first_.events = {ahead_, clock_.frequency, counts_others_};
   frame_.elements = &elements_;
+}
+
+std::size_t StreamReader::packet_bytes() const noexcept {
+  std::uint64_t most = 0;
+  for (const auto& [file, trace, first] : files_) {
+    const auto bytes = std::max<std::uint64_t>(first ? first->size : 0, kSmallestPiece);
+    most = std::max(most, std::min(bytes, file.size()));
+  }
+  return static_cast<std::size_t>(most);
+}
+
+std::size_t StreamReader::memory_for_packets() const noexcept {
+  return PacketMemory::size_of_part(packet_bytes() + Window::kReadable) +
+         PacketMemory::size_of_part(NotedEvents::room_for(packet_bytes()));
+}
+
+void StreamReader::begin(PacketMemory* memory) {
+  if (memory != nullptr) {
+    room_ = memory->take(packet_bytes() + Window::kReadable);
+    noted_.set_room(memory->take(NotedEvents::room_for(packet_bytes())));
+  }
+  // With the header of a packet that ends where a piece does.
+  piece_ = room_.empty() ? kSmallestPiece + PacketScanner::kHeaderPiece
+                         : room_.size() - Window::kReadable;
   load_packet();
 }
 
@@ -115,18 +137,18 @@ void StreamReader::load_packet() {
   cpu_.reset();
   cursor_.reset();
   gap_ = {};
-  first_.events.restart({});
+  noted_.clear();
   PacketScanner::Found found;
   while (file_ < files_.size() && !packet_) {
     const auto& current = files_[file_];
     if (!scanner_) {
-      scanner_ = std::make_unique<PacketScanner>(current.file, current.trace->plan(),
-                                                 identity_.piece, identity_.window);
-      window_.emplace(current.file, identity_.piece);
+      scanner_ = std::make_unique<PacketScanner>(current.file, current.trace->plan(), piece_,
+                                                 identity_.window);
+      window_.emplace(current.file, piece_, room_);
       trace_ = current.trace.get();
     }
     found = found_ahead_ ? *std::exchange(found_ahead_, std::nullopt)
-                         : in_window([this] { return scanner_->next(&first_); });
+                         : in_window([this] { return scanner_->next(&noted_); });
     if (found.damage) note_damage(*found.damage);
     if (!found.packet) {
       note_position(current.file.size());
@@ -152,9 +174,9 @@ void StreamReader::load_packet() {
 
 // Packets that lie in the window whole need not be read a second time.
 bool StreamReader::scan_ahead() {
-  if (!packet_ || packet_->size <= identity_.piece || found_ahead_) return false;
+  if (!packet_ || packet_->size <= piece_ || found_ahead_) return false;
   found_ahead_ = scanner_->next();
-  Window unused(files_[file_].file, identity_.piece);
+  Window unused(files_[file_].file, piece_);
   scanner_->exchange(unused);
   return true;
 }
@@ -242,38 +264,52 @@ void StreamReader::emit_packet_begin(EventWriter& writer) {
   if (is_outside_) {
     step_ = Step::packet_end;
     stand_at(time_of(*packet_->end));
-  } else if (!take_first()) {
+  } else {
     find_event();
   }
 }
 
-bool StreamReader::take_first() {
-  const auto& [events, end, window_version] = first_;
-  const bool are_there =
-      events.is_any() && has_packet_times_ && window_->version() == window_version;
-  if (!are_there) return false;
-  counted_ += events.others();
-  last_time_ = events.last();
-  next_ahead_ = 0;
-  end_ahead_ = events.size();
-  cursor_->go_on_at(end);
-  return end_ahead_ > 0;
+bool StreamReader::is_on_time_line(const RunAhead& run) const noexcept {
+  std::int64_t last = 0;
+  return run.events.empty() || (saturating_add(run.first_time().ns, merge_offset_ns_) >= key_ &&
+                                !__builtin_add_overflow(run.to.ns, merge_offset_ns_, &last));
+}
+
+std::optional<RunAhead> StreamReader::walk_ahead() {
+  // Of its own, so that nothing that is written could change it.
+  EventsAhead events({found_.data(), kAhead}, cursor_->next_event(), last_time_.value_or(kEarliest),
+                     ahead_options());
+  cursor_->walk_fixed([&events](const EventCursor::Fixed& event) { return events.take(event); });
+  if (!events.is_any()) return std::nullopt;
+  cursor_->prefetch();
+  return events.run();
 }
 
 bool StreamReader::look_ahead() {
-  next_ahead_ = 0;
-  end_ahead_ = 0;
+  ahead_ = {};
   if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
-  // Of its own, so that nothing that is written could change it.
-  EventsAhead events({ahead_.data(), kAhead}, clock_.frequency, counts_others_);
-  events.restart(last_time_.value_or(kEarliest));
-  cursor_->walk_fixed([&events](const EventCursor::Fixed& event) { return events.take(event); });
-  counted_ += events.others();
-  end_ahead_ = events.size();
-  if (events.is_any()) last_time_ = events.last();
-  if (end_ahead_ == 0) return false;
-  cursor_->prefetch();
-  return true;
+  const auto begin = cursor_->place();
+  auto run = noted_.pass(*cursor_, *window_);
+  if (!run) run = walk_ahead();
+  if (!run) return false;
+  if (!is_on_time_line(*run)) {
+    cursor_->go_on_at(begin);
+    return false;
+  }
+  ahead_ = *run;
+  counted_ += run->others;
+  last_time_ = run->last;
+  return !run->events.empty();
+}
+
+Lane StreamReader::lane() const noexcept {
+  if (ahead_.events.empty()) return {};
+  return {ahead_, merge_offset_ns_, *trace_, index_, cpu_};
+}
+
+void StreamReader::finish_lane() noexcept {
+  stand_at(ahead_.to);
+  ahead_ = {};
 }
 
 void StreamReader::find_event() {

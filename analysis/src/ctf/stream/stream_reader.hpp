@@ -11,6 +11,9 @@
 #include "event_cursor.hpp"
 #include "event_writer.hpp"
 #include "events_ahead.hpp"
+#include "lane.hpp"
+#include "noted_events.hpp"
+#include "packet_memory.hpp"
 #include "packet_scanner.hpp"
 
 #include <algorithm>
@@ -20,6 +23,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace cie::analysis::ctf {
@@ -37,7 +41,6 @@ struct StreamIdentity {
   std::uint32_t channel = 0;
   std::uint32_t trace = 0;
   std::int64_t merge_offset_ns = 0;  // added to its times to compare them with other streams'
-  std::size_t piece = 0;             // bytes to have in memory at a time
   Progress* progress = nullptr;      // null: nobody looks
   bool is_idle = false;              // these two: see StreamBegin
   bool is_left_out = false;
@@ -53,36 +56,37 @@ inline std::int64_t saturating_add(std::int64_t a, std::int64_t b) noexcept {
                : std::numeric_limits<std::int64_t>::max();
 }
 
-class alignas(64) StreamReader {
+class StreamReader {
  public:
   // `files` in order of time, at least one.
   StreamReader(std::vector<StreamFile> files, StreamIdentity identity);
   StreamReader(const StreamReader&) = delete;
   StreamReader& operator=(const StreamReader&) = delete;
 
+  // Bytes of a packet like its first ones, or of several small ones; and of the memory that holds them.
+  std::size_t packet_bytes() const noexcept;
+  std::size_t memory_for_packets() const noexcept;
+  // Finds the first step; comes before all others. With memory, which is borrowed, packets are held whole
+  // and need not be read twice; null: without.
+  void begin(PacketMemory* memory);
   void emit_begin(EventWriter& writer) const;
   // Where the next step stands on the time line of all streams; never goes back.
   std::int64_t key() const noexcept {
-    return events_ahead() > 0 ? key_of(ahead_[next_ahead_].time) : key_;
+    return ahead_.events.empty() ? key_ : key_of(ahead_.first_time());
   }
   bool has_ended() const noexcept { return step_ == Step::ended; }
-  // Emits the next step and finds the one after it. What moves in windows moves here.
+  // Emits the next step and finds the one after it. What moves in windows moves here. Requires that no
+  // event is ahead.
   void step(EventWriter& writer);
-  // How many of the next steps are events that were found ahead: they are emitted without moving
-  // anything.
-  std::size_t events_ahead() const noexcept { return end_ahead_ - next_ahead_; }
-  // The key of the step after the next one. Requires two events ahead.
-  std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
-  // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
-  [[gnu::always_inline]] void emit_ahead(EventWriter& writer) {
-    const auto& found = ahead_[next_ahead_++];
-    auto& event = writer.add();
-    event.head.time = found.time;
-    event.head.stream = index_;
-    event.head.cpu = cpu_;
-    const bool is_told = trace_->add(*found.plan, event, found.body, writer.batch());
-    if (!is_told && counts_others_) count_instead(writer.batch());
-    if (events_ahead() == 0) stand_at(found.time);
+  // The next steps as far as they are events that were found ahead: they are emitted without moving
+  // anything. Whoever has emitted the last one finishes it.
+  Lane lane() const noexcept;
+  void finish_lane() noexcept;
+  // One that was emitted tells nothing.
+  void count_instead(EventBatch& batch) noexcept {
+    if (!counts_others_) return;
+    batch.take_back();
+    ++counted_;
   }
   // Finds events ahead if there are any.
   bool look_ahead();
@@ -100,6 +104,8 @@ class alignas(64) StreamReader {
   std::uint64_t packets() const noexcept { return packets_; }
   const std::optional<Damage>& first_damage() const noexcept { return first_damage_; }
   const std::string& path() const noexcept { return files_.front().file.path(); }
+
+  static constexpr std::size_t kSmallestPiece = 64U << 10U;  // bytes
 
  private:
   enum class Step : std::uint8_t { gap, packet_begin, event, packet_end, stream_end, ended };
@@ -133,11 +139,6 @@ class alignas(64) StreamReader {
   void emit_packet_begin(EventWriter& writer);
   void emit_packet_end(EventWriter& writer);
   void emit_counted(EventWriter& writer, Timestamp time);
-  // The batch's last event tells nothing.
-  void count_instead(EventBatch& batch) noexcept {
-    batch.take_back();
-    ++counted_;
-  }
   // An event of no thread.
   void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
   // Notes when something happens, and tells if that is before what happened last.
@@ -154,19 +155,19 @@ class alignas(64) StreamReader {
   Timestamp time_of(std::uint64_t cycles) const noexcept { return clock_.time_of(cycles); }
   std::string place_of(const Damage& damage) const;
 
-  // The next events if they are of fixed layout. Looking for several at a time stays within one
-  // stream for a while: there it can be predicted what follows on what.
+  // The next events if they are of fixed layout and nobody noted them. Looking for several at a time
+  // stays within one stream for a while: there it can be predicted what follows on what.
   static constexpr std::size_t kAhead = 16;
-  // So many of a packet's first ones need not be looked for again: who looked whether all of its events
-  // can be read has found them.
-  static constexpr std::size_t kFirst = 256;
-  // The events ahead are those, if there are any.
-  bool take_first();
+  EventsAhead::Options ahead_options() const noexcept {
+    return {.frequency = clock_.frequency, .counts_others = counts_others_};
+  }
+  // Empty: there are none.
+  std::optional<RunAhead> walk_ahead();
+  // Whether the time line of all streams has its times as they are: neither does it end before, nor did
+  // a wrong time lead the stream beyond them.
+  bool is_on_time_line(const RunAhead& run) const noexcept;
 
-  // What emitting one of them touches beside it, in one cache line: streams take turns, and lines of
-  // all of them stay in the cache if they are few.
-  std::uint32_t next_ahead_ = 0;
-  std::uint32_t end_ahead_ = 0;
+  RunAhead ahead_{};
   LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
   std::int64_t key_ = INT64_MIN;          // of the next step, or of one before those ahead
   std::int64_t merge_offset_ns_;          // this, index_ and counts_others_: of identity_
@@ -174,7 +175,7 @@ class alignas(64) StreamReader {
   ContextNumber<std::int32_t> cpu_;  // of the packet
   bool counts_others_;
   std::uint64_t counted_ = 0;  // events of the packet that are only counted
-  std::array<EventAhead, kFirst> ahead_;
+  std::array<EventAhead, kAhead + 1> found_{};
 
   std::vector<StreamFile> files_;
   StreamIdentity identity_;
@@ -182,12 +183,14 @@ class alignas(64) StreamReader {
   bool has_times_ = false;
   bool has_packet_times_ = false;
 
-  std::size_t file_ = 0;        // of files_, being read
-  std::size_t told_file_ = 0;   // whose packets were told last
-  std::uint64_t position_ = 0;  // in it, as progress was told
+  std::span<std::uint8_t> room_;
+  std::size_t piece_ = kSmallestPiece;  // bytes to have in memory at a time
+  std::size_t file_ = 0;                // of files_, being read
+  std::size_t told_file_ = 0;           // whose packets were told last
+  std::uint64_t position_ = 0;          // in it, as progress was told
   std::unique_ptr<PacketScanner> scanner_;
   std::optional<PacketScanner::Found> found_ahead_;
-  PacketScanner::First first_;    // in ahead_; of the packet, until it begins
+  NotedEvents noted_;             // of the packet
   std::optional<Window> window_;  // these three: for the events of the packet
   Frame frame_;
   std::vector<std::uint32_t> elements_;

@@ -23,20 +23,21 @@ std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
   const auto length = static_cast<std::size_t>(
       std::min<std::uint64_t>(std::max<std::uint64_t>(want, piece_), size - offset));
   std::size_t kept = 0;
-  auto old = std::unique_ptr<std::uint8_t[]>();  // NOLINT(modernize-avoid-c-arrays)
-  if (capacity_ < length) {
-    old =
-        std::exchange(buffer_, std::make_unique_for_overwrite<std::uint8_t[]>(length + kReadable));
-    capacity_ = length;
+  const auto* const old = buffer_;
+  auto own_until_kept = std::unique_ptr<std::uint8_t[]>();  // NOLINT(modernize-avoid-c-arrays)
+  if (capacity_ < length + kReadable) {
+    capacity_ = length + kReadable;
+    own_until_kept = std::exchange(own_, std::make_unique_for_overwrite<std::uint8_t[]>(capacity_));
+    buffer_ = own_.get();
   }
   if (offset >= begin_ && offset < end) {
     kept = static_cast<std::size_t>(std::min<std::uint64_t>(end - offset, length));
-    std::memmove(buffer_.get(), (old ? old : buffer_).get() + (offset - begin_), kept);
+    std::memmove(buffer_, old + (offset - begin_), kept);
   }
   begin_ = offset;
   shown_ = 0;
-  valid_ = kept + file_->read(offset + kept, {buffer_.get() + kept, length - kept});
-  std::memset(buffer_.get() + valid_, 0, kReadable);
+  valid_ = kept + file_->read(offset + kept, {buffer_ + kept, length - kept});
+  std::memset(buffer_ + valid_, 0, kReadable);
   return valid_;
 }
 

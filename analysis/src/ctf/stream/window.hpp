@@ -3,15 +3,19 @@
 
 #include "ctf/metadata/file.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace cie::analysis::ctf {
 
 class Window {
  public:
-  // Reads at least `piece` bytes at a time. `file` is borrowed.
-  Window(const File& file, std::size_t piece) : file_(&file), piece_(piece) {}
+  // Reads at least `piece` bytes at a time. `file` is borrowed. `room`: memory to use, as far as it
+  // suffices for these and kReadable more; borrowed.
+  Window(const File& file, std::size_t piece, std::span<std::uint8_t> room = {})
+      : file_(&file), piece_(piece), buffer_(room.data()), capacity_(room.size()) {}
 
   // Makes `want` bytes from `offset` on available, as far as the file has them. Returns how many
   // there are, which may be more. Pointers into the window are void afterwards.
@@ -23,7 +27,7 @@ class Window {
   // Of the offset shown last. Behind what is available kReadable more bytes may be read, whatever they
   // hold: whoever loads a few bytes at once need not ask how many there are.
   static constexpr std::size_t kReadable = 256;
-  const std::uint8_t* data() const noexcept { return buffer_.get() + shown_; }
+  const std::uint8_t* data() const noexcept { return buffer_ + shown_; }
 
   // Another one whenever pointers into it have become void.
   std::uint64_t version() const noexcept { return version_; }
@@ -34,11 +38,12 @@ class Window {
  private:
   const File* file_;
   std::size_t piece_;
-  // Not a vector, which would write zeros first.
-  std::unique_ptr<std::uint8_t[]> buffer_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
-  std::size_t capacity_ = 0;
-  std::uint64_t begin_ = 0;  // of what is in the buffer, in the file
-  std::uint64_t valid_ = 0;  // bytes
+  std::uint8_t* buffer_;
+  std::size_t capacity_;
+  // That, if it is not lent. Not a vector, which would write zeros first.
+  std::unique_ptr<std::uint8_t[]> own_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
+  std::uint64_t begin_ = 0;              // of what is in the buffer, in the file
+  std::uint64_t valid_ = 0;              // bytes
   std::size_t shown_ = 0;
   std::uint64_t version_ = 0;
 };
