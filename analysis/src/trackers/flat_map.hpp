@@ -4,6 +4,8 @@
 #include "model/spread_bits.hpp"
 
 #include <array>
+#include <bitset>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -78,61 +80,101 @@ class FlatMap {
   unsigned shift_ = 0;
 };
 
-// The same for values that are large, by numbers that are often near each other, as those of threads
-// are: values lie one after the other beside the table, and none moves when others are inserted.
+// Numbers that are often near each other, as those of threads are, by sixteen.
+inline constexpr unsigned kGroupBits = 4;
+template <std::integral Number>
+Number group_of(Number number) noexcept {
+  return number >> kGroupBits;
+}
+template <std::integral Number>
+std::size_t within_group(Number number) noexcept {
+  return static_cast<std::size_t>(number) % (std::size_t{1} << kGroupBits);
+}
+
+// The same for keys with such numbers: the values of a group lie side by side, most often in one cache
+// line. group_of(key) is the key of its group, within_group(key) its place there.
+template <typename Key, typename Value, typename Hash = SpreadBits>
+class NearMap {
+ public:
+  // Null: not there.
+  const Value* find(const Key& key) const noexcept {
+    const auto* group = groups_.find(group_of(key));
+    const auto place = within_group(key);
+    return group != nullptr && group->is_used[place] ? &group->values[place] : nullptr;
+  }
+  Value* find(const Key& key) noexcept {
+    return const_cast<Value*>(std::as_const(*this).find(key));
+  }
+  Value& operator[](const Key& key) { return *insert(key).first; }
+  // The value, and whether it is new (then it is Value{}).
+  std::pair<Value*, bool> insert(const Key& key) {
+    auto& group = groups_[group_of(key)];
+    const auto place = within_group(key);
+    const bool is_new = !group.is_used[place];
+    group.is_used.set(place);
+    return {&group.values[place], is_new};
+  }
+  // Calls `visit` with the key of each group, the place within and the value, in no order.
+  template <typename Visit>
+  void each(const Visit& visit) const {
+    groups_.each([&visit](const Key& group, const Group& of_group) {
+      for (std::size_t place = 0; place < of_group.values.size(); ++place) {
+        if (of_group.is_used[place]) visit(group, place, of_group.values[place]);
+      }
+    });
+  }
+
+ private:
+  struct Group {
+    std::array<Value, std::size_t{1} << kGroupBits> values{};
+    std::bitset<std::size_t{1} << kGroupBits> is_used;
+  };
+
+  FlatMap<Key, Group, Hash> groups_;
+};
+
+// The same for values that are large: they lie one after the other beside the table, and none moves when
+// others are inserted.
 template <typename Number, typename Value>
 class DenseMap {
  public:
   // Null: not there.
   const Value* find(Number number) const noexcept {
-    const auto* near = places_.find(group_of(number));
-    if (near == nullptr) return nullptr;
-    const auto place = (*near)[within_group(number)];
-    return place == 0 ? nullptr : &value_at(place);
+    const auto* place = places_.find(number);
+    return place != nullptr ? &value_at(*place) : nullptr;
   }
   Value* find(Number number) noexcept {
     return const_cast<Value*>(std::as_const(*this).find(number));
   }
   Value& operator[](Number number) { return *insert(number).first; }
   std::pair<Value*, bool> insert(Number number) {
-    auto& place = places_[group_of(number)][within_group(number)];
-    const bool is_new = place == 0;
+    const auto [place, is_new] = places_.insert(number);
     if (is_new) {
       if (used_ % kInBlock == 0) blocks_.push_back(std::make_unique<Block>());
-      place = ++used_;
+      *place = used_++;
     }
-    return {&value_at(place), is_new};
+    return {&value_at(*place), is_new};
   }
   // Calls `visit` with each number, in no order.
   template <typename Visit>
   void each_number(const Visit& visit) const {
-    places_.each([&visit](Number group, const Places& places) {
-      for (std::size_t within = 0; within < places.size(); ++within) {
-        if (places[within] != 0)
-          visit(static_cast<Number>((group << kGroupBits) + static_cast<Number>(within)));
-      }
+    places_.each([&visit](Number group, std::size_t within, std::uint32_t /*place*/) {
+      visit(static_cast<Number>((group << kGroupBits) + static_cast<Number>(within)));
     });
   }
 
  private:
-  // Those of a group are looked up in one cache line.
-  static constexpr unsigned kGroupBits = 4;
   static constexpr std::uint32_t kInBlock = 32;
-  using Places = std::array<std::uint32_t, std::size_t{1} << kGroupBits>;  // from 1 on; 0: none
   using Block = std::array<Value, kInBlock>;
 
-  static Number group_of(Number number) noexcept { return number >> kGroupBits; }
-  static std::size_t within_group(Number number) noexcept {
-    return static_cast<std::size_t>(number) % Places{}.size();
-  }
   const Value& value_at(std::uint32_t place) const noexcept {
-    return (*blocks_[(place - 1) / kInBlock])[(place - 1) % kInBlock];
+    return (*blocks_[place / kInBlock])[place % kInBlock];
   }
   Value& value_at(std::uint32_t place) noexcept {
     return const_cast<Value&>(std::as_const(*this).value_at(place));
   }
 
-  FlatMap<Number, Places> places_;
+  NearMap<Number, std::uint32_t> places_;
   std::vector<std::unique_ptr<Block>> blocks_;
   std::uint32_t used_ = 0;
 };

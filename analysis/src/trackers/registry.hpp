@@ -292,6 +292,11 @@ class Registry {
     std::uint64_t scope = 0;  // host or process
     std::int64_t id = 0;
     friend bool operator==(const Key&, const Key&) = default;
+    // Ids are given in turn, as tids are.
+    friend Key group_of(const Key& key) noexcept { return {key.scope, analysis::group_of(key.id)}; }
+    friend std::size_t within_group(const Key& key) noexcept {
+      return analysis::within_group(key.id);
+    }
   };
   struct KeyHash {
     std::uint64_t operator()(const Key& key) const noexcept {
@@ -299,7 +304,7 @@ class Registry {
     }
   };
   template <typename Value>
-  using KeyMap = FlatMap<Key, Value, KeyHash>;
+  using IdMap = NearMap<Key, Value, KeyHash>;
   template <typename Index>
   static std::uint64_t scope(Index index) noexcept {
     return static_cast<std::uint64_t>(index);
@@ -337,15 +342,15 @@ class Registry {
   const SchedulingSpec* spec_;
   ByIndex<StreamIndex, HostIndex> stream_hosts_;
   KnownEmitters emitters_;
-  KeyMap<ProcessIndex> process_by_pid_;
-  KeyMap<ThreadIndex> thread_by_process_tid_;
-  KeyMap<std::optional<ThreadIndex>> thread_by_host_tid_;  // empty: of none that is known
-  KeyMap<CallbackIndex> callback_by_id_;
-  KeyMap<std::uint32_t> publisher_by_id_;
-  KeyMap<std::uint32_t> group_by_id_;
-  KeyMap<std::uint32_t> node_by_id_;
-  FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;  // of any host
-  KeyMap<std::uint32_t> publisher_by_host_gid_;
+  IdMap<ProcessIndex> process_by_pid_;
+  IdMap<ThreadIndex> thread_by_process_tid_;
+  IdMap<std::optional<ThreadIndex>> thread_by_host_tid_;  // empty: of none that is known
+  IdMap<CallbackIndex> callback_by_id_;
+  IdMap<std::uint32_t> publisher_by_id_;
+  IdMap<std::uint32_t> group_by_id_;
+  IdMap<std::uint32_t> node_by_id_;
+  FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;      // of any host
+  FlatMap<Key, std::uint32_t, KeyHash> publisher_by_host_gid_;  // gids are not near each other
   std::map<ProcessIndex, BegunAgain> begun_again_;
   // What a process was called until it was named after its run_begin. Names are told before programs
   // begin, and by sessions that attach: who has the pid next may be meant.

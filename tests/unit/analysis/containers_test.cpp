@@ -25,7 +25,8 @@ namespace {
 template <typename Map>
 class HashTable : public testing::Test {};
 using HashTables =
-    testing::Types<FlatMap<std::int64_t, std::uint64_t>, DenseMap<std::int64_t, std::uint64_t>>;
+    testing::Types<FlatMap<std::int64_t, std::uint64_t>, NearMap<std::int64_t, std::uint64_t>,
+                   DenseMap<std::int64_t, std::uint64_t>>;
 TYPED_TEST_SUITE(HashTable, HashTables);
 
 TYPED_TEST(HashTable, FindsNothingWhereItIsEmpty) {
