@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace cie {
 
@@ -35,6 +36,16 @@ inline void prefetch_lines(const void* begin, const void* end) noexcept {
 template <typename T>
 void prefetch_to_write(const T* object) noexcept {
   if (object != nullptr) prefetch_lines(object, object + 1);
+}
+
+// The same of what will be read.
+inline void prefetch_to_read(std::span<const std::byte> memory) noexcept {
+  for (std::size_t i = 0; i < memory.size(); i += kCacheLine)
+    prefetch_line<Access::read>(&memory[i]);
+}
+template <typename T>
+void prefetch_to_read(const T* object) noexcept {
+  prefetch_to_read(std::as_bytes(std::span(object, 1)));
 }
 
 // The same of its first line only.

@@ -181,7 +181,7 @@ TimeWindow life_of(const RuleContext& context, const CallbackFacts& facts) {
 void prefetch(const CallbackFacts& facts) {
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    prefetch_place(quantity->next_place());
+    prefetch_to_read(quantity->memory());
   }
 }
 
@@ -282,8 +282,12 @@ std::vector<CallbackReport> callback_reports(const RuleContext& context) {
   }
   std::vector<CallbackReport> reports;
   reports.reserve(order.size());
+  const auto facts_of = [&](std::size_t i) -> const CallbackFacts& {
+    return context.model.callbacks[at(order[i])];
+  };
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + 1 < order.size()) prefetch(context.model.callbacks[at(order[i + 1])]);
+    if (i + 2 < order.size()) prefetch_to_read(&facts_of(i + 2));
+    if (i + 1 < order.size()) prefetch(facts_of(i + 1));
     fill(reports.emplace_back(), context, order[i]);
     reports.back().shares_group = shares_group[at(order[i])];
   }

@@ -2,6 +2,7 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "base/prefetch.hpp"
 #include "callback_report.hpp"
 #include "model/callback_questions.hpp"
 #include "model/clock_differences.hpp"
@@ -346,6 +347,16 @@ std::map<ProcessIndex, bool> tell_messages(const Model& model) {
   return told;
 }
 
+// Its quantities will be asked for soon: they lie far from each other.
+void prefetch(const ChainFacts& facts) {
+  for (const auto* quantity : {&facts.path_latency, &facts.reaction_time, &facts.data_age})
+    prefetch_to_read(quantity->memory());
+  for (const auto* cells : {&facts.processing, &facts.communication}) {
+    for (const auto& cell : *cells)
+      prefetch_to_read(cell.memory());
+  }
+}
+
 void fill(ChainReport& report, const Model& model, ChainIndex index) {
   const auto& facts = model.chains[at(index)];
   report.index = index;
@@ -478,11 +489,15 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.callbacks = callback_reports(context);
   const auto threads = threads_in_order(model);
   report.threads.reserve(threads.size());
-  for (const auto index : threads)
-    report.threads.push_back(report_of(context, index));
+  for (std::size_t i = 0; i < threads.size(); ++i) {
+    if (i + 2 < threads.size()) prefetch_to_read(&model.threads[at(threads[i + 2])]);
+    report.threads.push_back(report_of(context, threads[i]));
+  }
   report.chains.reserve(model.chains.size());
-  for (std::size_t i = 0; i < model.chains.size(); ++i)
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    if (i + 1 < model.chains.size()) prefetch(model.chains[i + 1]);
     fill(report.chains.emplace_back(), model, ChainIndex{static_cast<std::uint32_t>(i)});
+  }
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
   const auto edges = edges_in_order(model);

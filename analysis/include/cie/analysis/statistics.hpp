@@ -196,6 +196,11 @@ class Statistics {
   const void* next_place() const noexcept {
     return room_ > 0 ? &values_->waiting[kWaiting - room_] : nullptr;
   }
+  // Where the values lie that summary() looks at first. Empty: there are none.
+  std::span<const std::byte> memory() const noexcept {
+    if (!values_) return {};
+    return std::as_bytes(std::span(&*values_, 1));
+  }
   void merge(const Statistics& other);
   std::uint64_t count() const noexcept {
     if (!values_) return 0;
