@@ -33,6 +33,7 @@ std::vector<std::uint32_t> programs_of_pids(const Model& model) {
 std::vector<std::uint32_t> lifetimes_of_callbacks(const Model& model,
                                                   std::span<const CallbackIndex> in_order) {
   std::unordered_map<std::string_view, std::uint32_t> counts;
+  counts.reserve(in_order.size());
   std::optional<ProcessIndex> process;
   std::vector<std::uint32_t> lifetimes(model.callbacks.size());
   for (const auto index : in_order) {
@@ -64,13 +65,7 @@ std::string topic_name(const PublisherFacts& publisher) {
 Subjects::Subjects(const Model& model, std::span<const CallbackIndex> callbacks)
     : model_(model),
       programs_(programs_of_pids(model)),
-      callbacks_(lifetimes_of_callbacks(model, callbacks)),
-      lifetimes_(numbered_by(
-          model.threads,
-          [](const ThreadFacts& thread) { return std::pair(thread.process, thread.tid); })),
-      publishers_(numbered_by(model.publishers, [](const PublisherFacts& publisher) {
-        return std::pair(publisher.process, topic_name(publisher));
-      })) {
+      callbacks_(lifetimes_of_callbacks(model, callbacks)) {
   const ProcessFacts* first = nullptr;
   for (const auto& process : model.processes) {
     if (!process.has_cie_events) continue;
@@ -122,7 +117,21 @@ std::string Subjects::place_of(ProcessIndex index) const {
 }
 
 std::string Subjects::lifetime_of(ThreadIndex index) const {
+  if (lifetimes_.empty()) {
+    lifetimes_ = numbered_by(model_.threads, [](const ThreadFacts& thread) {
+      return std::pair(thread.process, thread.tid);
+    });
+  }
   return ordinal("lifetime", lifetimes_[at(index)]);
+}
+
+std::string Subjects::ordinal_of(PublisherIndex index) const {
+  if (publishers_.empty()) {
+    publishers_ = numbered_by(model_.publishers, [](const PublisherFacts& publisher) {
+      return std::pair(publisher.process, topic_name(publisher));
+    });
+  }
+  return ordinal("publisher", publishers_[at(index)]);
 }
 
 NamedSubject Subjects::process(ProcessIndex index) const {
@@ -162,7 +171,7 @@ NamedSubject Subjects::group_of(ThreadIndex index) const {
 NamedSubject Subjects::topic(PublisherIndex index) const {
   const auto& publisher = model_.publishers[at(index)];
   return named(Subject::of(SubjectKind::topic, index, publisher.process), topic_name(publisher),
-               ordinal("publisher", publishers_[at(index)]));
+               ordinal_of(index));
 }
 
 NamedSubject Subjects::chain(ChainIndex index) const {

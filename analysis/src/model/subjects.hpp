@@ -53,15 +53,18 @@ class Subjects {
  private:
   NamedSubject named(Subject about, const std::string& name, std::string ordinal = {}) const;
   std::string lifetime_of(ThreadIndex index) const;
+  std::string ordinal_of(PublisherIndex index) const;
   std::string place_of(ProcessIndex index) const;
 
   const Model& model_;
   bool has_several_ = false;  // processes
   bool has_several_hosts_ = false;
-  std::vector<std::uint32_t> programs_;    // by process
-  std::vector<std::uint32_t> callbacks_;   // by callback, as lifetime_of() has it
-  std::vector<std::uint32_t> lifetimes_;   // by thread, from 1: of its process's with its tid
-  std::vector<std::uint32_t> publishers_;  // likewise, with its topic
+  std::vector<std::uint32_t> programs_;   // by process
+  std::vector<std::uint32_t> callbacks_;  // by callback, as lifetime_of() has it
+  // These two are counted when the first one is asked for: a report asks for none.
+  mutable std::vector<std::uint32_t>
+      lifetimes_;  // by thread, from 1: of its process's with its tid
+  mutable std::vector<std::uint32_t> publishers_;  // likewise, with its topic
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.

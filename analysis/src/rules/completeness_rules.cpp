@@ -39,15 +39,18 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
         }
       });
   // Threads and publishers are named only if their numbers jump.
-  auto of_threads =
-      judge_threads(context, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
-        judgement.doubt(proof.gap(thread));
-      });
-  std::ranges::move(of_threads, std::back_inserter(verdicts));
-  for (std::size_t i = 0; i < model.publishers.size(); ++i) {
-    Judgement judgement(names.topic(PublisherIndex{static_cast<std::uint32_t>(i)}));
-    judgement.doubt(proof.gap(model.publishers[i]));
+  const auto doubt = [&verdicts](NamedSubject subject, const std::optional<Evidence>& gap) {
+    Judgement judgement(std::move(subject));
+    judgement.doubt(gap);
     conclude(std::move(judgement), verdicts);
+  };
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    if (const auto gap = proof.gap(model.threads[i]))
+      doubt(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}), gap);
+  }
+  for (std::size_t i = 0; i < model.publishers.size(); ++i) {
+    if (const auto gap = proof.gap(model.publishers[i]))
+      doubt(names.topic(PublisherIndex{static_cast<std::uint32_t>(i)}), gap);
   }
   return verdicts;
 }

@@ -121,13 +121,13 @@ void Proof::compare_totals_of(const PublisherFacts& publisher) {
 void Proof::compare_totals_of(ThreadIndex index) {
   const auto& facts = model_.threads[at(index)];
   auto& process = processes_[at(facts.process)];
-  const auto name = "thread " + std::to_string(facts.tid);
+  const auto name = [&facts] { return "thread " + std::to_string(facts.tid); };
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
       ++process.threads_unannounced;
       auto unannounced = evidence(facts.fini ? "thread_fini" : "thread_sched",
                                   facts.fini ? *facts.fini : facts.read_backs.first_at,
-                                  name + " was never seen to be announced");
+                                  name() + " was never seen to be announced");
       if (!process.first_unannounced) process.first_unannounced = unannounced;
       threads_.emplace(index, std::move(unannounced));
     }
@@ -137,14 +137,14 @@ void Proof::compare_totals_of(ThreadIndex index) {
   auto loss = gap(facts);
   if (facts.fini) {
     const auto seen = facts.read_backs.first.value_or(0) + facts.read_backs.count;
-    const auto total = [&] { return evidence("thread_fini", *facts.fini, name + " read back"); };
+    const auto total = [&] { return evidence("thread_fini", *facts.fini, name() + " read back"); };
     compare(facts.process, total, facts.fini_read_backs, seen);
     if (!loss && facts.fini_read_backs != seen) {
       loss = total();
       loss->note += ": " + counted_and_seen(facts.fini_read_backs, seen);
     }
   } else if (!is_interrupted(facts.process)) {
-    const auto missing = evidence("thread_init", *facts.announced, name + " has no thread_fini");
+    const auto missing = evidence("thread_init", *facts.announced, name() + " has no thread_fini");
     process.disagreements.push_back(missing);
     if (!loss) loss = missing;
   } else if (!loss) {
