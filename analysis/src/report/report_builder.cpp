@@ -267,19 +267,29 @@ std::vector<ThreadIndex> threads_in_order(const Model& model) {
 }
 
 std::vector<const MessageEdgeFacts*> edges_in_order(const Model& model) {
-  std::vector<const MessageEdgeFacts*> order;
-  order.reserve(model.edges.size());
-  for (const auto& edge : model.edges)
-    order.push_back(&edge);
   const auto place_of = [&model](CallbackIndex index) {
     const auto& callback = model.callbacks[at(index)];
     return std::tuple(std::string_view(callback.logical_id),
                       model.processes[at(callback.process)].pid, index);
   };
-  sort_rows(order, {}, [&place_of](const MessageEdgeFacts* edge) {
-    return std::tuple(place_of(edge->to),
-                      edge->from ? std::optional(place_of(*edge->from)) : std::nullopt);
-  });
+  using Place = decltype(place_of(CallbackIndex{}));
+  // Beside each edge what it is compared by, which lies far from the next one's.
+  struct Row {
+    Place to;
+    std::optional<Place> from;
+    const MessageEdgeFacts* edge = nullptr;
+  };
+  std::vector<Row> rows;
+  rows.reserve(model.edges.size());
+  for (const auto& edge : model.edges) {
+    const auto from = edge.from ? std::optional(place_of(*edge.from)) : std::nullopt;
+    rows.push_back({.to = place_of(edge.to), .from = from, .edge = &edge});
+  }
+  sort_rows(rows, {}, [](const Row& row) { return std::tie(row.to, row.from); });
+  std::vector<const MessageEdgeFacts*> order;
+  order.reserve(rows.size());
+  for (const auto& row : rows)
+    order.push_back(row.edge);
   return order;
 }
 
