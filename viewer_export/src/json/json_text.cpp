@@ -14,7 +14,7 @@ constexpr std::string_view kLine = "\n                               ";  // as i
 
 char* quoted(std::string_view text, char* to) {
   *to++ = '"';
-  to = std::ranges::copy(text, to).out;
+  to += text.copy(to, text.size());
   *to++ = '"';
   return to;
 }
@@ -39,7 +39,7 @@ void JsonText::make_room(std::size_t size) {
   *at = ',';
   at += has_comma ? 1 : 0;
   // All of it, whose size the compiler knows: no more of it counts than the line has.
-  std::ranges::copy(kLine, at);
+  kLine.copy(at, kLine.size());
   if (line > kLine.size()) [[unlikely]]
     std::fill(at + kLine.size(), at + line, ' ');
   return at + line;
