@@ -1,8 +1,10 @@
 // What a chain tracker knows of chains and edges, as the model's facts.
+#include "base/prefetch.hpp"
 #include "chain_tracker.hpp"
 #include "model/sort_rows.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 namespace cie::analysis {
@@ -69,7 +71,9 @@ void ChainTracker::fill_model(Take take) {
     listed.emplace_back(std::move(name), &*entry);
   }
   sort_rows(listed, {}, &decltype(listed)::value_type::first);
-  for (auto& [name, entry] : listed) {
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    if (i + 2 < listed.size()) prefetch_to_read(&listed[i + 2].second->second.facts);
+    auto& [name, entry] = listed[i];
     auto facts = take(entry->second.facts);
     facts.name = std::move(name);
     facts.hops.reserve(entry->first.size());
