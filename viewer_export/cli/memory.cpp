@@ -12,12 +12,13 @@
 // page of 4 KiB costs 1 to 20 us on a virtual machine, as much as ten events or two hundred. One
 // arena serves all threads, and what was freed, large or small, stays for what comes next: what
 // reads a trace goes before the report is made. Caches of a thread hold no large blocks, and a large
-// one serves no request of less than an eighth of it: 8 MB less with 10 000 callbacks.
+// one serves no request of less than an eighth of it: 8 MB less with 10 000 callbacks. Small blocks
+// come from eight pages at a time: most slabs would be one page, and each is asked of the arena.
 extern "C" {
 extern const char* malloc_conf;
 const char* malloc_conf =
     "thp:always,metadata_thp:always,narenas:1,oversize_threshold:0,dirty_decay_ms:-1,"
-    "muzzy_decay_ms:-1,lg_tcache_max:12,lg_extent_max_active_fit:3";
+    "muzzy_decay_ms:-1,lg_tcache_max:12,lg_extent_max_active_fit:3,slab_sizes:1-4096:8";
 }
 
 namespace cie::cli {
