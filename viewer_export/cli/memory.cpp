@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include <jemalloc/jemalloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -13,12 +14,17 @@
 // arena serves all threads, and what was freed, large or small, stays for what comes next: what
 // reads a trace goes before the report is made. Caches of a thread hold no large blocks, and a large
 // one serves no request of less than an eighth of it: 8 MB less with 10 000 callbacks. Small blocks
-// come from eight pages at a time: most slabs would be one page, and each is asked of the arena.
+// come from eight pages at a time: most slabs would be one page, and each is asked of the arena. A
+// thread keeps what it freed of them for itself: what is freed together is asked for again together.
 extern "C" {
 extern const char* malloc_conf;
 const char* malloc_conf =
     "thp:always,metadata_thp:always,narenas:1,oversize_threshold:0,dirty_decay_ms:-1,"
-    "muzzy_decay_ms:-1,lg_tcache_max:12,lg_extent_max_active_fit:3,slab_sizes:1-4096:8";
+    "muzzy_decay_ms:-1,lg_tcache_max:12,lg_extent_max_active_fit:3,slab_sizes:1-4096:8"
+#if JEMALLOC_VERSION_MAJOR > 5 || JEMALLOC_VERSION_MINOR > 2  // others say that they do not know it
+    ",tcache_gc_incr_bytes:1073741824"
+#endif
+    ;
 }
 
 namespace cie::cli {
