@@ -61,10 +61,10 @@ class Subjects {
   bool has_several_hosts_ = false;
   std::vector<std::uint32_t> programs_;   // by process
   std::vector<std::uint32_t> callbacks_;  // by callback, as lifetime_of() has it
-  // These two are counted when the first one is asked for: a report asks for none.
-  mutable std::vector<std::uint32_t>
-      lifetimes_;  // by thread, from 1: of its process's with its tid
-  mutable std::vector<std::uint32_t> publishers_;  // likewise, with its topic
+  // From 1: of its process's with its tid, or with its topic. Counted when the first one is asked for:
+  // a report asks for none.
+  mutable std::vector<std::uint32_t> lifetimes_;   // by thread
+  mutable std::vector<std::uint32_t> publishers_;  // by publisher
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.
