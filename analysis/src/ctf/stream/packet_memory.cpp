@@ -1,35 +1,39 @@
 #include "packet_memory.hpp"
 
-#include <utility>
+#include <new>
 
 #include <sanitizer/asan_interface.h>
 #include <sys/mman.h>
 
 namespace cie::analysis::ctf {
+namespace {
 
-PacketMemory::PacketMemory(std::size_t bytes) noexcept {
-  if (bytes == 0) return;
+constexpr std::size_t kHugePage = 2U << 20U;
+
+std::uint8_t* allocate(std::size_t bytes) noexcept {
+  if (bytes < kHugePage) return new (std::nothrow) std::uint8_t[bytes];
   void* const memory =
       mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) return;
+  if (memory == MAP_FAILED) return nullptr;
   madvise(memory, bytes, MADV_HUGEPAGE);  // without them it is slower
-  ASAN_POISON_MEMORY_REGION(memory, bytes);
-  mapped_ = free_ = {static_cast<std::uint8_t*>(memory), bytes};
+  return static_cast<std::uint8_t*>(memory);
 }
 
-PacketMemory::PacketMemory(PacketMemory&& other) noexcept
-    : mapped_(std::exchange(other.mapped_, {})), free_(std::exchange(other.free_, {})) {}
+}  // namespace
 
-PacketMemory& PacketMemory::operator=(PacketMemory&& other) noexcept {
-  std::swap(mapped_, other.mapped_);
-  std::swap(free_, other.free_);
-  return *this;
+PacketMemory::PacketMemory(std::size_t bytes) noexcept : memory_(allocate(bytes), {bytes}) {
+  if (memory_ == nullptr) return;
+  ASAN_POISON_MEMORY_REGION(memory_.get(), bytes);
+  free_ = {memory_.get(), bytes};
 }
 
-PacketMemory::~PacketMemory() {
-  if (mapped_.empty()) return;
-  ASAN_UNPOISON_MEMORY_REGION(mapped_.data(), mapped_.size());
-  munmap(mapped_.data(), mapped_.size());
+void PacketMemory::Free::operator()(std::uint8_t* memory) const noexcept {
+  ASAN_UNPOISON_MEMORY_REGION(memory, bytes);
+  if (bytes < kHugePage) {
+    delete[] memory;
+  } else {
+    munmap(memory, bytes);
+  }
 }
 
 std::span<std::uint8_t> PacketMemory::take(std::size_t bytes) noexcept {

@@ -22,22 +22,29 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
 }
 
 std::size_t StreamReader::packet_bytes() const noexcept {
-  std::uint64_t most = 0;
-  for (const auto& [file, trace, first] : files_) {
-    const auto bytes = std::max<std::uint64_t>(first ? first->size : 0, kSmallestPiece);
-    most = std::max(most, std::min(bytes, file.size()));
+  std::uint64_t bytes = 0;
+  for (const auto& file : files_) {
+    if (file.first) bytes = std::max(bytes, file.first->size);
   }
-  return static_cast<std::size_t>(most);
+  return static_cast<std::size_t>(bytes);
+}
+
+std::size_t StreamReader::held_bytes() const noexcept {
+  std::uint64_t most = 0;
+  for (const auto& file : files_)
+    most = std::max(most, file.file.size());
+  return static_cast<std::size_t>(
+      std::min<std::uint64_t>(std::max(packet_bytes(), kSmallestPiece), most));
 }
 
 std::size_t StreamReader::memory_for_packets() const noexcept {
-  return PacketMemory::size_of_part(packet_bytes() + Window::kReadable) +
+  return PacketMemory::size_of_part(held_bytes() + Window::kReadable) +
          PacketMemory::size_of_part(NotedEvents::room_for(packet_bytes()));
 }
 
 void StreamReader::begin(PacketMemory* memory) {
   if (memory != nullptr) {
-    room_ = memory->take(packet_bytes() + Window::kReadable);
+    room_ = memory->take(held_bytes() + Window::kReadable);
     noted_.set_room(memory->take(NotedEvents::room_for(packet_bytes())));
   }
   // With the header of a packet that ends where a piece does.

@@ -63,7 +63,7 @@ class StreamReader {
   StreamReader(const StreamReader&) = delete;
   StreamReader& operator=(const StreamReader&) = delete;
 
-  // Bytes of a packet like its first ones, or of several small ones; and of the memory that holds them.
+  // Bytes of a packet like its first ones, and of the memory that holds one or several small ones.
   std::size_t packet_bytes() const noexcept;
   std::size_t memory_for_packets() const noexcept;
   // Finds the first step; comes before all others. With memory, which is borrowed, packets are held whole
@@ -120,6 +120,7 @@ class StreamReader {
     }
   };
 
+  std::size_t held_bytes() const noexcept;  // of packets, at a time
   void load_packet();
   // What the scanner looks at is in the window then.
   template <typename Look>
