@@ -35,8 +35,8 @@ class LateFields {
     // `event`: complete but for what its thread and its fields are; `event_class`: its plan's number;
     // `body`: those, of fixed layout. Both stay where they are until fill().
     // Those that wait for none are filled at once. False: it tells nothing, see Translator.
-    [[gnu::always_inline]] bool add(std::size_t event_class, Event& event,
-                                    const std::uint8_t* body, EventBatch& batch) {
+    [[gnu::always_inline]] bool add(std::size_t event_class, Event& event, const std::uint8_t* body,
+                                    EventBatch& batch) {
       auto& waiting = waiting_[event_class];
       if (waiting.next == waiting.end) [[unlikely]] {
         if (waiting.plan->is_filled_at_once) return fill(*waiting.plan, {&event, body}, batch);
