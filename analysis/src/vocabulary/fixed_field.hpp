@@ -28,6 +28,13 @@ struct FixedField {
   std::uint64_t sign = 0;    // its highest bit if that is a sign
   const LabelTable* labels = nullptr;
 
+  // The bytes at its place, as many as the integer has.
+  template <typename Integer>
+  Integer whole(const std::uint8_t* begin) const noexcept {
+    Integer value = 0;
+    std::memcpy(&value, begin + offset, sizeof value);
+    return value;
+  }
   // Without branches, since what a field is cannot be predicted where all are read. 0 if absent.
   std::uint64_t load(const std::uint8_t* begin) const noexcept {
     return (load_unsigned(begin) ^ sign) - sign;
@@ -35,24 +42,17 @@ struct FixedField {
   // The same as an integer of some type, as which it is usually recorded.
   template <typename Integer>
   Integer load_as(const std::uint8_t* begin) const noexcept {
-    if (bytes != sizeof(Integer)) return static_cast<Integer>(load(begin));
-    Integer value = 0;
-    std::memcpy(&value, begin + offset, sizeof value);
-    return value;
+    return bytes == sizeof(Integer) ? whole<Integer>(begin) : static_cast<Integer>(load(begin));
   }
   // The same where a sign is of no interest.
   std::uint64_t load_unsigned(const std::uint8_t* begin) const noexcept {
-    std::uint64_t raw = 0;
-    std::memcpy(&raw, begin + offset, sizeof raw);
-    return raw >> shift & mask;
+    return whole<std::uint64_t>(begin) >> shift & mask;
   }
   // Of an integer; empty if it is none.
   void get(const std::uint8_t* begin, ContextNumber<std::int64_t>& value) const noexcept {
     // Whole, without a look at what it was: that is in another core's cache.
     if (is_int32) [[likely]] {
-      std::int32_t number = 0;
-      std::memcpy(&number, begin + offset, sizeof number);
-      value = number;
+      value = whole<std::int32_t>(begin);
       return;
     }
     value = {};

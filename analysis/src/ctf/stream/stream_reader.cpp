@@ -6,9 +6,7 @@
 namespace cie::analysis::ctf {
 
 StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity)
-    : merge_offset_ns_(identity.merge_offset_ns),
-      index_(identity.index),
-      counts_others_(identity.counts_others && !files.front().trace->plan().is_snapshot),
+    : counts_others_(identity.counts_others && !files.front().trace->plan().is_snapshot),
       files_(std::move(files)),
       identity_(identity),
       clock_(files_.front().first ? files_.front().first->stream->clock
@@ -55,14 +53,14 @@ void StreamReader::begin(PacketMemory* memory) {
 
 void StreamReader::emit(EventWriter& writer, Timestamp time, const EventBody& body) const {
   auto& event = writer.add();
-  event.head = {.time = time, .stream = index_, .cpu = cpu_, .pid = {}, .tid = {}};
+  event.head = {.time = time, .stream = identity_.index, .cpu = cpu_, .pid = {}, .tid = {}};
   event.body = body;
   writer.keep(event);
 }
 
 void StreamReader::emit_begin(EventWriter& writer) const {
   auto& event = writer.add();
-  event.head = {.time = {}, .stream = index_, .cpu = cpu_, .pid = {}, .tid = {}};
+  event.head = {.time = {}, .stream = identity_.index, .cpu = cpu_, .pid = {}, .tid = {}};
   const auto& trace = files_.front().trace->plan();
   const auto& first = files_.front().first;
   event.body = StreamBegin{.channel = identity_.channel,
@@ -278,8 +276,9 @@ void StreamReader::emit_packet_begin(EventWriter& writer) {
 
 bool StreamReader::is_on_time_line(const RunAhead& run) const noexcept {
   std::int64_t last = 0;
-  return run.events.empty() || (saturating_add(run.first_time().ns, merge_offset_ns_) >= key_ &&
-                                !__builtin_add_overflow(run.to.ns, merge_offset_ns_, &last));
+  return run.events.empty() ||
+         (saturating_add(run.first_time().ns, identity_.merge_offset_ns) >= key_ &&
+          !__builtin_add_overflow(run.to.ns, identity_.merge_offset_ns, &last));
 }
 
 std::optional<RunAhead> StreamReader::walk_ahead() {
@@ -311,7 +310,7 @@ bool StreamReader::look_ahead() {
 
 Lane StreamReader::lane() const noexcept {
   if (ahead_.events.empty()) return {};
-  return {ahead_, merge_offset_ns_, *trace_, index_, cpu_};
+  return {ahead_, identity_.merge_offset_ns, *trace_, identity_.index, cpu_};
 }
 
 void StreamReader::finish_lane() noexcept {
@@ -348,7 +347,7 @@ void StreamReader::emit_event(EventWriter& writer) {
   }
   auto& event = writer.add();
   event.head.time = time;
-  event.head.stream = index_;
+  event.head.stream = identity_.index;
   event.head.cpu = cpu_;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);

@@ -150,7 +150,7 @@ class StreamReader {
     last_time_ = time;
   }
   std::int64_t key_of(Timestamp time) const noexcept {
-    return std::max(key_, saturating_add(time.ns, merge_offset_ns_));
+    return std::max(key_, saturating_add(time.ns, identity_.merge_offset_ns));
   }
   void stand_at(Timestamp time) noexcept { key_ = key_of(time); }
   Timestamp time_of(std::uint64_t cycles) const noexcept { return clock_.time_of(cycles); }
@@ -171,11 +171,9 @@ class StreamReader {
   RunAhead ahead_{};
   LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
   std::int64_t key_ = INT64_MIN;          // of the next step, or of one before those ahead
-  std::int64_t merge_offset_ns_;          // this, index_ and counts_others_: of identity_
-  StreamIndex index_;
-  ContextNumber<std::int32_t> cpu_;  // of the packet
-  bool counts_others_;
-  std::uint64_t counted_ = 0;  // events of the packet that are only counted
+  ContextNumber<std::int32_t> cpu_;       // of the packet
+  bool counts_others_;                    // as identity_ has it, but not of a snapshot
+  std::uint64_t counted_ = 0;             // events of the packet that are only counted
   std::array<EventAhead, kAhead + 1> found_{};
 
   std::vector<StreamFile> files_;
