@@ -8,8 +8,6 @@
 #include "text.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <set>
@@ -257,15 +255,11 @@ std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view fi
 }
 
 std::string read_file(const std::filesystem::path& file) {
-  const auto fail = [&file](int error) {
-    throw SpecError(file.string() + ": cannot read it: " + std::generic_category().message(error));
-  };
-  const File stream(std::fopen(file.c_str(), "rbe"));
-  if (!stream) fail(errno);
-  std::string text(kMaxBytes + 1, '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
-  if (std::ferror(stream.get()) != 0) fail(errno);
-  return text;
+  try {
+    return cie::read_file(file, kMaxBytes + 1);
+  } catch (const std::system_error& error) {
+    throw SpecError(file.string() + ": cannot read it: " + error.what());
+  }
 }
 
 }  // namespace cie::yaml

@@ -1,9 +1,10 @@
 #include <cie/tracepoints/fields.hpp>
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/file.hpp"
+
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 #include <system_error>
 #include <type_traits>
 #include <utility>
@@ -20,7 +21,7 @@ using Parsed = nlohmann::json;        // finds members in logarithmic time, howe
 constexpr std::string_view kSchema = "cie.recording/1";
 constexpr std::string_view kAnySchema = "cie.recording/";
 // A file takes some 150 bytes: this is a hundred thousand of them.
-constexpr std::uintmax_t kLargest = 16U << 20U;
+constexpr std::size_t kLargest = 16U << 20U;
 constexpr int kDeepest = 8;
 
 // The members of each object, each key named once. A visitor has
@@ -349,15 +350,14 @@ std::optional<RecordingManifest> parse_recording_manifest(std::string_view text)
 
 std::optional<RecordingManifest> load_recording_manifest(const fs::path& directory) {
   const fs::path path = directory / kManifestName;
-  std::error_code error;
-  const auto status = fs::status(path, error);
-  if (!fs::exists(status)) return std::nullopt;
-  if (!fs::is_regular_file(status)) throw ManifestError("it is not a file");
-  std::ifstream file(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(std::min(fs::file_size(path, error), kLargest)) + 1, 0);
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file.is_open() || file.bad()) throw ManifestError("it cannot be read");
-  text.resize(static_cast<std::size_t>(file.gcount()));
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return std::nullopt;
+  std::string text;
+  try {
+    text = read_file(path, kLargest + 1);
+  } catch (const std::system_error& error) {
+    throw ManifestError(std::string("it cannot be read: ") + error.what());
+  }
   return parse_recording_manifest(text);
 }
 

@@ -3,12 +3,11 @@
 #include "base/file.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstddef>
-#include <cstdio>
 #include <memory>
 #include <new>
 #include <span>
+#include <string>
 #include <system_error>
 
 #include <gcrypt.h>
@@ -17,6 +16,7 @@ namespace cie {
 namespace {
 
 constexpr std::size_t kBytes = 32;
+constexpr std::size_t kBlock = 65'536;  // that is read at once
 
 // Once per process, unless the application did: libgcrypt wants to be asked for its version first.
 // Nothing here is secret.
@@ -76,18 +76,15 @@ std::array<std::uint8_t, kBytes> sha256(std::string_view bytes) {
 std::string sha256_hex(std::string_view bytes) { return hex(sha256(bytes)); }
 
 std::string sha256_file(const std::filesystem::path& file) {
-  const auto fail = [&file] {
-    throw std::system_error(errno, std::generic_category(), "cannot read " + file.string());
-  };
-  const File stream(std::fopen(file.c_str(), "rbe"));
-  if (!stream) fail();
-  Sha256 hash;
-  std::array<char, 65536> block{};
-  while (const auto size = std::fread(block.data(), 1, block.size(), stream.get())) {
-    hash.update(block.data(), size);
+  try {
+    const FileDescriptor opened = open_to_read(file);
+    Sha256 hash;
+    for (std::string block; !(block = read_all(opened, kBlock)).empty();)
+      hash.update(block.data(), block.size());
+    return hex(hash.finish());
+  } catch (const std::system_error& error) {
+    throw std::system_error(error.code(), "cannot read " + file.string());
   }
-  if (std::ferror(stream.get()) != 0) fail();
-  return hex(hash.finish());
 }
 
 }  // namespace cie

@@ -2,14 +2,13 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "base/file.hpp"
 #include "json/row_json.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstddef>
 #include <exception>
-#include <fstream>
 #include <map>
 #include <set>
 #include <string>
@@ -136,11 +135,15 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
                                      "\" is neither a recording nor a report: " + why +
                                      "; reports are written by cie report --format json");
   };
-  std::ifstream stream(file);
-  if (!stream) throw fail("it cannot be opened (" + std::generic_category().message(errno) + ')');
+  std::string text;
+  try {
+    text = read_file(file);
+  } catch (const std::system_error& error) {
+    throw fail(std::string("it cannot be opened (") + error.what() + ')');
+  }
   analysis::ComparedSide side;
   try {
-    const auto report = Json::parse(stream);
+    const auto report = Json::parse(text);
     const auto& schema = report.at("schema").get_ref<const std::string&>();
     if (std::ranges::find(kSchemas, schema) == kSchemas.end()) {
       throw std::runtime_error("its schema is neither cie.report/1 nor cie.report/2");
