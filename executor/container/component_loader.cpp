@@ -1,5 +1,6 @@
 #include "component_loader.hpp"
 
+#include "base/file.hpp"
 #include "base/text.hpp"
 #include "mapped.hpp"
 
@@ -9,6 +10,7 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <thread>
 
 #include <dlfcn.h>
@@ -65,10 +67,22 @@ void check_use_of_options(Node& node, const ComponentOptions& options) {
   }
 }
 
+// The dynamic linker would wait for a FIFO's writer; what it says of a file that is not there is better.
+void refuse_what_is_no_file(const std::string& name) {
+  if (name.find('/') == std::string::npos) return;  // the linker looks for it
+  try {
+    open_to_read(name);
+  } catch (const std::system_error& error) {
+    if (error.code().category() != std::generic_category())
+      throw std::runtime_error{name + ": " + error.what()};
+  }
+}
+
 }  // namespace
 
-Library::Library(const std::string& name)
-    : name_(name), handle_(dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+Library::Library(const std::string& name) : name_(name) {
+  refuse_what_is_no_file(name);
+  handle_ = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle_ == nullptr) throw std::runtime_error{linker_reason()};
 }
 

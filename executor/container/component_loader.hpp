@@ -24,7 +24,7 @@ class Library {
 
  private:
   std::string name_;
-  void* handle_;
+  void* handle_ = nullptr;
 };
 
 // Code of the component runs on threads that end before the library is closed: a thread_local with

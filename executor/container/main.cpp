@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "container.hpp"
 #include "control.hpp"
+#include "end_in_time.hpp"
 #include "parameter_orders.hpp"
 #include "parameter_overrides.hpp"
 
@@ -19,6 +20,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -135,7 +137,7 @@ std::unique_ptr<ControlServer> listen_for_orders(Container& container) {
   }
 }
 
-int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
+int serve(Container& container, const AppFile& app, CancelOnSignals& signals, EndInTime& end) {
   const std::size_t loaded = container.load_all();
   if (loaded == 0) {
     say("none of the components could be loaded");
@@ -148,6 +150,7 @@ int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
     const std::size_t missing = app.components.size() - loaded;
     say(fmt::format("{} under the executor \"{}\"{}", counted(loaded, "component"), app.executor,
                     missing == 0 ? "" : fmt::format(", {} could not be loaded", missing)));
+    const EndInTime::Patience patience{end};
     container.run();
   } catch (const std::exception& error) {
     say(error.what());
@@ -170,6 +173,7 @@ struct Arguments {
 int run(const Arguments& arguments) {
   try {
     CancelOnSignals signals;  // first: a signal that comes while components load counts
+    EndInTime end;
     AppFile app = AppFile::load(arguments.file);
     if (!arguments.executor.empty()) app.executor = arguments.executor;
     for (const std::string& file : arguments.parameter_files)
@@ -177,8 +181,11 @@ int run(const Arguments& arguments) {
     for (const std::string& assignment : arguments.parameters)
       override_parameter(app, assignment);
     if (app.spec) hold_hangups();
+    std::optional<EndInTime::Patience> patience;  // beyond the container
     Container container{app, say};
-    return serve(container, app, signals);
+    const int code = serve(container, app, signals, end);
+    patience.emplace(end);  // components end in their own time
+    return code;
   } catch (const SpecError& error) {
     say(error.what());
     return kWrongUsage;

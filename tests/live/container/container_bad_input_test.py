@@ -2,12 +2,15 @@
 """What the component container says to components and files that it cannot use."""
 
 import os
+import signal
+import subprocess
+import time
 import unittest
 from pathlib import Path
 
 import harness
-from harness import (ENDED_WELL, FAILED, UNUSABLE, app_file, component, run_and_end,
-                     run_to_its_end, Running, wait_for)
+from harness import (ENDED_WELL, FAILED, UNUSABLE, app_file, component, order,
+                     run_and_end, run_to_its_end, Running, wait_for)
 
 
 class BadComponents(unittest.TestCase):
@@ -145,6 +148,78 @@ class BadFiles(unittest.TestCase):
         code, _, said = run_and_end(app_file(component("a"), head=head + "on_error: warn\n"))
         self.assertEqual(code, ENDED_WELL, said)
         self.assertIn(f'warning: {spec}:2: "/a@Timer(50000000)"', said)
+
+
+NO_FILE = "it is a FIFO, a device or a socket, and no file"
+
+
+class WhatMakesWait(unittest.TestCase):
+    """A FIFO of which nobody writes in place of a file; what never returns."""
+
+    def setUp(self):
+        self.fifo = harness.scratch / f"fifo{self.id()}.yaml"
+        os.mkfifo(self.fifo)
+        writer = os.open(self.fifo, os.O_RDWR)
+        self.addCleanup(os.close, writer)
+
+    def assert_ends(self, running, code=ENDED_WELL):
+        self.assertEqual(running.end()[0], code, running.text())
+
+    def test_an_application_file(self):
+        self.assertEqual(run_to_its_end(self.fifo)[0], UNUSABLE)
+        self.assertEqual(run_to_its_end("/dev/zero")[0], UNUSABLE)
+
+    def test_a_file_of_parameters(self):
+        code, said = run_to_its_end(app_file(component("a")), "--params-file", self.fifo)
+        self.assertEqual((code, f"{self.fifo}: cannot read it: {NO_FILE}" in said), (UNUSABLE, True), said)
+
+    def test_a_spec(self):
+        code, said = run_to_its_end(app_file(component("a"), head=f"spec: {self.fifo.name}\n"))
+        self.assertEqual((code, NO_FILE in said), (UNUSABLE, True), said)
+
+    def test_an_order_to_load_it(self):
+        with Running(app_file(component("a"))) as running:
+            code, _, said = order("load", self.fifo)
+            self.assertEqual((code, NO_FILE in said), (UNUSABLE, True), said)
+            self.assert_ends(running)
+
+    def test_a_shared_object(self):
+        library = harness.scratch / f"{self.id()}.so"
+        os.mkfifo(library)
+        with Running(app_file(component("a"), component("b", library=library))) as running:
+            self.assertIn(f"{library}: {NO_FILE}", running.text())
+            self.assert_ends(running)
+
+    def test_a_spec_that_has_become_one(self):
+        spec = harness.scratch / "changed.yaml"
+        spec.write_text("callback_groups: []\n")
+        with Running(app_file(component("a"), head="spec: changed.yaml\n")) as running:
+            spec.unlink()
+            os.mkfifo(spec)
+            running.process.send_signal(signal.SIGHUP)
+            wait_for(lambda: "the former spec stays in force" in running.text(), "it says that it cannot read it")
+            self.assertIn(NO_FILE, running.text())
+            self.assert_ends(running)
+
+    def test_a_component_that_never_loads(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            file = app_file(component("a"), component("b", of="NeverLoads"))
+            with Running(file, runs=False) as running:
+                wait_for(lambda: 'loaded "/a"' in running.text(), "the first one is loaded")  # pylint: disable=cell-var-from-loop
+                self.assert_ends_by_force(running, number)
+
+    def test_an_order_that_never_ends(self):
+        more = app_file(component("b", of="NeverLoads"))
+        with Running(app_file(component("a"))) as running:
+            words = [harness.options.programs / "cie-run", "--control", "load", more]
+            with subprocess.Popen(words, stderr=subprocess.PIPE) as ordering:
+                time.sleep(0.3)
+                self.assert_ends_by_force(running, signal.SIGINT)
+                ordering.communicate(timeout=200)
+
+    def assert_ends_by_force(self, running, number):
+        self.assertEqual(running.end(number)[0], FAILED, running.text())
+        self.assertIn("ended by force", running.text())
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -52,6 +53,18 @@ class ThrowsInCallback {
   std::shared_ptr<cie::Timer> timer_;
 };
 
+class NeverLoads {
+ public:
+  explicit NeverLoads(const cie::ComponentOptions& options) : node_(options) {
+    while (true)
+      std::this_thread::sleep_for(std::chrono::hours{1});
+  }
+  cie::Node& node() { return node_; }
+
+ private:
+  cie::Node node_;
+};
+
 class NamesItselfOtherwise {
  public:
   explicit NamesItselfOtherwise(const cie::ComponentOptions& options)
@@ -89,6 +102,7 @@ constexpr cie::ComponentClass kClasses[] = {
     cie::component_class<ThrowsInConstructor>("odd::ThrowsInConstructor"),
     cie::component_class<ThrowsInCallback>("odd::ThrowsInCallback"),
     cie::component_class<NamesItselfOtherwise>("odd::NamesItselfOtherwise"),
+    cie::component_class<NeverLoads>("odd::NeverLoads"),
 };
 constexpr cie::ComponentLibrary kLibrary{.count = std::size(kClasses), .classes = kClasses};
 
