@@ -50,6 +50,7 @@ add_library(cie_recorder STATIC
   recorder/system/console.cpp
   recorder/system/directory_claim.cpp
   recorder/system/error.cpp
+  recorder/system/group_witness.cpp
   recorder/system/instant.cpp
   recorder/system/processes.cpp
   recorder/system/signals.cpp

@@ -1,12 +1,19 @@
 // The recorder's one loop: a command, or what is attached to, until it is over.
 #include "target/target.hpp"
 
+#include "support/temporary_directory.hpp"
+
 #include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace cie::record {
 namespace {
@@ -42,6 +49,51 @@ TEST(Target, PassesACommandTheSignalsThatEndPrograms) {
   EXPECT_EQ(target.next(), Event::tick) << "a command decides itself what it makes of it";
   run_to_the_end(target);
   EXPECT_EQ(target.exit()->signal, SIGTERM);
+}
+
+// A recorder in a process group of its own, or in one with its command; how many SIGINTs that got. `send` signals the
+// recorder or its group.
+int interrupts_of_command(void (*send)(pid_t recorder), bool has_own_group) {
+  const test::TemporaryDirectory directory;
+  const std::string ready = (directory.path() / "ready").string();
+  const std::string log = (directory.path() / "log").string();
+  const pid_t recorder = fork();
+  if (recorder == 0) {
+    setpgid(0, 0);
+    alarm(60);
+    const std::string script = "trap 'echo got >> " + log + "' INT; touch " + ready +
+                               "; for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15; do sleep 0.1; done";
+    Options options;
+    options.command = {"sh", "-c", script};
+    if (has_own_group) options.command.insert(options.command.begin(), "setsid");
+    Target target(options);
+    target.start();
+    run_to_the_end(target);
+    _exit(0);
+  }
+  while (!std::filesystem::exists(ready))
+    std::this_thread::sleep_for(milliseconds(5));
+  send(recorder);
+  waitpid(recorder, nullptr, 0);
+  std::ifstream lines(log);
+  int count = 0;
+  for (std::string line; std::getline(lines, line);)
+    ++count;
+  return count;
+}
+
+TEST(Target, GivesACommandOneSignalHoweverItIsSent) {
+  const auto to_recorder = [](pid_t recorder) { kill(recorder, SIGINT); };
+  const auto to_group = [](pid_t recorder) { killpg(recorder, SIGINT); };
+  const auto to_both = [](pid_t recorder) {  // as timeout(1) does
+    kill(recorder, SIGINT);
+    killpg(recorder, SIGINT);
+  };
+  EXPECT_EQ(interrupts_of_command(to_recorder, false), 1);
+  EXPECT_EQ(interrupts_of_command(to_group, false), 1);
+  EXPECT_EQ(interrupts_of_command(to_both, false), 1);
+  EXPECT_EQ(interrupts_of_command(to_recorder, true), 1);
+  EXPECT_EQ(interrupts_of_command(to_group, true), 1) << "it has left the group";
 }
 
 // Ctrl-C and SIGTERM mean nothing to it, nor to this test: what is blocked is received all the same.

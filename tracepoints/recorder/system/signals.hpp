@@ -10,7 +10,7 @@ namespace cie::record {
 
 struct ReceivedSignal {
   int number = 0;
-  // Sent by the terminal (Ctrl-C): the whole foreground process group has got it already.
+  // Sent by the kernel, as a terminal's are (Ctrl-C): the whole foreground process group has got it.
   bool is_from_terminal = false;
 };
 

@@ -6,6 +6,7 @@
 #include <csignal>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace cie::record {
 namespace {
@@ -16,7 +17,9 @@ constexpr milliseconds kTick{100};
 
 }  // namespace
 
-Target::Target(const Options& options) : options_(options) {}
+Target::Target(const Options& options) : options_(options) {
+  if (is_command()) witness_.emplace();
+}
 
 void Target::start() {
   began_ = std::chrono::steady_clock::now();
@@ -57,13 +60,24 @@ std::optional<Target::Event> Target::next() {
 }
 
 void Target::pass_on(const ReceivedSignal& signal) {
-  if (!is_command() || !signal.is_from_terminal) {
-    interrupt(signal.number);
-  }
+  if (!has_command_got(signal)) interrupt(signal.number);
   // Programs may read a configuration anew on SIGHUP.
   if (is_command() && signal.number != SIGHUP) {
     escalate(escalation_.ask(Escalation::Clock::now()));
   }
+}
+
+// The terminal and killpg() signal the command, too. Who does it to this process, and then to its whole
+// group (timeout(1)), means one signal.
+bool Target::has_command_got(const ReceivedSignal& signal) {
+  if (!command_ || getpgid(command_->pid()) != getpgrp()) return false;
+  const auto now = Escalation::Clock::now();
+  if (witness_->has_seen(signal.number).value_or(signal.is_from_terminal)) {
+    group_signalled_[signal.number] = now;
+    return true;
+  }
+  const auto before = group_signalled_.find(signal.number);
+  return before != group_signalled_.end() && now - before->second < Escalation::kSame;
 }
 
 void Target::escalate(Escalation::Step step) {

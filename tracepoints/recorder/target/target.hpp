@@ -3,10 +3,12 @@
 
 #include "options/options.hpp"
 #include "system/child_process.hpp"
+#include "system/group_witness.hpp"
 #include "system/signals.hpp"
 #include "target/escalation.hpp"
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,7 +27,7 @@ class Target {
   // Starts the command, if it is one. Throws RecordError if it cannot be executed.
   void start();
   // Waits for a signal, a tenth of a second at most. A command is passed the signals that end
-  // programs, unless the terminal sent it one too; one that goes on is made to end when it is asked
+  // programs, unless its group was sent it too (by the terminal, by killpg()); one that goes on is made to end when it is asked
   // again (Escalation). To what is attached to they mean that it is over. Empty when it is: the
   // command ended, a signal came, or the time is up.
   std::optional<Event> next();
@@ -54,10 +56,13 @@ class Target {
   // By cie live, which keeps nothing.
   bool is_watched_live() const noexcept { return options_.live_socket >= 0; }
   void pass_on(const ReceivedSignal& signal);
+  bool has_command_got(const ReceivedSignal& signal);
   void escalate(Escalation::Step step);
 
   Options options_;
   Signals signals_;
+  std::optional<GroupWitness> witness_;                           // of a command's group
+  std::map<int, Escalation::Clock::time_point> group_signalled_;  // by signal, last
   std::optional<ChildProcess> command_;
   Escalation escalation_;  // of the command
   std::optional<std::string> news_;
