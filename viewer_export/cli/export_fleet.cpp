@@ -3,6 +3,7 @@
 #include <cie/viewer_export/fleet_export.hpp>
 #include <cie/viewer_export/instance_writer.hpp>
 
+#include "base/directory.hpp"
 #include "base/messages.hpp"
 #include "command_line.hpp"
 #include "exit_code.hpp"
@@ -46,8 +47,16 @@ void require_directory(const std::string& name) {
   if (name == "-") throw UsageError("the result is a directory: name it with -o DIRECTORY");
   std::error_code error;
   const auto status = fs::status(name, error);
-  if (fs::exists(status) && !fs::is_directory(status)) {
+  if (!fs::exists(status)) return;
+  if (!fs::is_directory(status)) {
     throw UsageError(fmt::format("\"{}\" is there and no directory: name one with -o", name));
+  }
+  try {
+    const auto why = Directory::open(name).distrust();
+    if (why.empty()) return;
+    throw UsageError(fmt::format("\"{}\" {}: name a directory of your own with -o", name, why));
+  } catch (const UntrustedLink& link) {
+    throw UsageError(link.what());
   }
 }
 

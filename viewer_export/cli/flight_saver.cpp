@@ -1,12 +1,12 @@
 #include "flight_saver.hpp"
 
+#include "base/directory.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <filesystem>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -70,10 +70,23 @@ std::string read_all(int descriptor) {
 
 FlightSaver::FlightSaver(std::string directory)
     : directory_(std::move(directory)), program_(program_path("cie-record")) {
-  if (!std::filesystem::exists(std::filesystem::path(directory_) / kRecorderFile)) {
-    throw UsageError("nobody keeps snapshots in \"" + directory_ +
-                     "\": start cie record --snapshot SECONDS --attach -o DIR first");
+  check();
+}
+
+// What cie-record checks each time, before there is anything to save.
+void FlightSaver::check() const {
+  try {
+    const Directory directory = Directory::open(directory_);
+    if (const auto why = directory.distrust(); !why.empty())
+      throw UsageError("\"" + directory_ + "\" " + why + ": no snapshots of yours are kept there");
+    if (directory.has(kRecorderFile)) return;
+  } catch (const UntrustedLink& link) {
+    throw UsageError(link.what());
+  } catch (const std::system_error&) {
+    // It is not there.
   }
+  throw UsageError("nobody keeps snapshots in \"" + directory_ +
+                   "\": start cie record --snapshot SECONDS --attach -o DIR first");
 }
 
 FlightSaver::~FlightSaver() {

@@ -11,7 +11,7 @@ namespace cie::cli {
 
 class FlightSaver {
  public:
-  // `directory` is that of the recorder. Throws UsageError if nobody keeps snapshots there,
+  // `directory` is that of the recorder. Throws UsageError if nobody keeps snapshots there, or it is not this user's,
   // std::runtime_error if cie-record is not installed.
   explicit FlightSaver(std::string directory);
   ~FlightSaver();
@@ -27,6 +27,7 @@ class FlightSaver {
   std::optional<std::string> wait();
 
  private:
+  void check() const;
   std::optional<std::string> reap(int flags);
 
   std::string directory_;

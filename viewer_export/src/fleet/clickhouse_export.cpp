@@ -1,6 +1,8 @@
 #include <cie/viewer_export/fleet_export.hpp>
 
+#include "base/directory.hpp"
 #include "clickhouse_files.hpp"
+#include "output/result_directory.hpp"
 #include "tables/fleet_tables.hpp"
 #include "tables/row_binary_table.hpp"
 
@@ -136,11 +138,11 @@ class ResultDirectory {
          each = each.parent_path())
       made_.push_back(each);
     try {
-      if (!fs::create_directories(directory)) keep();  // somebody else did meanwhile
-    } catch (const fs::filesystem_error& error) {
+      directory_.emplace(make_result_directory(directory));
+      if (!directory_->is_new()) keep();  // somebody else made it meanwhile
+    } catch (...) {
       discard();
-      throw WriteError(
-          fmt::format("cannot make {}: {}", directory.string(), error.code().message()));
+      throw;
     }
   }
   ~ResultDirectory() { discard(); }
@@ -148,6 +150,7 @@ class ResultDirectory {
   ResultDirectory& operator=(const ResultDirectory&) = delete;
 
   void keep() noexcept { made_.clear(); }
+  const Directory& directory() const { return *directory_; }
 
  private:
   void discard() noexcept {
@@ -163,6 +166,7 @@ class ResultDirectory {
   }
 
   std::vector<fs::path> made_;  // the innermost first
+  std::optional<Directory> directory_;
 };
 
 void write_text(const OpenFile& open, const fs::path& path, std::string_view text) {
@@ -176,12 +180,15 @@ void write_text(const OpenFile& open, const fs::path& path, std::string_view tex
 void write_clickhouse(const fs::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open) {
-  const fs::path loader = directory / "load.sh";
+  constexpr const char* kLoader = "load.sh";
+  const fs::path loader = directory / kLoader;
   ResultDirectory whole(directory);
   ResultDirectory data(directory / "data");
-  std::error_code error;
-  if (fs::remove(loader, error); error)
-    throw WriteError(fmt::format("cannot remove {}: {}", loader.string(), error.message()));
+  try {
+    whole.directory().remove(kLoader);
+  } catch (const std::system_error& error) {
+    throw WriteError(error.what());
+  }
   ClickHouseSink sink(directory / "data", recording, open);
   write_fleet_tables(sink, recording, result, instances);
   write_text(open, directory / "schema.sql", schema());
@@ -201,8 +208,7 @@ void write_clickhouse(const fs::path& directory, const RecordingIdentity& record
   write_text(open, loader, script);
   data.keep();
   whole.keep();
-  fs::permissions(loader, fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec,
-                  fs::perm_options::add, error);  // `sh load.sh` works without
+  whole.directory().make_executable(kLoader);
 }
 
 }  // namespace cie::viewer_export

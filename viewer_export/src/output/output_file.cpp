@@ -1,5 +1,6 @@
 #include <cie/viewer_export/output_file.hpp>
 
+#include "base/directory.hpp"
 #include "base/file_descriptor.hpp"
 #include "held_signals.hpp"
 #include "write_all.hpp"
@@ -8,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <optional>
 #include <streambuf>
 #include <string>
 #include <system_error>
@@ -69,28 +71,15 @@ class DescriptorBuffer final : public std::streambuf {
   std::array<char, 65536> buffer_{};
 };
 
-// The file that a rename must replace: what a chain of symbolic links ends at, whether it is there or not.
-fs::path resolve(fs::path target, const std::string& object) {
-  constexpr int kMostLinks = 40;  // that Linux follows
-  for (int k = 0; k <= kMostLinks; ++k) {
-    std::error_code error;
-    const auto next = fs::read_symlink(target, error);
-    if (error) return target;
-    target = target.parent_path() / next;
+// Where the file is that a rename must replace: where a chain of symbolic links ends, whether it is there or not.
+Place place_of(const fs::path& target, const std::string& object) {
+  try {
+    return Place::of(target);
+  } catch (const UntrustedLink& link) {
+    throw WriteError("cannot write " + object + ": " + link.what());
+  } catch (const std::system_error& error) {
+    throw_write_error("cannot create " + object, error.code().value());
   }
-  throw_write_error("cannot create " + object, ELOOP);
-}
-
-fs::path directory_of(const fs::path& target) {
-  const auto parent = target.parent_path();
-  return parent.empty() ? fs::path(".") : parent;
-}
-
-// What the temporary file is called beside its target when it needs a name.
-fs::path temporary_name(const fs::path& target, int attempt) {
-  constexpr std::size_t kKept = 200;  // of the target's name; the longest name has 255 bytes
-  return directory_of(target) / ("." + target.filename().string().substr(0, kKept) + "." +
-                                 std::to_string(::getpid()) + "." + std::to_string(attempt));
 }
 
 constexpr int kMostAttempts = 100;
@@ -98,9 +87,9 @@ constexpr int kMostAttempts = 100;
 }  // namespace
 
 struct OutputFile::State {
-  std::string object;  // for messages: "standard output" or the file's name
-  fs::path target;     // empty: written directly
-  fs::path temporary;  // empty: the temporary file has no name
+  std::string object;          // for messages: "standard output" or the file's name
+  std::optional<Place> place;  // empty: written directly
+  std::string temporary;       // beside it; empty: the temporary file has no name
   FileDescriptor owned;
   int descriptor = -1;
   TemporaryListener listener;
@@ -109,14 +98,27 @@ struct OutputFile::State {
 
   ~State() { discard(); }
 
-  void tell_listener(const fs::path& path) const {
-    if (listener) {
-      listener(path);
-    }
+  int directory() const { return place->directory.get(); }
+
+  void tell_listener() const {
+    if (!listener) return;
+    listener(temporary.empty() ? fs::path() : place->directory.path() / temporary);
   }
 
-  void open_direct(const char* name) {
-    owned = FileDescriptor{::open(name, O_WRONLY | O_CLOEXEC | O_NOCTTY)};
+  // A device or a pipe. What somebody else made to be written into is refused, terminals are given.
+  void open_direct(const Place& at) {
+    const int follow = at.is_open_file ? 0 : O_NOFOLLOW;
+    struct stat status {};
+    const bool is_named_pipe =
+        !at.is_open_file &&
+        ::fstatat(at.directory.get(), at.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+        (S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode));
+    if (is_named_pipe && status.st_uid != 0 && status.st_uid != ::geteuid()) {
+      throw WriteError("cannot write " + object + ": it is a FIFO of another user (uid " +
+                       std::to_string(status.st_uid) + ")");
+    }
+    owned = FileDescriptor{
+        ::openat(at.directory.get(), at.name.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY | follow)};
     if (!owned.is_open()) {
       throw_write_error("cannot open " + object, errno);
     }
@@ -126,12 +128,12 @@ struct OutputFile::State {
   void open_temporary() {
     constexpr mode_t kMode = 0666;  // the umask applies
     const HeldSignals held;         // until the listener knows what to remove
-    const auto directory = directory_of(target);
-    owned = FileDescriptor{::open(directory.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kMode)};
+    owned = FileDescriptor{::openat(directory(), ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, kMode)};
     for (int k = 0; !owned.is_open() && k < kMostAttempts; ++k) {
       // A file system that knows no nameless files.
-      const auto name = temporary_name(target, k);
-      owned = FileDescriptor{::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, kMode)};
+      const auto name = unguessable_name(place->name);
+      owned = FileDescriptor{::openat(directory(), name.c_str(),
+                                      O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kMode)};
       if (owned.is_open()) {
         temporary = name;
       } else if (errno != EEXIST) {
@@ -143,11 +145,12 @@ struct OutputFile::State {
     }
     descriptor = owned.get();
     if (!temporary.empty()) {
-      tell_listener(temporary);
+      tell_listener();
     }
     struct stat replaced {};
-    if (::stat(target.c_str(), &replaced) == 0) {
-      ::fchmod(descriptor, replaced.st_mode & 07777U);  // best effort
+    if (::fstatat(directory(), place->name.c_str(), &replaced, AT_SYMLINK_NOFOLLOW) == 0 &&
+        replaced.st_uid == ::geteuid()) {
+      ::fchmod(descriptor, replaced.st_mode & 0777U);  // best effort
     }
   }
 
@@ -155,10 +158,10 @@ struct OutputFile::State {
   void give_name() {
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
     for (int k = 0; k < kMostAttempts; ++k) {
-      const auto name = temporary_name(target, k);
-      if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+      const auto name = unguessable_name(place->name);
+      if (::linkat(AT_FDCWD, self.c_str(), directory(), name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
         temporary = name;
-        tell_listener(temporary);
+        tell_listener();
         return;
       }
       if (errno != EEXIST) {
@@ -173,19 +176,19 @@ struct OutputFile::State {
     if (temporary.empty()) {
       give_name();
     }
-    if (::rename(temporary.c_str(), target.c_str()) != 0) {
+    if (::renameat(directory(), temporary.c_str(), directory(), place->name.c_str()) != 0) {
       throw_write_error("cannot replace " + object, errno);
     }
     temporary.clear();
-    tell_listener({});
+    tell_listener();
   }
 
   void discard() noexcept {
     if (!temporary.empty()) {
-      ::unlink(temporary.c_str());
+      ::unlinkat(directory(), temporary.c_str(), 0);
       temporary.clear();
       try {
-        tell_listener({});
+        tell_listener();
       } catch (...) {  // a destructor has nobody to tell
       }
     }
@@ -203,14 +206,16 @@ OutputFile::OutputFile(const fs::path& target, const TemporaryListener& listener
     throw WriteError("cannot write the result: the name of the output file is empty");
   } else {
     state_->object = "\"" + target.string() + "\"";
-    const bool exists = ::stat(target.c_str(), &status) == 0;
+    Place place = place_of(target, state_->object);
+    const bool exists =
+        ::fstatat(place.directory.get(), place.name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0;
     if (exists && S_ISDIR(status.st_mode)) {
       throw_write_error("cannot write " + state_->object, EISDIR);
     }
-    if (exists && !S_ISREG(status.st_mode)) {
-      state_->open_direct(target.c_str());
+    if (place.is_open_file || (exists && !S_ISREG(status.st_mode))) {
+      state_->open_direct(place);
     } else {
-      state_->target = resolve(target, state_->object);
+      state_->place = std::move(place);
       state_->open_temporary();
     }
   }
@@ -235,7 +240,7 @@ void OutputFile::commit() {
   if (!probe.is_open() || !probe.close()) {
     throw_write_error("cannot write " + state_->object, errno);
   }
-  if (!state_->target.empty()) {
+  if (state_->place) {
     state_->put_in_place();
   }
 }

@@ -3,6 +3,7 @@
 
 #include "fleet_tables.hpp"
 #include "output/held_signals.hpp"
+#include "output/result_directory.hpp"
 
 #include <algorithm>
 #include <map>
@@ -113,11 +114,7 @@ class PartitionSink final : public FleetSink {
     const fs::path folder = directory_ / table_->name / ("day=" + day_) /
                             ("host=" + partition_value(place.host)) /
                             ("process=" + partition_value(place.process));
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) {
-      throw WriteError(fmt::format("cannot make {}: {}", folder.string(), error.message()));
-    }
+    make_result_directory(folder);
     std::string name = recording_.id;
     if (place.pid) name += fmt::format("-{}", *place.pid);
     if (place.former > 0) name += fmt::format("-{}", place.former + 1);
@@ -200,11 +197,7 @@ std::string partition_value(std::string_view text) {
 void write_partitions(const fs::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open) {
-  try {
-    fs::create_directories(directory);
-  } catch (const fs::filesystem_error& error) {
-    throw WriteError(fmt::format("cannot make {}: {}", directory.string(), error.code().message()));
-  }
+  make_result_directory(directory);
   PartitionSink sink(directory, recording, open);
   write_fleet_tables(sink, recording, result, instances);
   auto views = open(directory / "views.sql");

@@ -12,7 +12,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
+#include <system_error>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -49,14 +51,17 @@ class Database {
  public:
   explicit Database(const std::filesystem::path& directory)
       : object_("the database, " + temporary_data(directory)) {
-    const auto place = temporary_place(directory);
+    std::error_code error;
+    const auto place = std::filesystem::canonical(temporary_place(directory), error);
+    if (error) throw_write_error("cannot create " + object_, error.value());
     const HeldSignals held;  // until it has no name
     std::string name = (place / "cie-XXXXXX").string();
     file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
     if (!file_.is_open()) throw_write_error("cannot create " + object_, errno);
     sqlite3* database = nullptr;
-    const int result = sqlite3_open_v2(name.c_str(), &database,
-                                       SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
+    const int result = sqlite3_open_v2(
+        name.c_str(), &database, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_NOFOLLOW,
+        nullptr);
     database_.reset(database);
     if (result == SQLITE_OK) {
       // Nobody else opens it, and what fails is thrown away.

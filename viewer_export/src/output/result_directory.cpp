@@ -1,0 +1,34 @@
+#include "result_directory.hpp"
+
+#include <cie/viewer_export/output_file.hpp>
+
+#include "base/text.hpp"
+
+#include <exception>
+#include <string>
+#include <system_error>
+
+namespace cie::viewer_export {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& directory, const std::string& why) {
+  throw WriteError("cannot make " + directory.string() + ": " + why);
+}
+
+}  // namespace
+
+Directory make_result_directory(const std::filesystem::path& directory) {
+  try {
+    Directory made = Directory::make(directory);
+    if (const auto why = made.distrust(); !why.empty()) {
+      refuse(directory, "it is there and " + why + ", who could put links in the way of its files");
+    }
+    return made;
+  } catch (const UntrustedLink& link) {
+    refuse(directory, link.what());
+  } catch (const std::system_error& error) {
+    refuse(directory, error.code().message());
+  }
+}
+
+}  // namespace cie::viewer_export
