@@ -4,6 +4,7 @@
 
 #include "base/text.hpp"
 #include "ctf/stream_check.hpp"
+#include "system/directory_claim.hpp"
 #include "system/error.hpp"
 
 #include <array>
@@ -14,6 +15,7 @@
 #include <cstdio>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -76,12 +78,9 @@ std::string how_to_send(NetworkAddress address) {
 }  // namespace
 
 Collection::Collection(const CollectOptions& options) : options_(options) {
-  std::error_code error;
-  fs::create_directories(options.directory, error);
-  if (error || access(options.directory.c_str(), W_OK | X_OK) != 0) {
-    throw system_error("cannot write to " + in_quotes(options.directory),
-                       error ? error.value() : errno);
-  }
+  const Directory directory = make_own(options.directory);
+  if (faccessat(directory.get(), ".", W_OK | X_OK, 0) != 0)
+    throw system_error("cannot write to " + in_quotes(options.directory), errno);
   before_ = sessions();
   relay_ = std::make_unique<RelayDaemon>(options.listen, options.directory);
 }

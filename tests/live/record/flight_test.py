@@ -228,6 +228,35 @@ class Flight(unittest.TestCase):
         self.assertGreater(timer["execution_time_ns"]["count"], 0)
         self.assertGreaterEqual(timer["execution_time_ns"]["p50"], 1_900_000)
 
+    def test_signals_pass_while_lttng_does_not_answer_for_a_snapshot(self):
+        ready = scratch / "silent_ready"
+        recorder, directory = self.record("silent", [], ["--until-signal", "--ready", str(ready)])
+        wait_for(ready.exists, "the application runs")
+        daemon, = [int(pid) for pid in Path(f"/proc/{recorder.pid}/task/{recorder.pid}/children").read_text().split()
+                   if "sessiond" in Path(f"/proc/{pid}/comm").read_text()]
+        os.kill(daemon, signal.SIGSTOP)
+        try:
+            recorder.send_signal(signal.SIGUSR1)
+            time.sleep(1)
+            recorder.send_signal(signal.SIGTERM)
+            application = Path(f"/proc/{ready.read_text().strip()}/stat")
+            wait_for(lambda: not application.exists() or ") Z " in application.read_text(), "the command has got it", 20)
+        finally:
+            os.kill(daemon, signal.SIGCONT)
+        self.assertIn("saved 1 snapshot", self.end(recorder))
+        self.assertEqual(manifest_of(directory / "snapshot-001")["snapshot"]["reason"], "on command")
+
+    def test_whoever_asks_meanwhile_has_the_next_one(self):
+        ready = scratch / "twice_ready"
+        recorder, directory = self.record("twice", [], ["--until-signal", "--ready", str(ready)])
+        wait_for(ready.exists, "the application runs")
+        for _ in range(2):
+            recorder.send_signal(signal.SIGUSR1)
+            time.sleep(0.12)
+        wait_for((directory / "snapshot-002").exists, "the second snapshot")
+        recorder.send_signal(signal.SIGTERM)
+        self.assertIn("saved 2 snapshots", self.end(recorder))
+
     def test_what_cannot_be_is_refused(self):
         for status, wanted, arguments in (
                 (4, "nobody keeps snapshots", ["--save", scratch]),

@@ -35,7 +35,7 @@ class KernelTrace : public ::testing::Test {
   }
 
   CtfStream stream(std::uint32_t cpu, std::uint64_t begin) const {
-    return CtfStream(root_ / ("sched_" + std::to_string(cpu)), uuid_, cpu, begin);
+    return CtfStream(opened_, uuid_, cpu, begin);
   }
 
   void add(CtfStream& stream, std::uint64_t time, std::int32_t prev, std::int32_t next) {
@@ -97,6 +97,7 @@ class KernelTrace : public ::testing::Test {
 
   const test::TemporaryDirectory directory_;
   const fs::path root_ = directory_.path();
+  const Directory opened_ = Directory::open(root_);
   TraceUuid uuid_ = random_uuid();
   KernelEventEncoder encoder_;
 };
@@ -189,8 +190,9 @@ TEST_F(KernelTrace, ACpuThatDidNothingHasNoFile) {
 }
 
 TEST_F(KernelTrace, SaysWhenAFileCannotBeWritten) {
-  CtfStream cpu(root_ / "no/such/directory/sched_0", uuid_, 0, 100);
-  EXPECT_THROW(cpu.lose(110, 1), RecordError);
+  CtfStream cpu = stream(0, 100);
+  fs::remove_all(root_);
+  EXPECT_THROW(cpu.lose(110, 1), std::system_error);
 }
 
 constexpr const char* kLttngClock =

@@ -38,7 +38,7 @@ TEST(Manifest, SaysWhatWasAskedForAndHashesEveryFile) {
   options.subbuf_size = 8192;
   options.num_subbuf = 2;
   options.flush_interval = std::chrono::milliseconds(250);
-  write_manifest(directory.path(), manifest_of(options));
+  write_manifest(Directory::open(directory.path()), manifest_of(options));
 
   const auto read = load_recording_manifest(directory.path());
   ASSERT_TRUE(read);
@@ -66,7 +66,7 @@ TEST(Manifest, OfChunksHashesTheirManifestsOnly) {
   options.rotate.emplace();
   RecordingManifest manifest = manifest_of(options);
   manifest.removed_chunks = 1;
-  write_manifest(directory.path(), manifest);
+  write_manifest(Directory::open(directory.path()), manifest);
 
   const auto read = load_recording_manifest(directory.path());
   ASSERT_TRUE(read);

@@ -163,6 +163,30 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
   }
 }
 
+// Whatever time is kept: what a snapshot is saved for is still in the last CPU's buffer when that is saved.
+TEST(RecorderOptions, ASnapshotIsSavedBeforeItsReasonIsOverwritten) {
+  EXPECT_THROW(parse({"--snapshot", "0.499", "--", "a"}), UsageError);
+  for (auto length = kLeastSnapshot; length < std::chrono::seconds(10); length += milliseconds(7)) {
+    const SnapshotPace pace = pace_of(length);
+    const auto begun = pace.look + pace.aftermath + pace.description;
+    EXPECT_LE(begun * 2, length) << length.count();
+    EXPECT_LE(begun + kRaggedEnd, length) << length.count();
+  }
+  const SnapshotPace longest = pace_of(std::chrono::hours(1));
+  EXPECT_EQ(longest.look + longest.aftermath + longest.description, milliseconds(550));
+}
+
+TEST(RecorderOptions, NamesTheShortestSnapshot) {
+  try {
+    parse({"--snapshot", "0.3", "--", "a"});
+    FAIL() << "0.3 seconds were taken";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "--snapshot: takes 0.5 to 3600 seconds, and not \"0.3\": what less would be saved "
+                 "for is overwritten before it is saved");
+  }
+}
+
 TEST(RecorderOptions, NamesTheTimeThatIsNone) {
   try {
     parse({"--attach", "--duration", "0"});

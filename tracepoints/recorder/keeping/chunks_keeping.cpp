@@ -21,7 +21,7 @@ bool ChunksKeeping::begin() {
   const Options& options = tracing_.options();
   tracing_.start_daemon();
   tracing_.create_session();
-  kernel_ = start_kernel(kernel_part_directory(options.directory, 1), tracing_);
+  kernel_ = start_kernel(kernel_part_directory({}, 1).string(), tracing_);
   tracing_.watch_processes();
   tracing_.start();
   rotation_ = std::make_unique<Rotation>(options, tracing_.session(), kernel_.get(),
@@ -111,7 +111,7 @@ Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
   const bool is_there = tracing_.is_directory_there();
   if (is_there) {
     attempt(manifest.problems, [this] { end_rotation(); });
-    attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+    attempt(manifest.problems, [&] { write_manifest(tracing_.directory(), manifest); });
   }
   tracing_.release_directory();
   return {.options = tracing_.options(),

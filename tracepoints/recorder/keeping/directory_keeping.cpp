@@ -27,7 +27,7 @@ bool DirectoryKeeping::begin() {
   tracing_.start_daemon();
   tracing_.create_session();
   // Before the first user event, so that no instance begins without its thread's record.
-  kernel_ = start_kernel(tracing_.options().directory / kKernelDirectory, tracing_);
+  kernel_ = start_kernel(kKernelDirectory, tracing_);
   tracing_.watch_processes();
   tracing_.start();
   return true;
@@ -64,7 +64,7 @@ Outcome DirectoryKeeping::finish(const std::optional<ExitStatus>& exit) {
   const bool is_there = tracing_.is_directory_there();
   if (is_there) {
     attempt(manifest.problems, [this] { check_files(); });
-    attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+    attempt(manifest.problems, [&] { write_manifest(tracing_.directory(), manifest); });
   }
   tracing_.release_directory();
   return {.options = tracing_.options(),

@@ -3,6 +3,7 @@
 
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/directory.hpp"
 #include "base/file_descriptor.hpp"
 #include "ctf/stream_check.hpp"
 #include "keeping/kernel_snapshots.hpp"
@@ -13,6 +14,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,15 +37,17 @@ struct SavedSnapshot {
   HeldTime held;  // of the time before it
 };
 
-// Snapshots are DIR/snapshot-001, -002, …; each appears when it is complete.
+// Snapshots are DIR/snapshot-001, -002, …; each appears when it is complete. They are saved one after
+// the other on a thread of their own, so that nobody waits for LTTng. Meanwhile the session and the
+// process watch are that thread's.
 class FlightRecorder {
  public:
-  // DIR exists; whoever asks `cie record --save DIR` finds this process by it. `kernel` is null
-  // where no kernel events are kept; `processes`, borrowed, where nobody tells which there are.
-  // Throws RecordError.
-  FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
-                 std::unique_ptr<KernelSnapshots> kernel, const std::string& name,
-                 ProcessWatch* processes);
+  // Whoever asks `cie record --save DIR` finds this process by a lock in `directory`, which is
+  // borrowed. `kernel` is null where no kernel events are kept; `processes`, borrowed, where nobody
+  // tells which there are. Throws RecordError.
+  FlightRecorder(const Options& options, const Directory& directory,
+                 std::shared_ptr<TracingSession> session, std::unique_ptr<KernelSnapshots> kernel,
+                 const std::string& name, ProcessWatch* processes);
   ~FlightRecorder();
   FlightRecorder(const FlightRecorder&) = delete;
   FlightRecorder& operator=(const FlightRecorder&) = delete;
@@ -51,16 +55,21 @@ class FlightRecorder {
   // Starts the thread that reads kernel events. Apart from the constructor, so that a command can
   // be started in between, from a process of one thread.
   void start_reading();
-  // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
-  // is what the snapshot's manifest says besides. Throws RecordError.
+  // Somebody asks for a snapshot (ask_to_save(), SIGUSR1): it is saved whatever the limits are.
+  void request() noexcept { ++requested_; }
+  // Begins to save what was asked for, or if a deadline was missed, a moment later, so that what
+  // follows it is there too. Returns what is saved by now, once. `about` is what the snapshot's
+  // manifest says besides. Throws RecordError if it could not be saved.
   std::optional<SavedSnapshot> poll(const RecordingManifest& about);
-  // Once, at the end: saves if a deadline was missed shortly before.
-  std::optional<SavedSnapshot> finish(const RecordingManifest& about);
-  // Because it was asked for (ask_to_save(), SIGUSR1), whatever the limits are.
-  SavedSnapshot save_on_command(const RecordingManifest& about);
-  // Unasked, unless the limits forbid it.
-  std::optional<SavedSnapshot> save_unasked(const std::string& reason,
-                                            const RecordingManifest& about);
+  bool is_saving() const noexcept { return saving_.valid(); }
+  // Waits for what is being saved: poll() returns it then.
+  void settle() const noexcept {
+    if (saving_.valid()) saving_.wait();
+  }
+  // At the end: the next of what is being saved, was asked for, has `failure` as its reason (unless
+  // that is empty), or is due as a deadline was missed shortly before. Waits for it; empty: nothing
+  // is left. Throws as poll() does.
+  std::optional<SavedSnapshot> finish(const RecordingManifest& about, const std::string& failure);
 
   std::uint64_t saved() const noexcept { return saved_; }
   // How often something happened for which the limits let nothing be saved.
@@ -77,10 +86,16 @@ class FlightRecorder {
 
   bool may_save_unasked() const;
   void look_for_misses();
-  SavedSnapshot save(const std::string& reason, const RecordingManifest& about);
+  void begin_unasked(const std::string& reason, const RecordingManifest& about);
+  void begin_asked(const RecordingManifest& about);
+  void begin(const std::string& reason, const RecordingManifest& about);
+  SavedSnapshot end();
+  SavedSnapshot save(const std::string& reason, RecordingManifest manifest,
+                     const std::string& name);
 
   SnapshotOptions options_;
-  std::filesystem::path directory_;
+  SnapshotPace pace_;
+  const Directory& directory_;
   std::shared_ptr<TracingSession> session_;
   std::unique_ptr<KernelSnapshots> kernel_;
   ProcessWatch* processes_;
@@ -88,14 +103,18 @@ class FlightRecorder {
   DeadlineWatch deadlines_;
   std::optional<Due> due_;
   std::optional<Clock::time_point> last_;
+  std::uint64_t requested_ = 0;
+  bool is_asked_ = false;    // what is being saved
+  bool has_failed_ = false;  // `failure` of finish() is dealt with
   std::uint64_t saved_ = 0;
   std::uint64_t unasked_ = 0;
   std::uint64_t left_out_ = 0;
+  std::future<SavedSnapshot> saving_;  // last: its thread uses the others
 };
 
 // Has the recorder that keeps snapshots in `directory` save one, and returns where it is. `reason`
 // is for its manifest; empty: none. Throws RecordError if there is no recorder, or it does not do
-// it within half a minute.
+// it within half a minute; UsageError if others could have made the directory what it is.
 std::filesystem::path ask_to_save(const std::filesystem::path& directory,
                                   const std::string& reason);
 

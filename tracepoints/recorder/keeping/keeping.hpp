@@ -26,7 +26,7 @@ class Keeping {
   // After a begin() or a start that failed: leaves nothing behind.
   virtual void abandon() noexcept {}
 
-  // Ten times a second. Interrupts the target when nothing more can be kept of it.
+  // Ten times a second, or more often. Interrupts the target when nothing more can be kept of it.
   virtual void poll(Target& target) = 0;
   // The user asks for a snapshot.
   virtual void on_request(Target& target) = 0;

@@ -4,28 +4,30 @@
 #include "keeping/manifest.hpp"
 #include "system/error.hpp"
 
+#include <exception>
 #include <system_error>
+#include <utility>
 
 namespace cie::record {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<KernelRecording> start_kernel(const fs::path& directory, Tracing& tracing) {
+std::unique_ptr<KernelRecording> start_kernel(const std::string& name, Tracing& tracing) {
   const Options& options = tracing.options();
   if (options.kernel == KernelChoice::no) {
     return nullptr;
   }
   try {
-    return std::make_unique<KernelRecording>(
-        directory, open_kernel_source(options.kernel_route, options.kernel_buffer_size),
-        options.flush_interval);
-  } catch (const RecordError& error) {
+    auto source = open_kernel_source(options.kernel_route, options.kernel_buffer_size);
+    return std::make_unique<KernelRecording>(tracing.directory().make_below(name),
+                                             std::move(source), options.flush_interval);
+  } catch (const std::exception& error) {
     if (options.kernel == KernelChoice::yes) {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
     tracing.manifest.kernel_reason = error.what();
     std::error_code ignored;
-    fs::remove_all(directory, ignored);
+    fs::remove_all(tracing.directory().way() / name, ignored);
     return nullptr;
   }
 }

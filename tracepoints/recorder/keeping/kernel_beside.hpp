@@ -4,15 +4,14 @@
 #include "keeping/tracing.hpp"
 #include "kernel/kernel_recording.hpp"
 
-#include <filesystem>
 #include <memory>
+#include <string>
 
 namespace cie::record {
 
-// As the options ask for it; null: not at all, or it cannot be, which the manifest then explains.
-// Throws RecordError if it must be.
-std::unique_ptr<KernelRecording> start_kernel(const std::filesystem::path& directory,
-                                              Tracing& tracing);
+// As the options ask for it, into the directory of that name below the recording's; null: not at
+// all, or it cannot be, which the manifest then explains. Throws RecordError if it must be.
+std::unique_ptr<KernelRecording> start_kernel(const std::string& name, Tracing& tracing);
 
 // Gives it the clock of the user-space trace as soon as that is known. Null is allowed here and
 // below. Problems are the manifest's.

@@ -1,18 +1,12 @@
 #include "keeping/kernel_snapshots.hpp"
 
-#include "base/text.hpp"
 #include "kernel/kernel_clock.hpp"
-#include "system/error.hpp"
 
 #include <string>
 #include <utility>
 
-#include <fmt/format.h>
-
 namespace cie::record {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Of the scheduler's events in memory, on average (34 to 66).
 constexpr std::uint64_t kBytesPerKernelEvent = 56;
@@ -58,13 +52,10 @@ KernelSnapshots::KernelSnapshots(std::unique_ptr<KernelSource> source, const Opt
   source_->start();
 }
 
-RecordedKernel KernelSnapshots::save(const fs::path& snapshot) {
-  const fs::path directory = snapshot / kKernelDirectory;
+RecordedKernel KernelSnapshots::save(const Directory& snapshot) {
+  const Directory directory = snapshot.make_below(kKernelDirectory);
   TraceClock clock = measured_clock();
-  find_clock(snapshot, directory, clock);
-  std::error_code error;
-  fs::create_directory(directory, error);
-  if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
+  find_clock(snapshot.path(), directory.path(), clock);
   const TraceUuid uuid = random_uuid();
   write_kernel_metadata(directory, uuid, clock, source_->name());
   RecordedKernel summary;
@@ -75,7 +66,7 @@ RecordedKernel KernelSnapshots::save(const fs::path& snapshot) {
   reader_->drain([&] {
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       const std::uint32_t cpu = source_->cpus()[i];
-      CtfStream stream(directory / fmt::format("sched_{}", cpu), uuid, cpu, rings_[i].begin());
+      CtfStream stream(directory, uuid, cpu, rings_[i].begin());
       Writer writer(stream);
       rings_[i].replay(writer);
       stream.finish(end, rings_[i].lost_since_begin(source_->lost(i)));

@@ -2,13 +2,13 @@
 // same, and writes them when a snapshot is saved.
 #pragma once
 
+#include "base/directory.hpp"
 #include "kernel/kernel_reader.hpp"
 #include "kernel/kernel_recording.hpp"
 #include "kernel/kernel_ring.hpp"
 #include "options/options.hpp"
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -27,8 +27,8 @@ class KernelSnapshots {
   // As in KernelRecording.
   void start_reading() { reader_->start(); }
   // Writes SNAPSHOT/kernel, with the clock of the user-space trace below SNAPSHOT. Throws
-  // RecordError.
-  RecordedKernel save(const std::filesystem::path& snapshot);
+  // RecordError or std::system_error.
+  RecordedKernel save(const Directory& snapshot);
 
  private:
   std::unique_ptr<KernelSource> source_;

@@ -3,16 +3,12 @@
 #include <cie/tracepoints/sha256.hpp>
 
 #include "base/machine.hpp"
-#include "base/text.hpp"
 #include "keeping/chunk_names.hpp"
 #include "lttng/session_channels.hpp"
 #include "system/directory_claim.hpp"
-#include "system/error.hpp"
 #include "version.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <utility>
 
 namespace cie::record {
@@ -99,24 +95,12 @@ void note_kernel(RecordedKernel measured, RecordingManifest& manifest) {
   manifest.has_kernel_events = true;
 }
 
-void write_manifest(const fs::path& directory, RecordingManifest manifest) {
+void write_manifest(const Directory& directory, RecordingManifest manifest) {
   if (manifest.kernel_reason.empty()) manifest.kernel_reason = "--kernel=no";
   const bool is_divided = manifest.removed_chunks.has_value();
-  manifest.files =
-      files_of(directory, is_divided ? manifests_of_chunks(directory) : all_files(directory));
-
-  const fs::path path = directory / kManifestName;
-  const fs::path draft = directory / "manifest.json.part";
-  std::ofstream file(draft, std::ios::binary);
-  file << to_json(manifest);
-  file.close();
-  if (!file) {
-    const int error = errno;
-    std::error_code ignored;
-    fs::remove(draft, ignored);
-    throw system_error("cannot write " + in_quotes(path), error);
-  }
-  fs::rename(draft, path);
+  const fs::path way = directory.way();
+  manifest.files = files_of(way, is_divided ? manifests_of_chunks(way) : all_files(way));
+  directory.put(kManifestName, to_json(manifest));
 }
 
 }  // namespace cie::record

@@ -4,9 +4,8 @@
 
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/directory.hpp"
 #include "options/options.hpp"
-
-#include <filesystem>
 
 namespace cie::record {
 
@@ -21,8 +20,7 @@ void note_kernel(RecordedKernel measured, RecordingManifest& manifest);
 void note_nothing_recorded(const Options& options, bool is_anybody, RecordingManifest& manifest);
 
 // Hashes every file of the recording (of one that is divided into chunks: their manifests, which
-// hash the rest) and writes DIRECTORY/manifest.json, whole or not at all. Throws RecordError,
-// std::system_error or std::filesystem::filesystem_error.
-void write_manifest(const std::filesystem::path& directory, RecordingManifest manifest);
+// hash the rest) and writes DIRECTORY/manifest.json, whole or not at all. Throws std::system_error.
+void write_manifest(const Directory& directory, RecordingManifest manifest);
 
 }  // namespace cie::record

@@ -118,7 +118,7 @@ Outcome RelayKeeping::finish(const std::optional<ExitStatus>& exit) {
   manifest.end = now();
   tracing_.note_processes();
   tracing_.close();
-  attempt(manifest.problems, [&] { write_manifest(tracing_.options().directory, manifest); });
+  attempt(manifest.problems, [&] { write_manifest(tracing_.directory(), manifest); });
   tracing_.release_directory();
   return {.options = tracing_.options(), .manifest = manifest, .kept = KeptElsewhere{}};
 }

@@ -6,6 +6,7 @@
 #include "ctf/stream_check.hpp"
 #include "keeping/chunk_names.hpp"
 #include "keeping/manifest.hpp"
+#include "system/directory_claim.hpp"
 #include "system/error.hpp"
 
 #include <algorithm>
@@ -126,7 +127,7 @@ void Rotation::note_begun() {
   is_described_ = false;
   settled_next_ns_ = begun.at_ns;
   if (kernel_ != nullptr) {
-    kernel_->go_on_in(kernel_part_directory(directory_, kernel_parts_ + 1));
+    kernel_->go_on_in(make_own(kernel_part_directory(directory_, kernel_parts_ + 1)));
     kernel_part_ = end_kernel_part(kernel_->summary());
   }
 }
@@ -263,7 +264,7 @@ Rotation::Sealed Rotation::seal(const fs::path& chunk, const std::optional<Kerne
     fs::rename(kernel->directory, chunk / kKernelDirectory);
     note_kernel(kernel->measured, manifest);
   }
-  write_manifest(chunk, manifest);
+  write_manifest(open_own(chunk), manifest);
   const fs::path sealed = chunk_directory(directory_, *manifest.chunk);
   fs::rename(chunk, sealed);
   Sealed result{.is_kept = true,

@@ -38,9 +38,10 @@ bool SnapshotsKeeping::begin() {
   state_cost();
   tracing_.create_session();
   tracing_.watch_processes();
-  flight_ = std::make_unique<FlightRecorder>(tracing_.options(), tracing_.session(),
-                                             kernel_snapshots_of(tracing_.options()),
-                                             tracing_.manifest.session.name, tracing_.processes());
+  flight_ =
+      std::make_unique<FlightRecorder>(tracing_.options(), tracing_.directory(), tracing_.session(),
+                                       kernel_snapshots_of(tracing_.options()),
+                                       tracing_.manifest.session.name, tracing_.processes());
   tracing_.start();
   return true;
 }
@@ -76,30 +77,27 @@ void SnapshotsKeeping::abandon() noexcept {
 }
 
 void SnapshotsKeeping::on_request(Target& /*target*/) {
-  if (tracing_.is_daemon_lost()) {
-    return;
-  }
-  try {
-    tell(flight_->save_on_command(tracing_.manifest));
-  } catch (const std::exception& error) {
-    tracing_.console.warn(error.what());  // the next one may succeed
-  }
+  if (!tracing_.is_daemon_lost()) flight_->request();
 }
 
 void SnapshotsKeeping::poll(Target& target) {
-  if (!tracing_.is_daemon_lost()) {
-    try {
-      if (const auto saved = flight_->poll(tracing_.manifest)) tell(*saved);
-    } catch (const std::exception& error) {
-      tracing_.console.warn(error.what());
-    }
+  if (!tracing_.is_daemon_lost() || flight_->is_saving()) look_at_flight();
+  if (!flight_->is_saving()) {
+    tracing_.look_for_applications(target);
+    forget_processes();
   }
-  tracing_.look_for_applications(target);
-  forget_processes();
   if (tracing_.has_checked_daemon()) {
     tracing_.check_space();
   }
   tracing_.end_tick(target);
+}
+
+void SnapshotsKeeping::look_at_flight() {
+  try {
+    if (const auto saved = flight_->poll(tracing_.manifest)) tell(*saved);
+  } catch (const std::exception& error) {
+    tracing_.console.warn(error.what());  // the next one may succeed
+  }
 }
 
 // Snapshots have their own lists.
@@ -127,6 +125,8 @@ void SnapshotsKeeping::tell(const SavedSnapshot& snapshot) {
 // What a failing command did last, and a deadline that was missed last, are worth a snapshot.
 void SnapshotsKeeping::save_at_the_end() {
   RecordingManifest& manifest = tracing_.manifest;
+  flight_->settle();
+  if (flight_->is_saving()) look_at_flight();
   if (tracing_.is_daemon_lost()) {
     return;
   }
@@ -135,13 +135,15 @@ void SnapshotsKeeping::save_at_the_end() {
     return;
   }
   const bool is_failure = manifest.exit && manifest.exit->code != 0;
-  try {
-    const auto saved =
-        is_failure ? flight_->save_unasked("the command " + describe(*manifest.exit), manifest)
-                   : flight_->finish(manifest);
-    if (saved) tell(*saved);
-  } catch (const std::exception& error) {
-    manifest.problems.emplace_back(error.what());
+  const std::string why = is_failure ? "the command " + describe(*manifest.exit) : "";
+  for (bool is_any = true; is_any;) {
+    try {
+      const auto saved = flight_->finish(manifest, why);
+      is_any = saved.has_value();
+      if (saved) tell(*saved);
+    } catch (const std::exception& error) {
+      add_problem(manifest.problems, error.what());
+    }
   }
 }
 

@@ -23,6 +23,7 @@ class SnapshotsKeeping final : public Keeping {
 
  private:
   void state_cost();
+  void look_at_flight();
   void tell(const SavedSnapshot& snapshot);
   void forget_processes();
   void save_at_the_end();

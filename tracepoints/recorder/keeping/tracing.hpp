@@ -83,6 +83,8 @@ class Tracing {
   Console& console;
 
   const Options& options() const noexcept { return options_; }
+  // That of the options, as it was claimed.
+  const Directory& directory() const noexcept { return claim_.directory(); }
   // Shared with a thread that waits for LTTng; null while there is none.
   const std::shared_ptr<TracingSession>& session() const noexcept { return session_; }
   void drop_session() noexcept { session_.reset(); }

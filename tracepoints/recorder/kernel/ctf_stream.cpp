@@ -174,9 +174,9 @@ bool read_clock(std::string_view metadata, TraceClock& clock) {
   return true;
 }
 
-CtfStream::CtfStream(std::filesystem::path file, const TraceUuid& trace, std::uint32_t cpu,
+CtfStream::CtfStream(const Directory& directory, const TraceUuid& trace, std::uint32_t cpu,
                      std::uint64_t begin)
-    : path_(std::move(file)), trace_(trace), cpu_(cpu), begin_(begin), end_(begin) {
+    : directory_(&directory), trace_(trace), cpu_(cpu), begin_(begin), end_(begin) {
   packet_.resize(kHeaderSize);
 }
 
@@ -206,17 +206,14 @@ void CtfStream::finish(std::uint64_t end, std::uint64_t total_lost) {
   write_packet();
 }
 
-void CtfStream::go_on_in(std::filesystem::path file) {
-  path_ = std::move(file);
+void CtfStream::go_on() {
   file_ = FileDescriptor();
   size_ = 0;
 }
 
 void CtfStream::write_packet() {
-  if (!file_.is_open()) {
-    file_ = FileDescriptor(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (!file_.is_open()) throw system_error("cannot create " + in_quotes(path_), errno);
-  }
+  const std::string name = fmt::format("sched_{}", cpu_);
+  if (!file_.is_open()) file_ = directory_->create(name);
   const PacketHeader start{.magic = kPacketMagic,
                            .trace_uuid = trace_,
                            .stream_id = 0,
@@ -235,7 +232,7 @@ void CtfStream::write_packet() {
     if (size <= 0) {
       const int error = errno;
       static_cast<void>(!ftruncate(file_.get(), static_cast<off_t>(size_)));
-      throw system_error("cannot write " + in_quotes(path_), error);
+      throw system_error("cannot write " + in_quotes(directory_->path() / name), error);
     }
     done += static_cast<std::size_t>(size);
   }

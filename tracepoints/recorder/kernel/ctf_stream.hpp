@@ -1,6 +1,7 @@
 // Writes the recording's kernel trace: CTF 1.8, one stream per CPU and the metadata for all.
 #pragma once
 
+#include "base/directory.hpp"
 #include "base/file_descriptor.hpp"
 
 #include <array>
@@ -34,8 +35,9 @@ bool read_clock(std::string_view metadata, TraceClock& clock);
 // packets are all it then holds.
 class CtfStream {
  public:
-  // The file appears with the first packet. `begin`: from when on nothing was missed.
-  CtfStream(std::filesystem::path file, const TraceUuid& trace, std::uint32_t cpu,
+  // Its file in `directory`, which is borrowed, appears with the first packet. `begin`: from when on
+  // nothing was missed.
+  CtfStream(const Directory& directory, const TraceUuid& trace, std::uint32_t cpu,
             std::uint64_t begin);
 
   // An event with its header, in order of time.
@@ -46,8 +48,9 @@ class CtfStream {
   void flush();
   // The last packet says until when nothing more came, even if no event is in it.
   void finish(std::uint64_t end, std::uint64_t total_lost);
-  // After flush(): what comes now is written to another file, as the same stream.
-  void go_on_in(std::filesystem::path file);
+  // After flush(), and when the directory is another one: what comes now is written to a file there,
+  // as the same stream.
+  void go_on();
 
   std::uint64_t events() const noexcept { return events_; }
   std::uint64_t lost() const noexcept { return lost_; }
@@ -55,7 +58,7 @@ class CtfStream {
  private:
   void write_packet();
 
-  std::filesystem::path path_;
+  const Directory* directory_;
   FileDescriptor file_;
   TraceUuid trace_;
   std::uint32_t cpu_;

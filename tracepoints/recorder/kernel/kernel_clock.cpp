@@ -2,10 +2,7 @@
 
 #include "base/clock.hpp"
 #include "base/machine.hpp"
-#include "base/text.hpp"
-#include "system/error.hpp"
 
-#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -43,15 +40,9 @@ bool find_clock(const fs::path& recording, const fs::path& kernel, TraceClock& c
   return false;
 }
 
-void write_kernel_metadata(const fs::path& directory, const TraceUuid& uuid,
+void write_kernel_metadata(const Directory& directory, const TraceUuid& uuid,
                            const TraceClock& clock, std::string_view route) {
-  const fs::path file = directory / "metadata";
-  const fs::path draft = directory / ".metadata.part";
-  std::ofstream stream(draft, std::ios::binary);
-  stream << kernel_metadata(uuid, clock, route);
-  stream.close();
-  if (!stream) throw system_error("cannot write " + in_quotes(file), errno);
-  fs::rename(draft, file);
+  directory.put("metadata", kernel_metadata(uuid, clock, route));
 }
 
 }  // namespace cie::record

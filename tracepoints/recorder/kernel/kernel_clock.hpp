@@ -18,8 +18,8 @@ TraceClock measured_clock();
 bool find_clock(const std::filesystem::path& recording, const std::filesystem::path& kernel,
                 TraceClock& clock);
 // Writes DIRECTORY/metadata (kernel_metadata()), whole or not at all: a reader may look at any time. Throws
-// std::system_error or std::filesystem::filesystem_error.
-void write_kernel_metadata(const std::filesystem::path& directory, const TraceUuid& uuid,
+// std::system_error.
+void write_kernel_metadata(const Directory& directory, const TraceUuid& uuid,
                            const TraceClock& clock, std::string_view route);
 
 }  // namespace cie::record

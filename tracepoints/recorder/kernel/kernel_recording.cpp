@@ -1,43 +1,24 @@
 #include "kernel/kernel_recording.hpp"
 
-#include "base/text.hpp"
 #include "kernel/kernel_clock.hpp"
-#include "system/error.hpp"
 
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace cie::record {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-void make_directory(const fs::path& directory) {
-  std::error_code error;
-  fs::create_directory(directory, error);
-  if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
-}
-
-fs::path stream_file(const fs::path& directory, std::uint32_t cpu) {
-  return directory / fmt::format("sched_{}", cpu);
-}
-
-}  // namespace
-
-KernelRecording::KernelRecording(fs::path directory, std::unique_ptr<KernelSource> source,
+KernelRecording::KernelRecording(Directory directory, std::unique_ptr<KernelSource> source,
                                  std::chrono::milliseconds flush_interval)
     : directory_(std::move(directory)),
       source_(std::move(source)),
       uuid_(random_uuid()),
       clock_(measured_clock()) {
-  make_directory(directory_);
   write_kernel_metadata(directory_, uuid_, clock_, source_->name());
   const std::uint64_t begin = monotonic_ns();
   source_->start();
   for (const std::uint32_t number : source_->cpus()) {
-    cpus_.emplace_back(CtfStream(stream_file(directory_, number), uuid_, number, begin));
+    cpus_.emplace_back(CtfStream(directory_, uuid_, number, begin));
   }
   std::vector<KernelEventSink*> sinks;
   sinks.reserve(cpus_.size());
@@ -57,13 +38,12 @@ void KernelRecording::Cpu::on_loss(std::uint64_t time, std::uint64_t total) {
 }
 
 void KernelRecording::adopt_clock(const fs::path& recording) {
-  if (has_clock_of_user_space_ || !find_clock(recording, directory_, clock_)) return;
+  if (has_clock_of_user_space_ || !find_clock(recording, directory_.path(), clock_)) return;
   has_clock_of_user_space_ = true;
   write_kernel_metadata(directory_, uuid_, clock_, source_->name());
 }
 
-void KernelRecording::go_on_in(fs::path directory) {
-  make_directory(directory);
+void KernelRecording::go_on_in(Directory directory) {
   write_kernel_metadata(directory, uuid_, clock_, source_->name());
   // Each file ends with its CPU's last event: what comes between that and now is still in the kernel's
   // buffers. An empty packet would say no more, and begin when the next file does: babeltrace2, which
@@ -71,9 +51,8 @@ void KernelRecording::go_on_in(fs::path directory) {
   // first packet, and stop.
   reader_->drain([&] {
     directory_ = std::move(directory);
-    for (std::size_t i = 0; i < cpus_.size(); ++i) {
-      cpus_[i].stream().go_on_in(stream_file(directory_, source_->cpus()[i]));
-    }
+    for (Cpu& cpu : cpus_)
+      cpu.stream().go_on();
   });
 }
 

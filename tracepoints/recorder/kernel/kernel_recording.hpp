@@ -18,9 +18,9 @@ namespace cie::record {
 
 class KernelRecording {
  public:
-  // Starts the source; events collect in its buffers. `directory` is created for the trace. Throws
-  // RecordError; leaves nothing behind then.
-  KernelRecording(std::filesystem::path directory, std::unique_ptr<KernelSource> source,
+  // Starts the source; events collect in its buffers. The trace is written into `directory`. Throws
+  // RecordError or std::system_error.
+  KernelRecording(Directory directory, std::unique_ptr<KernelSource> source,
                   std::chrono::milliseconds flush_interval);
   KernelRecording(const KernelRecording&) = delete;
   KernelRecording& operator=(const KernelRecording&) = delete;
@@ -32,12 +32,12 @@ class KernelRecording {
   // Takes over the clock of the user-space trace below `recording` once its metadata is there.
   void adopt_clock(const std::filesystem::path& recording);
 
-  // Writes what there is to the files, and goes on in `directory`, which is created for that. Losses
-  // that no event followed yet are told there. Throws as finish() does.
-  void go_on_in(std::filesystem::path directory);
+  // Writes what there is to the files, and goes on in `directory`. Losses that no event followed yet
+  // are told there. Throws as finish() does.
+  void go_on_in(Directory directory);
 
-  // Stops, empties the buffers, completes the files. Throws RecordError if anything could not be
-  // written.
+  // Stops, empties the buffers, completes the files. Throws RecordError or std::system_error if
+  // anything could not be written.
   RecordedKernel finish();
   // What there is so far, in all directories. Not how large the buffers are.
   RecordedKernel summary() const;
@@ -59,7 +59,7 @@ class KernelRecording {
     SwitchCheck check_;
   };
 
-  std::filesystem::path directory_;
+  Directory directory_;
   std::unique_ptr<KernelSource> source_;
   TraceUuid uuid_;
   TraceClock clock_;

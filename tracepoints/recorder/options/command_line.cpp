@@ -65,6 +65,16 @@ std::string seconds_complaint(const std::string& text) {
   return fmt::format("takes seconds, above 0 and at most {:.0f}, and not \"{}\"", kMost, text);
 }
 
+std::string snapshot_complaint(const std::string& text) {
+  const double least = std::chrono::duration<double>(kLeastSnapshot).count();
+  const auto number = parse_number<double>(text);
+  if (number && *number >= least && *number <= kLongestSnapshot) return {};
+  return fmt::format(
+      "takes {:g} to {:g} seconds, and not \"{}\": what less would be saved for is overwritten "
+      "before it is saved",
+      least, kLongestSnapshot, text);
+}
+
 std::chrono::milliseconds milliseconds_of(double number_of_seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(number_of_seconds * 1000));
 }
@@ -95,7 +105,7 @@ struct SnapshotArguments {
                        "misses the deadline that it declares, and when CMD fails")
             ->type_name("SECONDS")
             ->option_text("SECONDS")
-            ->check(CLI::Range(0.1, kLongestSnapshot));
+            ->check(snapshot_complaint);
     app.add_option("--event-rate", options.event_rate,
                    "With --snapshot: events per second on a CPU that the memory is for (20000)")
         ->type_name("N")

@@ -6,6 +6,7 @@
 #include "base/network_address.hpp"
 #include "kernel/kernel_source.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -35,6 +36,24 @@ struct SnapshotOptions {
   std::uint64_t most = 10;            // saved unasked; those saved on command do not count
   std::chrono::milliseconds least_interval{10'000};  // between the one before and one unasked
 };
+
+// What is between an event for which something is saved and the beginning of the saving: less than half
+// of the time that is kept.
+struct SnapshotPace {
+  std::chrono::milliseconds look{};         // how often it is looked whether there was one
+  std::chrono::milliseconds aftermath{};    // for what comes after it
+  std::chrono::milliseconds description{};  // for processes, to describe themselves
+};
+constexpr SnapshotPace pace_of(std::chrono::milliseconds length) noexcept {
+  using std::chrono::milliseconds;
+  return {.look = std::min<milliseconds>(milliseconds(100), length / 20),
+          .aftermath = std::min<milliseconds>(milliseconds(250), length / 5),
+          .description = std::min<milliseconds>(milliseconds(200), length / 5)};
+}
+// From the first CPU's buffer to the last one's, when a busy machine saves them (measured).
+inline constexpr std::chrono::milliseconds kRaggedEnd{250};
+// Of less, what it is saved for may be overwritten before all of it is saved.
+inline constexpr std::chrono::milliseconds kLeastSnapshot{500};
 
 // The recording is divided into chunks while it goes on.
 struct RotateOptions {

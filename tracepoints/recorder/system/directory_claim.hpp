@@ -3,11 +3,18 @@
 
 #include <cie/tracepoints/recording_manifest.hpp>
 
+#include "base/directory.hpp"
+
 #include <filesystem>
 
-#include <sys/types.h>
-
 namespace cie::record {
+
+// Opens a directory that is to be written into. Throws UsageError with the reason if others could
+// put something in the way of what is written: it belongs to another user, everybody may write to
+// it, or a link of another user leads to it. RecordError if it is not there.
+Directory open_own(const std::filesystem::path& directory);
+// The same; makes it, and those above it, unless they are there.
+Directory make_own(const std::filesystem::path& directory);
 
 class DirectoryClaim {
  public:
@@ -15,13 +22,15 @@ class DirectoryClaim {
   static constexpr const char* kFileName = kRecordingClaimName;
 
   // Creates the directory, or takes one that is there and empty. Of several recorders that want it
-  // at once exactly one gets it. Throws UsageError for the others and where something is in it,
-  // RecordError where it cannot be written.
+  // at once exactly one gets it. Throws UsageError for the others, where something is in it and
+  // where it is not this user's alone, RecordError where it cannot be written.
   explicit DirectoryClaim(const std::filesystem::path& directory);
   ~DirectoryClaim() { release(); }
   DirectoryClaim(const DirectoryClaim&) = delete;
   DirectoryClaim& operator=(const DirectoryClaim&) = delete;
 
+  // As it was claimed, whatever its path leads to.
+  const Directory& directory() const noexcept { return directory_; }
   // Whether the directory is still where it was: false if it was removed, or renamed.
   bool is_in_place() const noexcept;
   // When the recording is there, with its manifest: they keep others out.
@@ -30,16 +39,7 @@ class DirectoryClaim {
   void withdraw() noexcept;
 
  private:
-  // Another directory may have its name later.
-  struct Identity {
-    dev_t device = 0;
-    ino_t inode = 0;
-    bool operator==(const Identity&) const = default;
-  };
-
-  std::filesystem::path directory_;
-  Identity identity_;
-  bool is_created_ = false;
+  Directory directory_;
   bool is_held_ = false;
 };
 

@@ -15,9 +15,13 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{100};
 
+milliseconds tick_of(const Options& options) {
+  return options.snapshot ? std::min(kTick, pace_of(options.snapshot->length).look) : kTick;
+}
+
 }  // namespace
 
-Target::Target(const Options& options) : options_(options) {
+Target::Target(const Options& options) : options_(options), tick_(tick_of(options)) {
   if (is_command()) witness_.emplace();
 }
 
@@ -37,14 +41,14 @@ void Target::start() {
 }
 
 std::optional<Target::Event> Target::next() {
-  milliseconds patience = kTick;
+  milliseconds patience = tick_;
   if (is_command()) {
     if (exit()) return std::nullopt;
   } else {
     if (is_interrupted_) return std::nullopt;
     if (options_.duration) {
       if (left() <= left().zero()) return std::nullopt;
-      patience = std::min(kTick, std::chrono::ceil<milliseconds>(left()));
+      patience = std::min(tick_, std::chrono::ceil<milliseconds>(left()));
     }
   }
   const auto signal = signals_.wait(patience);

@@ -26,10 +26,10 @@ class Target {
 
   // Starts the command, if it is one. Throws RecordError if it cannot be executed.
   void start();
-  // Waits for a signal, a tenth of a second at most. A command is passed the signals that end
-  // programs, unless its group was sent it too (by the terminal, by killpg()); one that goes on is made to end when it is asked
-  // again (Escalation). To what is attached to they mean that it is over. Empty when it is: the
-  // command ended, a signal came, or the time is up.
+  // Waits for a signal, a tenth of a second at most (for short snapshots, less). A command is passed
+  // the signals that end programs, unless its group was sent them (by the terminal, by killpg()); one
+  // that goes on is made to end when it is asked again (Escalation). To what is attached to they mean
+  // that it is over. Empty when it is: the command ended, a signal came, or the time is up.
   std::optional<Event> next();
   // Of a command that goes on though it was asked to end: what happens to it, once.
   std::optional<std::string> take_news() noexcept { return std::exchange(news_, std::nullopt); }
@@ -60,6 +60,7 @@ class Target {
   void escalate(Escalation::Step step);
 
   Options options_;
+  std::chrono::milliseconds tick_;
   Signals signals_;
   std::optional<GroupWitness> witness_;                           // of a command's group
   std::map<int, Escalation::Clock::time_point> group_signalled_;  // by signal, last
