@@ -3,7 +3,8 @@
  * The delivering thread records the arrival of sample i at the address that its memory has, then puts
  * it into a queue of one sample, out of which it pushes the former one. The callback's thread takes a
  * sample and looks its arrival up by the address. Memory is used again as soon as its sample was taken
- * or pushed out. The ring has two places, so that entries are overwritten while they are read.
+ * or pushed out. The ring has two places, so that entries are overwritten while they are read, and the
+ * three addresses have two chains, so that entries of one are passed on the way to another's.
  *
  * Shown: a lookup finds the arrival of the very sample that was taken, or nothing; never another's,
  * never half of two.
@@ -13,24 +14,26 @@
 #define SLOTS 2
 #define ADDRESSES 3
 #define SAMPLES 5
+#define CHAINS 2
 #define NONE 0
 
-byte version[SLOTS]; /* index + 1 when complete */
+byte entry[SLOTS];   /* its number when complete */
 byte sample[SLOTS];  /* an address, from 1 */
 byte time[SLOTS];    /* the number of the sample stands for its arrival */
 byte writer[SLOTS];
-byte count = 0;
+byte older[SLOTS];   /* in its chain */
+byte newest[CHAINS]; /* where each begins */
 
 bool used[ADDRESSES + 1];
 byte queued = NONE; /* the address in the queue */
 byte number = 0;    /* of the sample there */
 
 proctype Recorder() {
-  byte i;
+  byte i = 1;
   byte address;
   byte slot;
   do
-  :: i < SAMPLES ->
+  :: i <= SAMPLES ->
      atomic { /* any memory that is free */
        if
        :: !used[1] -> address = 1
@@ -41,20 +44,21 @@ proctype Recorder() {
      }
      slot = i % SLOTS;
 #ifndef BUG
-     version[slot] = 0;
+     entry[slot] = NONE;
 #endif
      sample[slot] = address;
-     time[slot] = i + 1;
-     writer[slot] = i + 1;
-     version[slot] = i + 1;
-     count = i + 1;
+     time[slot] = i;
+     writer[slot] = i;
+     older[slot] = newest[address % CHAINS];
+     entry[slot] = i;
+     newest[address % CHAINS] = i;
      atomic { /* into the queue; what was there is pushed out */
        if
        :: queued != NONE -> used[queued] = false
        :: else
        fi;
        queued = address;
-       number = i + 1
+       number = i
      }
      i++
   :: else -> break
@@ -64,33 +68,32 @@ proctype Recorder() {
 proctype Taker() {
   byte address;
   byte mine;
-  byte index;
-  byte oldest;
+  byte at;
   byte slot;
+  byte found;
   byte found_time;
   byte found_writer;
-  byte seen;
+  byte next;
 end_take:
   do
   :: atomic { queued != NONE -> address = queued; mine = number; queued = NONE }
-     index = count;
-     oldest = (index > SLOTS -> index - SLOTS : 0);
+     at = newest[address % CHAINS];
      do
-     :: index > oldest ->
-        index--;
-        slot = index % SLOTS;
+     :: at != NONE ->
+        slot = at % SLOTS;
+        found = sample[slot];
+        found_time = time[slot];
+        found_writer = writer[slot];
+        next = older[slot];
         if
-        :: sample[slot] != address
+        :: entry[slot] != at -> break
         :: else ->
-           found_time = time[slot];
-           found_writer = writer[slot];
-           seen = version[slot];
            if
-           :: seen == index + 1 ->
-              assert(found_time == mine && found_writer == mine)
-           :: else
-           fi;
-           break
+           :: found == address ->
+              assert(found_time == mine && found_writer == mine);
+              break
+           :: else -> at = next
+           fi
         fi
      :: else -> break
      od;
