@@ -18,7 +18,6 @@
 
 #include <cie/scheduling/clock.hpp>
 
-#include "message_data.hpp"
 #include "scheduling_names.hpp"
 #include "shared_memory.hpp"
 
@@ -108,7 +107,6 @@ struct RecordingCache {
   dds_rhc base;
   dds_rhc* inner = nullptr;  // owned; null until associated
   std::shared_ptr<Delivery> delivery;
-  LayoutPtr searched;
   ChunkGaps gaps{};  // of the one thread on which iceoryx hands chunks over
 };
 
@@ -124,16 +122,6 @@ std::uint64_t gid_of(const ddsi_guid_t& guid) noexcept {
   return writer_gid(bytes);
 }
 
-// Null unless it came that way. Cyclone DDS built without shared memory has no such member.
-template <typename Sample>
-const void* in_shared_memory(const Sample* sample) noexcept {
-  if constexpr (requires { sample->iox_chunk; }) {
-    return sample->iox_chunk;
-  } else {
-    return nullptr;
-  }
-}
-
 // A service's header stands behind the four bytes that say how the sample is encoded. Every sample
 // of such a type is long enough, and in this machine's byte order: Cyclone has checked it.
 bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
@@ -145,22 +133,6 @@ bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
     ddsi_serdata_to_ser(sample, kEncoding, sizeof guid, &guid);
   }
   return guid == recipient;
-}
-
-// In bytes of Cyclone's making. Those of our own types are searched as they come.
-bool has_cut_text(const MessageLayout& layout, const ddsi_serdata* sample) noexcept {
-  if (in_shared_memory(sample) != nullptr) return false;
-  ddsrt_iovec_t part{};
-  ddsi_serdata* const held = ddsi_serdata_to_ser_ref(sample, 0, ddsi_serdata_size(sample), &part);
-  const auto* const bytes = static_cast<const unsigned char*>(part.iov_base);
-  std::uint16_t identifier = 0;
-  std::memcpy(&identifier, bytes, sizeof identifier);
-  const bool is_plain =
-      identifier == ddsi_sertype_get_native_enc_identifier(CDR_ENC_VERSION_1, CDR_ENC_FORMAT_PLAIN);
-  const bool is_cut =
-      is_plain && layout.texts().have_inner_zero(bytes + sizeof identifier + sizeof(std::uint16_t));
-  ddsi_serdata_to_ser_unref(held, &part);
-  return is_cut;
 }
 
 // Samples that were dropped in shared memory since the last one.
@@ -177,11 +149,6 @@ bool store(ddsi_rhc* cache, const ddsi_writer_info* writer, ddsi_serdata* sample
   if (sample->kind != SDK_DATA) return pass_on();  // a writer or an instance that ends
   const auto recipient = self(cache).delivery->recipient();
   if (recipient && !is_for(*recipient, sample)) return true;
-  const MessageLayout* const searched = self(cache).searched.get();
-  if (is_unreadable(*sample) || (searched != nullptr && has_cut_text(*searched, sample))) {
-    self(cache).delivery->unreadable();
-    return true;  // a reliable writer need not send it again
-  }
   const Arrival arrival{.time_ns = monotonic_now(), .writer_gid = gid_of(writer->guid)};
   return self(cache).delivery->deliver(sample, arrival, pass_on);
 }
@@ -261,11 +228,10 @@ constexpr dds_rhc_ops kOperations{
 
 }  // namespace
 
-dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery, LayoutPtr searched) {
+dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery) {
   auto cache = std::make_unique<RecordingCache>();
   cache->base.common.ops = &kOperations;
   cache->delivery = std::move(delivery);
-  cache->searched = std::move(searched);
   return &cache.release()->base;
 }
 

@@ -6,7 +6,6 @@
 #include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
-#include "message_layout.hpp"
 #include "scheduling/arrival_log.hpp"
 #include "scheduling/queue_count.hpp"
 #include "scheduling_names.hpp"
@@ -44,7 +43,7 @@ class Delivery {
   std::optional<std::uint64_t> recipient() const noexcept { return recipient_; }
   // Told how many more were lost. Before the reader exists.
   void on_lost(std::function<void(std::uint32_t)> tell) { tell_lost_ = std::move(tell); }
-  // Called once, when a sample came that cannot be read. Before the reader exists.
+  // Called once, when a sample was taken that cannot be read. Before the reader exists.
   void on_unreadable(std::function<void()> tell) { tell_unreadable_ = std::move(tell); }
   // Has the target look again, although nothing arrived.
   void wake() noexcept;
@@ -64,7 +63,7 @@ class Delivery {
   }
   // Samples that DDS lost or rejected before they reached the queue.
   void lost(std::uint32_t count) noexcept;
-  // One came that cannot be read: it is lost.
+  // One was taken that cannot be read: it is lost.
   void unreadable() noexcept;
 
   const ArrivalLog& arrivals() const noexcept { return arrivals_; }
@@ -94,10 +93,7 @@ class Delivery {
 // arrival of the very sample is known: not in the listener (it does not say which sample it is
 // called for), and not on the wire. It uses interfaces of Cyclone DDS 0.10 that are exported but
 // not promised; the build asks for that version.
-//
-// `searched`: the layout of samples that Cyclone serialises and that are to be searched for texts
-// that no message can hold; null for other samples.
-::dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery, LayoutPtr searched);
+::dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery);
 
 // 64 bits of a writer's 16-byte GUID, the same in every process; never 0.
 std::uint64_t writer_gid(const unsigned char (&guid)[16]) noexcept;

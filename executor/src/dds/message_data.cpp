@@ -37,7 +37,7 @@ struct MessageData final : ddsi_serdata {
   std::shared_ptr<const void> message;
   std::atomic<unsigned char*> bytes{nullptr};
   std::atomic<bool> is_refused{false};
-  bool is_unreadable = false;
+  bool is_from_elsewhere = false;  // its bytes are
 };
 
 const MessageLayout& layout_of(const ddsi_sertype* type) noexcept {
@@ -92,8 +92,7 @@ ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, CdrBy
   }
   MessageData* const data = make_data(type, kind);
   if (data == nullptr) return nullptr;
-  data->is_unreadable =
-      kind == SDK_DATA && layout_of(type).texts().have_inner_zero(bytes.message());
+  data->is_from_elsewhere = kind == SDK_DATA;
   bytes.complete(end);
   data->bytes.store(memory.release(), std::memory_order_release);
   return data;
@@ -314,7 +313,9 @@ bool is_refused(const ddsi_serdata& sample) noexcept {
 }
 
 bool is_unreadable(const ddsi_serdata& sample) noexcept {
-  return sample.ops == &kDataOperations && static_cast<const MessageData&>(sample).is_unreadable;
+  return sample.ops == &kDataOperations &&
+         static_cast<const MessageData&>(sample).is_from_elsewhere &&
+         layout_of(sample.type).texts().have_inner_zero(bytes_of(&sample).message());
 }
 
 }  // namespace cie::executor

@@ -32,7 +32,8 @@ std::shared_ptr<const void> message_of(const ::ddsi_serdata& sample) noexcept;
 bool is_refused(const ::ddsi_serdata& sample) noexcept;
 
 // Whether it came as bytes and with a text that no message can hold: one with a zero inside. Such a
-// sample must not be taken, because its text would be cut there.
+// sample must not be converted, because its text would be cut there. Looks through all texts: for
+// who is about to convert it, not for who receives it.
 bool is_unreadable(const ::ddsi_serdata& sample) noexcept;
 
 }  // namespace cie::executor

@@ -7,7 +7,16 @@
 #include "shared_memory.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <utility>
+
+// features.h decides the layout of what follows.
+// clang-format off
+#include <dds/features.h>
+#include <dds/ddsi/ddsi_sertype.h>
+#include <dds/ddsi/q_protocol.h>
+// clang-format on
 
 namespace cie::executor {
 namespace {
@@ -23,6 +32,22 @@ QoS kept(QoS qos, const ContextState& context) {
   return qos;
 }
 
+// In bytes of Cyclone's making.
+bool has_cut_text(const MessageLayout& layout, const ddsi_serdata* sample) noexcept {
+  if (in_shared_memory(sample) != nullptr) return false;
+  ddsrt_iovec_t part{};
+  ddsi_serdata* const held = ddsi_serdata_to_ser_ref(sample, 0, ddsi_serdata_size(sample), &part);
+  const auto* const bytes = static_cast<const unsigned char*>(part.iov_base);
+  std::uint16_t identifier = 0;
+  std::memcpy(&identifier, bytes, sizeof identifier);
+  const bool is_plain =
+      identifier == ddsi_sertype_get_native_enc_identifier(CDR_ENC_VERSION_1, CDR_ENC_FORMAT_PLAIN);
+  const bool is_cut =
+      is_plain && layout.texts().have_inner_zero(bytes + sizeof identifier + sizeof(std::uint16_t));
+  ddsi_serdata_to_ser_unref(held, &part);
+  return is_cut;
+}
+
 void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* delivery) noexcept {
   if (status.total_count_change > 0) {
     static_cast<Delivery*>(delivery)->lost(static_cast<std::uint32_t>(status.total_count_change));
@@ -36,7 +61,9 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
                std::optional<Reply> reply, std::shared_ptr<const EndpointEvents> events)
     : context_(std::move(context)),
       events_(events != nullptr ? std::move(events) : std::make_shared<const EndpointEvents>()),
-      topic_(*context_, topic, type) {
+      topic_(*context_, topic, type),
+      is_searched_(topic_.pointer_type() == nullptr && layout()->is_plain() &&
+                   layout()->texts().are_possible()) {
   const QoS qos = kept(asked, *context_);
   const bool keeps_all = qos.history() == History::keep_all;
   const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
@@ -53,13 +80,11 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   const dds_entity_t participant = context_->participant();
   const ListenerPtr listener = reader_listener(*events_);
   dds_lset_sample_lost_arg(listener.get(), on_sample_lost, delivery_.get(), true);
-  const bool is_searched =
-      topic_.pointer_type() == nullptr && layout()->is_plain() && layout()->texts().are_possible();
   // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
   // itself, because Cyclone does not say whether it took it.
   reader_ = dds::Entity{
       dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(), listener.get(),
-                            make_recording_cache(delivery_, is_searched ? layout() : nullptr)),
+                            make_recording_cache(delivery_)),
       "creating the DDS reader", topic.ros};
 }
 
@@ -83,6 +108,9 @@ bool Reader::take(MessagePool::Loan& message, MessageInfo& info) {
     if (outcome == TakeOutcome::other) continue;
     if (auto passed = message_of(*data)) {
       message.refer_to(std::move(passed));
+    } else if (is_unreadable(*data) || (is_searched_ && has_cut_text(*layout(), data.get()))) {
+      delivery_->unreadable();
+      continue;
     } else if (!ddsi_serdata_to_sample(data.get(), message.memory(), nullptr, nullptr)) {
       continue;
     }

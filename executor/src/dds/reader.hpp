@@ -41,8 +41,8 @@ class Reader {
   void announce(const Graph::Member& node);
 
   // Takes the next message: by reference to the publisher's if it came by pointer, else into the
-  // loaned memory, whose contents' memory is reused. Says what is known of it. False when there is
-  // none. Throws std::bad_alloc.
+  // loaned memory, whose contents' memory is reused. Says what is known of it. One that no message
+  // can hold is lost, and the next one is taken. False when there is none. Throws std::bad_alloc.
   bool take(MessagePool::Loan& message, MessageInfo& info);
 
   // Ends the queue: what comes is dropped, what is in it is discarded. Returns how many samples
@@ -66,6 +66,8 @@ class Reader {
   std::shared_ptr<const EndpointEvents> events_;
   std::shared_ptr<Delivery> delivery_;
   Topic topic_;
+  // Cyclone serialises the samples, and there may be texts in them that no message can hold.
+  bool is_searched_;
   dds::Entity reader_;
   Graph::Member graph_member_;
 };

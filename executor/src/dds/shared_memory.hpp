@@ -13,6 +13,17 @@ namespace cie::executor {
 inline constexpr std::uint32_t kMostChunksHeld = 256;
 inline constexpr std::uint32_t kDeepestQueueInSharedMemory = kMostChunksHeld - 16;
 
+// The chunk of a sample of Cyclone DDS; null unless it came in one. Cyclone DDS built without shared
+// memory has no such member.
+template <typename Sample>
+const void* in_shared_memory(const Sample* sample) noexcept {
+  if constexpr (requires { sample->iox_chunk; }) {
+    return sample->iox_chunk;
+  } else {
+    return nullptr;
+  }
+}
+
 // Its place among all chunks of its publisher: numbers are contiguous from 0.
 struct ChunkNumber {
   std::uint64_t publisher = 0;

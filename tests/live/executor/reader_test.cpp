@@ -4,12 +4,16 @@
 #include <cie/scheduling/clock.hpp>
 
 #include "dds/context_state.hpp"
+#include "dds/dds_qos.hpp"
 #include "dds/message_pool.hpp"
+#include "dds/serdata_ptr.hpp"
+#include "dds/topic.hpp"
 #include "support.hpp"
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -21,6 +25,7 @@ namespace {
 
 using cie_msgs::Keyed;
 using cie_msgs::Sample;
+using cie_msgs::String;
 
 // How a message comes into the queue: as bytes of a copy, as a pointer, or with Cyclone's own
 // serialisation, which is also that of types with keys.
@@ -196,6 +201,44 @@ TEST_P(ReaderTest, SeesEachWriterUnderItsOwnNumber) {
     ASSERT_NE(take<Sample>(reader, info), nullptr);
     EXPECT_EQ(info.writer_gid, publisher->writer_gid());
   }
+}
+
+// Texts are searched where a message is converted: not those of a message that nobody takes.
+TEST(ReaderOfBytes, LosesWhatCannotBeReadAsItIsTaken) {
+  auto options = options_for(Way::copied);
+  options.on_warning = [](const std::string&) {};
+  Context context{options};
+  std::uint32_t lost = 0;
+  EndpointEvents events;
+  events.message_lost = [&lost](std::uint32_t count) { lost += count; };
+  const dds_topic_descriptor& type = MessageTraits<String>::descriptor();
+  Reader reader{context.state(), message_topic("/text"), QoS{1}, type, {}, {},
+                std::make_shared<const EndpointEvents>(events)};
+  const Topic topic{*context.state(), message_topic("/text"), type};
+  if (topic.pointer_type() == nullptr)
+    GTEST_SKIP() << "not possible here: built without CIE_MESSAGES_BY_POINTER";
+  const dds::Entity writer{dds_create_writer(context.state()->participant(), topic.entity(),
+                                             dds::to_dds(QoS{1}, "/text").get(), nullptr),
+                           "creating the DDS writer", "/text"};
+  const auto arrive = [&](char third) {
+    std::vector<unsigned char> octets{0, 1, 0, 2, 6, 0, 0, 0, 'h', 'e', 'l', 'l', 'o', 0, 0, 0};
+    octets[10] = static_cast<unsigned char>(third);
+    const ddsrt_iovec_t part{octets.data(), octets.size()};
+    dds::check(
+        dds_forwardcdr(writer.get(), ddsi_serdata_from_ser_iov(topic.pointer_type(), SDK_DATA, 1,
+                                                               &part, octets.size())),
+        "publishing", "/text");
+  };
+  arrive(0);
+  arrive('l');  // pushes it out, unread
+  EXPECT_EQ(lost, 0U);
+  EXPECT_EQ(reader.delivery().count().overwritten(), 1U);
+  const auto message = take<String>(reader);
+  ASSERT_NE(message, nullptr);
+  EXPECT_STREQ(message->data, "hello");
+  arrive(0);
+  EXPECT_EQ(take<String>(reader), nullptr);
+  EXPECT_EQ(lost, 1U);
 }
 
 }  // namespace
