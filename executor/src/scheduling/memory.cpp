@@ -1,8 +1,10 @@
 #include "memory.hpp"
 
 #include <cerrno>
+#include <limits>
 
 #include <alloca.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -40,7 +42,12 @@ int lock_memory(LockMemory wish) noexcept {
   int flags = MCL_CURRENT | MCL_FUTURE;
   if (wish == LockMemory::no) return 0;
   if (wish == LockMemory::on_fault) flags |= MCL_ONFAULT;
-  return mlockall(flags) == 0 ? 0 : errno;
+  if (mlockall(flags) != 0) return errno;
+  // What is freed stays the heap's: neither is a large message mapped anew each time, nor the end of
+  // the heap given back, to fault in again.
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  return 0;
 }
 
 bool prefault_stack(std::size_t bytes) noexcept {

@@ -7,7 +7,8 @@
 
 namespace cie::scheduling {
 
-// For the whole process and for good. Returns 0 or an errno.
+// Keeps pages, and in the heap what is freed. For the whole process and for good. Returns 0 or an
+// errno.
 int lock_memory(LockMemory wish) noexcept;
 
 // Touches the next `bytes` of the calling thread's stack. False, and nothing is done, if the stack

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
+#include <cstring>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -115,6 +117,40 @@ TEST(Memory, IsLockedAsItIsUsed) {
   EXPECT_GT(status("VmLck"), 24 * 1024L) << "the stacks of 24 threads are covered";
   EXPECT_LT(status("VmRSS") - before, 24 * 1024L) << "and cost no memory before they are used";
   munlockall();
+}
+
+// Of a callback that has one message larger than any that glibc keeps in the heap of itself (32 MB),
+// and as many others at once as make it give the end of the heap back.
+long faults_of_messages() {
+  const long before = page_faults();
+  std::vector<std::unique_ptr<char[]>> messages;
+  for (int i = 0; i < 9; ++i) {
+    const std::size_t size = (i == 0 ? 33UL : 1UL) << 20;
+    messages.push_back(std::make_unique<char[]>(size));
+    std::memset(messages.back().get(), 1, size);
+  }
+  return page_faults() - before;
+}
+
+TEST(Memory, OfLargeMessagesIsKept) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{locking(LockMemory::on_fault)};
+  Node node{context, "node"};
+  std::vector<long> faults;
+  const auto timer = node.create_wall_timer(1ms, [&] {
+    faults.push_back(faults_of_messages());
+    if (faults.size() == 5) executor.cancel();
+  });
+  executor.add_node(node);
+  try {
+    executor.spin_for(20s);
+  } catch (const SchedulingRefused& refused) {
+    GTEST_SKIP() << "not possible here: " << refused.what();
+  }
+  munlockall();
+  ASSERT_GE(faults.size(), 5U);
+  EXPECT_GT(faults.front(), 256);
+  EXPECT_LE(faults.back(), 2);  // the code itself may have been a page not used yet
 }
 
 TEST(Memory, BeyondTheLimitIsRefusedByName) {
