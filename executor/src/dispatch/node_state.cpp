@@ -29,7 +29,8 @@ NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view nam
     : context_(std::move(context)),
       name_(qualified_node_name(name, name_space)),
       trace_(name_),
-      parameters_(name_, parameters) {
+      parameters_(name_, parameters,
+                  [this](auto change, const auto& changed) { tell(change, changed); }) {
   for (const auto& [from, to] : remaps) {
     if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
       throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of \"" +
@@ -47,21 +48,20 @@ void NodeState::offer_parameters() {
     if (services_ != nullptr || is_withdrawn_) return;
     services_ =
         std::make_unique<ParameterServices>(context_, name_, id(), graph_member_, parameters_);
-    parameters_.set_change_sink([&services = *services_](auto change, const auto& parameters) {
-      services.tell(change, parameters);
-    });
   }
   if (const auto core = executor()) core->configure_new_workers(*this);
 }
 
 void NodeState::withdraw_parameters() {
-  std::unique_ptr<ParameterServices> services;
-  {
-    const std::lock_guard lock{services_mutex_};
-    is_withdrawn_ = true;
-    services = std::move(services_);
-  }
-  if (services != nullptr) parameters_.set_change_sink({});
+  std::unique_ptr<ParameterServices> services;  // ends without the lock: what it answers may tell
+  const std::lock_guard lock{services_mutex_};
+  is_withdrawn_ = true;
+  services = std::move(services_);
+}
+
+void NodeState::tell(ParameterStore::Change change, const std::vector<Parameter>& parameters) {
+  const std::lock_guard lock{services_mutex_};
+  if (services_ != nullptr) services_->tell(change, parameters);
 }
 
 std::string NodeState::resolved(std::string_view name) const {

@@ -68,6 +68,9 @@ class NodeState final : public ServedNode, public std::enable_shared_from_this<N
   std::shared_ptr<ExecutorCore> executor() const;
 
  private:
+  // The network, of a change of parameters_.
+  void tell(ParameterStore::Change change, const std::vector<Parameter>& parameters);
+
   std::shared_ptr<ContextState> context_;
   std::string name_;
   Graph::Member graph_member_;

@@ -27,8 +27,10 @@ class ParameterStore {
   // Told of every change, in order; must not call the store.
   using ChangeSink = std::function<void(Change change, const std::vector<Parameter>& parameters)>;
 
-  ParameterStore(std::string node, ParameterOverrides overrides)
-      : node_(std::move(node)), overrides_(std::move(overrides)) {}
+  ParameterStore(std::string node, ParameterOverrides overrides, ChangeSink change_sink = {})
+      : node_(std::move(node)),
+        overrides_(std::move(overrides)),
+        change_sink_(std::move(change_sink)) {}
 
   // Functions that throw ParameterError: see Node.
   ParameterValue declare(std::string_view name, ParameterValue value,
@@ -47,8 +49,6 @@ class ParameterStore {
   // In service until the handle goes.
   std::shared_ptr<void> add_on_set(OnSetParameters function);
   std::shared_ptr<void> add_post_set(PostSetParameters function);
-  // Before anything is declared.
-  void set_change_sink(ChangeSink sink) { change_sink_ = std::move(sink); }
 
   // Overrides of parameters that were not declared so far: misspelt ones, most likely.
   std::vector<std::string> unused_overrides() const;
@@ -89,7 +89,7 @@ class ParameterStore {
 
   const std::string node_;
   const ParameterOverrides overrides_;
-  ChangeSink change_sink_;
+  const ChangeSink change_sink_;
   std::mutex changing_mutex_;
   std::atomic<std::thread::id> changing_{};  // who holds it
   mutable PriorityMutex values_mutex_;       // of what follows

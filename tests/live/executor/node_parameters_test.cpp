@@ -270,23 +270,34 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
   EXPECT_THROW(refusing.spin(), SchedulingRefused);
 }
 
-TEST_F(NodeParameters, ComeAndGoWithTheirNodeWhileTheyAreAskedFor) {
+TEST_F(NodeParameters, ComeAndGoWithTheirNodeWhileTheyAreAskedForAndSet) {
   executor.add_node(asking);
   const Spinning spinning{executor};
-  const auto client = asking.create_client<ListParameters_Request, ListParameters_Response>(
+  const auto lister = asking.create_client<ListParameters_Request, ListParameters_Response>(
       "/passing/list_parameters", {.timeout = 20ms});
+  const auto setter = asking.create_client<SetParameters_Request, SetParameters_Response>(
+      "/passing/set_parameters", {.timeout = 20ms});
   std::atomic<bool> is_over{false};
   std::thread asker{[&] {
-    const auto request = make_message<ListParameters_Request>();
+    const auto list = make_message<ListParameters_Request>();
+    const auto set = make_message<SetParameters_Request>();
+    make_room(set->parameters, 1);
+    set_text(set->parameters._buffer[0].name, "rate");
+    set->parameters._buffer[0].value.type = kInteger;
     while (!is_over) {
-      std::atomic<bool> is_answered{false};
-      client->async_send_request(*request, [&](const auto&) { is_answered = true; });
-      eventually([&] { return is_answered.load(); });
+      std::atomic<int> answered{0};
+      lister->async_send_request(*list, [&](const auto&) { ++answered; });
+      setter->async_send_request(*set, [&](const auto&) { ++answered; });
+      eventually([&] { return answered == 2; });
     }
   }};
   for (int round = 0; round < 20; ++round) {
+    std::atomic<bool> is_set{false};
     Node passing{context, "passing"};
+    const auto posted = passing.add_post_set_parameters_callback(
+        [&](const std::vector<cie::Parameter>&) { is_set = true; });
     passing.declare_parameter("rate", 10);
+    EXPECT_TRUE(eventually([&] { return is_set.load(); }));
     std::this_thread::sleep_for(1ms);
   }
   is_over = true;

@@ -218,13 +218,14 @@ TEST_F(Parameters, MayDropTheirHandleWhenAsked) {
 
 TEST_F(Parameters, TellEveryChangeOnceAndNoneThatWasRefused) {
   std::vector<std::string> changes;
-  store.set_change_sink([&](ParameterStore::Change change, const std::vector<Parameter>& all) {
-    changes.push_back("dsu"[static_cast<int>(change)] + all.front().name);
-  });
-  store.declare("a", 1, {});
-  expect_set("a", 2);
-  refused("a", "x");
-  store.undeclare("a");
+  ParameterStore told{
+      "/node", {}, [&](ParameterStore::Change change, const std::vector<Parameter>& all) {
+        changes.push_back("dsu"[static_cast<int>(change)] + all.front().name);
+      }};
+  told.declare("a", 1, {});
+  EXPECT_TRUE(told.set({{"a", 2}}).is_successful);
+  EXPECT_FALSE(told.set({{"a", "x"}}).is_successful);
+  told.undeclare("a");
   EXPECT_THAT(changes, ElementsAre("da", "sa", "ua"));
 }
 
