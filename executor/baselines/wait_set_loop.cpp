@@ -30,12 +30,14 @@ dds::Entity new_guard() {
 
 }  // namespace
 
-// The guard condition is set by triggers and by timers that begin anew; a plain subscription needs
-// none, its read condition is triggered as long as a message waits.
+// The guard condition is set by triggers, by timers that begin anew and by readers for which a service
+// has a response; a plain subscription needs none, its read condition is triggered as long as a message
+// waits.
 struct WaitSetLoop::Slot final : ReadySink {
   explicit Slot(std::shared_ptr<Callback> served)
       : callback(std::move(served)), data(read_condition_of(*callback)) {
-    if (data.get() == 0 || callback->has_timer()) guard = new_guard();
+    if (data.get() == 0 || callback->has_timer() || callback->kind() == CallbackKind::service)
+      guard = new_guard();
   }
   void on_ready(Callback&) noexcept override {
     if (guard.get() != 0) dds_set_guardcondition(guard.get(), true);

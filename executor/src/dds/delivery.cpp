@@ -56,6 +56,7 @@ void Delivery::close() {
 void Delivery::wake() noexcept {
   const std::lock_guard lock{mutex_};
   if (sink_ != nullptr) sink_->on_ready(*callback_);
+  if (wakeup_ != nullptr) wakeup_->notify();
 }
 
 void Delivery::announce() noexcept {

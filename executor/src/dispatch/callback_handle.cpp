@@ -3,6 +3,7 @@
 #include "client_callback.hpp"
 #include "guard_condition_callback.hpp"
 #include "node_state.hpp"
+#include "service_callback.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
 
@@ -26,6 +27,7 @@ void CallbackHandle<Kind>::remove_from(NodeState& node) const {
 template class CallbackHandle<TimerCallback>;
 template class CallbackHandle<GuardConditionCallback>;
 template class CallbackHandle<SubscriptionCallback>;
+template class CallbackHandle<ServiceCallback>;
 template class CallbackHandle<ClientCallback>;
 
 }  // namespace cie::executor

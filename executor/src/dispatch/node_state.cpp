@@ -10,6 +10,7 @@
 #include "endpoint_callbacks.hpp"
 #include "guard_condition_callback.hpp"
 #include "parameters/parameter_services.hpp"
+#include "service_callback.hpp"
 #include "services/service_ends.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
@@ -302,7 +303,7 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
   return handle_of(node, std::move(subscription));
 }
 
-std::shared_ptr<SubscriptionCallback> create_service(
+std::shared_ptr<ServiceCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
     ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
@@ -319,12 +320,7 @@ std::shared_ptr<SubscriptionCallback> create_service(
   auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
-  auto callback = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(end.requests),
-      [replier = std::shared_ptr{std::move(end.replier)}](
-          const std::shared_ptr<const void>& request, const MessageInfo& facts) {
-        replier->answer(request.get(), facts.writer_gid);
-      });
+  auto callback = std::make_shared<ServiceCallback>(std::move(group), info, std::move(end));
   node.add({callback});
   return handle_of(node, std::move(callback));
 }

@@ -1,4 +1,4 @@
-// A subscription, or the serving side of a service, as a callback.
+// A subscription as a callback.
 #pragma once
 
 #include <cie/executor/subscription.hpp>

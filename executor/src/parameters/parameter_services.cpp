@@ -49,6 +49,7 @@ ParameterServices::~ParameterServices() {
 void ParameterServices::serve() noexcept {
   for (const Service& service : services_) {
     try {
+      service.end.replier->send_waiting();
       MessagePool::Loan request{*service.messages};
       MessageInfo info;
       while (service.end.requests->take(request, info))

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <memory>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <sys/random.h>
@@ -84,22 +85,24 @@ std::optional<std::string> value_of(std::string_view key, std::string_view user_
   return std::nullopt;
 }
 
-std::optional<std::string> client_of(dds_entity_t request_reader, std::uint64_t gid) {
+std::vector<ServiceClients::Client> clients_of(dds_entity_t request_reader,
+                                               dds_entity_t reply_writer) {
+  std::vector<std::string> hearing;
+  for (const auto handle : matched(reply_writer, dds_get_matched_subscriptions)) {
+    const EndpointPtr reader{dds_get_matched_subscription_data(reply_writer, handle)};
+    if (auto client = value_of(kClientKey, user_data_of(reader)))
+      hearing.push_back(std::move(*client));
+  }
+  std::ranges::sort(hearing);
+  std::vector<ServiceClients::Client> clients;
   for (const auto handle : matched(request_reader, dds_get_matched_publications)) {
     const EndpointPtr writer{dds_get_matched_publication_data(request_reader, handle)};
-    if (writer != nullptr && writer_gid(writer->key.v) == gid) {
-      return value_of(kClientKey, user_data_of(writer));
-    }
+    if (writer == nullptr) continue;
+    const auto client = value_of(kClientKey, user_data_of(writer));
+    clients.push_back({.writer_gid = writer_gid(writer->key.v),
+                       .can_hear = !client || std::ranges::binary_search(hearing, *client)});
   }
-  return std::nullopt;
-}
-
-bool has_client(dds_entity_t reply_writer, std::string_view client) {
-  return std::ranges::any_of(
-      matched(reply_writer, dds_get_matched_subscriptions), [&](dds_instance_handle_t handle) {
-        const EndpointPtr reader{dds_get_matched_subscription_data(reply_writer, handle)};
-        return value_of(kClientKey, user_data_of(reader)) == client;
-      });
+  return clients;
 }
 
 }  // namespace cie::executor

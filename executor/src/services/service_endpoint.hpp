@@ -1,12 +1,15 @@
 // How the two ends of a service know each other, as rmw_cyclonedds does it.
 #pragma once
 
+#include "service_clients.hpp"
+
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <dds/dds.h>
 
@@ -44,11 +47,9 @@ class EndpointId {
 // The value of `key` in an endpoint's user data, "key=value;key=value;"; empty if there is none.
 std::optional<std::string> value_of(std::string_view key, std::string_view user_data);
 
-// The "clientid" of the client whose requests `request_reader` gets from the writer of this number
-// (writer_gid()). Empty if that client is gone, or says none. Allocates.
-std::optional<std::string> client_of(dds_entity_t request_reader, std::uint64_t writer_gid);
-
-// Whether the reply reader of that client is connected to `reply_writer`. Allocates.
-bool has_client(dds_entity_t reply_writer, std::string_view client);
+// The clients whose requests `request_reader` gets, and whether `reply_writer` is connected to the
+// reader that has the same "clientid". Allocates.
+std::vector<ServiceClients::Client> clients_of(dds_entity_t request_reader,
+                                               dds_entity_t reply_writer);
 
 }  // namespace cie::executor

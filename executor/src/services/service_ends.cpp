@@ -10,9 +10,10 @@ namespace cie::executor {
 namespace {
 
 std::unique_ptr<Writer> make_writer(const ServicePlan& plan, const TopicName& topic,
-                                    const dds_topic_descriptor& type, const std::string& identity) {
+                                    const dds_topic_descriptor& type, const std::string& identity,
+                                    std::shared_ptr<const EndpointEvents> events = {}) {
   return std::make_unique<Writer>(plan.context, plan.node, topic, plan.qos,
-                                  ServiceType{type}.descriptor(), identity);
+                                  ServiceType{type}.descriptor(), identity, std::move(events));
 }
 
 std::unique_ptr<Reader> make_reader(const ServicePlan& plan, const TopicName& topic,
@@ -27,12 +28,20 @@ std::unique_ptr<Reader> make_reader(const ServicePlan& plan, const TopicName& to
 // The writer first: a client that sees the reader can be answered.
 ServerEnd make_server_end(const ServicePlan& plan, ErasedServiceFunction function) {
   const std::string identity = EndpointId{}.user_data("serviceid");
-  auto responses = make_writer(plan, reply_topic(plan.name), plan.response, identity);
+  auto clients = std::make_shared<ServiceClients>();
+  EndpointEvents events;
+  events.matched = [clients] { clients->readers_changed(); };
+  auto responses = make_writer(plan, reply_topic(plan.name), plan.response, identity,
+                               std::make_shared<const EndpointEvents>(std::move(events)));
   auto requests = make_reader(plan, request_topic(plan.name), plan.request, identity);
   responses->announce(plan.graph_node);
   requests->announce(plan.graph_node);
-  auto replier =
-      std::make_unique<Replier>(std::move(responses), requests->entity(), std::move(function));
+  // The replier goes before the reader, and with it who uses these.
+  clients->begin([reader = requests->entity(),
+                  writer = responses->entity()] { return clients_of(reader, writer); },
+                 [&requests = requests->delivery()] { requests.wake(); });
+  auto replier = std::make_unique<Replier>(std::move(responses), std::move(clients),
+                                           plan.qos.depth(), std::move(function));
   return {.requests = std::move(requests), .replier = std::move(replier)};
 }
 

@@ -1,11 +1,20 @@
 // Services: each request gets its answer or its timeout, once, where it belongs.
+#include "dds/context_state.hpp"
+#include "dds/message_pool.hpp"
+#include "dds/names.hpp"
+#include "dds/reader.hpp"
+#include "dds/writer.hpp"
 #include "executors.hpp"
+#include "services/service_endpoint.hpp"
+#include "services/service_type.hpp"
 #include "support.hpp"
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <future>
 #include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -102,6 +111,44 @@ TEST_P(Services, AnswerEachClientAlone) {
       EXPECT_EQ(futures[k].get()->sum, static_cast<std::int64_t>(k));
     }
   }
+}
+
+// By hand, because a client of ours has its reader first.
+TEST_P(Services, AnswerOthersWhileAClientCannotHearYetAndItOnceItCan) {
+  const auto service = node.create_service<Request, Response>("add", add);
+  const auto client = node.create_client<Request, Response>("add");
+  const auto executor = make();
+  executor->add_node(node);
+  const Spinning spinning{*executor};
+  const executor::EndpointId id;
+  const std::string identity = id.user_data("clientid");
+  const ServicesQoS qos;
+  const executor::ServiceType request_type{MessageTraits<Request>::descriptor()};
+  executor::Writer requests{
+      context.state(),           std::nullopt, executor::request_topic("/add"), qos,
+      request_type.descriptor(), identity};
+  std::vector<std::byte> request(requests.layout()->size());
+  executor::set_header(request.data(), {.guid = id.guid(), .seq = 1});
+  static_cast<Request*>(executor::payload_of(request.data()))->a = 5;
+  ASSERT_TRUE(eventually([&] { return requests.matched() == 1; }));
+  requests.publish(request.data());
+  const Request of_another{};
+  ASSERT_TRUE(client->wait_for_service(20s));
+  EXPECT_EQ(client->async_send_request(of_another).get()->sum, 0);
+
+  const executor::ServiceType response_type{MessageTraits<Response>::descriptor()};
+  executor::Reader responses{context.state(),
+                             executor::reply_topic("/add"),
+                             qos,
+                             response_type.descriptor(),
+                             identity,
+                             executor::Reader::Reply{.recipient = id.guid()}};
+  executor::MessagePool pool{responses.layout()};
+  executor::MessagePool::Loan response{pool};
+  MessageInfo info;
+  ASSERT_TRUE(eventually([&] { return responses.take(response, info); }, 20s));
+  EXPECT_EQ(executor::header_of(response.get()).seq, 1);
+  EXPECT_EQ(static_cast<const Response*>(executor::payload_of(response.get()))->sum, 5);
 }
 
 TEST_P(Services, BeginEachResponseEmpty) {

@@ -60,7 +60,7 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type,
                                       const PublisherOptions& options, void (*code)() noexcept);
-std::shared_ptr<SubscriptionCallback> create_service(
+std::shared_ptr<ServiceCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
     ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol);

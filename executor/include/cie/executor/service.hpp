@@ -3,7 +3,6 @@
 
 #include <cie/executor/callback_handle.hpp>
 #include <cie/executor/message.hpp>
-#include <cie/executor/subscription.hpp>
 
 #include <concepts>
 #include <cstdint>
@@ -31,14 +30,18 @@ template <typename F, typename Request, typename Response>
 concept ServiceFunction = std::invocable<F&, const Request&, Response&>;
 
 namespace executor {
+class ServiceCallback;
 using ErasedServiceFunction = std::function<void(const void* request, void* response)>;
-}
+std::uint32_t matched_writers(const ServiceCallback& callback);
+}  // namespace executor
 
-// The response leaves when the callback has returned, from its thread. A callback that throws sends
-// none: its client times out. It ends with the last copy of its handle. That may outlive the node;
-// it then is idle.
+// The response leaves when the callback has returned, from its thread; to a client whose reader is
+// not discovered yet, when it is, between two instances. As many wait as the queue of requests is
+// deep; the oldest make room. A callback that throws sends no response, and one that cannot be sent
+// within the QoS's max_blocking_time is lost: its client times out. It ends with the last copy of its
+// handle. That may outlive the node; it then is idle.
 template <ServiceMessage Request, ServiceMessage Response>
-class Service : public executor::CallbackHandle<executor::SubscriptionCallback> {
+class Service : public executor::CallbackHandle<executor::ServiceCallback> {
  public:
   using CallbackHandle::CallbackHandle;
   // Clients connected now, in this process and others.
