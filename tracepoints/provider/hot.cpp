@@ -115,6 +115,12 @@ void Publisher::publish(std::int64_t source_timestamp_realtime_ns) noexcept {
   emit_publish(id_, seq, source_timestamp_realtime_ns);
 }
 
+void Publisher::failed(std::int64_t source_timestamp_realtime_ns, std::uint64_t total) noexcept {
+  if (!is_own(id_)) [[unlikely]]
+    return;
+  emit::publish_failed(id_, source_timestamp_realtime_ns, total);
+}
+
 std::int64_t Publisher::next_source_timestamp() noexcept {
   return state_->messages.next_timestamp(now_ns(CLOCK_REALTIME));
 }

@@ -58,7 +58,8 @@ std::uint32_t enabled_events() noexcept {
       &lttng_ust_tracepoint_cie___thread_sched,   &lttng_ust_tracepoint_cie___callback_release,
       &lttng_ust_tracepoint_cie___thread_wakeup,  &lttng_ust_tracepoint_cie___callback_start,
       &lttng_ust_tracepoint_cie___callback_end,   &lttng_ust_tracepoint_cie___publish,
-      &lttng_ust_tracepoint_cie___sample_lost,    &lttng_ust_tracepoint_cie___clock_sync};
+      &lttng_ust_tracepoint_cie___sample_lost,    &lttng_ust_tracepoint_cie___publish_failed,
+      &lttng_ust_tracepoint_cie___clock_sync};
   std::uint32_t mask = 0;
   std::uint32_t bit = 1;
   for (const lttng_ust_tracepoint* event : events) {

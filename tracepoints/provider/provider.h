@@ -276,6 +276,15 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, sample_lost,
   )
 )
 
+LTTNG_UST_TRACEPOINT_EVENT(cie, publish_failed,
+  LTTNG_UST_TP_ARGS(std::uint32_t, id, std::int64_t, source, std::uint64_t, total_),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer(std::uint32_t, publisher_id, id)
+    lttng_ust_field_integer(std::int64_t, source_timestamp_realtime_ns, source)
+    lttng_ust_field_integer(std::uint64_t, total, total_)
+  )
+)
+
 LTTNG_UST_TRACEPOINT_EVENT(cie, deadline_miss,
   LTTNG_UST_TP_ARGS(std::uint32_t, id, std::uint64_t, seq_, std::int64_t, response,
                     std::uint64_t, deadline),
@@ -395,6 +404,11 @@ inline void publish(PublisherId publisher, std::uint64_t seq,
 }
 inline void sample_lost(CallbackId callback, std::uint32_t count, std::uint64_t total) noexcept {
   lttng_ust_tracepoint(cie, sample_lost, to_number(callback), count, total);
+}
+inline void publish_failed(PublisherId publisher, std::int64_t source_timestamp_realtime_ns,
+                           std::uint64_t total) noexcept {
+  lttng_ust_tracepoint(cie, publish_failed, to_number(publisher), source_timestamp_realtime_ns,
+                       total);
 }
 
 }  // namespace cie::trace::emit

@@ -199,5 +199,9 @@ inline constexpr ProviderEvent kPublish{"cie:publish", kPublishFields};
 inline constexpr std::array kSampleLostFields{u32("callback_id"), u32("count"), count("total")};
 inline constexpr ProviderEvent kSampleLost{"cie:sample_lost", kSampleLostFields};
 
+inline constexpr std::array kPublishFailedFields{
+    u32("publisher_id"), realtime("source_timestamp_realtime_ns"), count("total")};
+inline constexpr ProviderEvent kPublishFailed{"cie:publish_failed", kPublishFailedFields};
+
 }  // namespace provider
 }  // namespace cie::analysis

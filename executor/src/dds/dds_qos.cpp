@@ -41,7 +41,7 @@ QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_dat
   dds_qset_reliability(result.get(),
                        qos.reliability() == Reliability::reliable ? DDS_RELIABILITY_RELIABLE
                                                                   : DDS_RELIABILITY_BEST_EFFORT,
-                       DDS_INFINITY);
+                       to_dds(qos.max_blocking_time(), "blocking time", object));
   dds_qset_deadline(result.get(), to_dds(qos.deadline(), "deadline", object));
   dds_qset_lifespan(result.get(), to_dds(qos.lifespan(), "lifespan", object));
   dds_qset_liveliness(result.get(),

@@ -15,8 +15,8 @@ struct DeleteQos {
 };
 using QosPtr = std::unique_ptr<dds_qos_t, DeleteQos>;
 
-// The policies that rmw_cyclonedds sets for the same QoS: a reliable writer blocks rather than
-// drops, disposal is left to the application, transient-local history is as deep as the queue.
+// The policies that rmw_cyclonedds sets for the same QoS, but for how long a reliable writer blocks
+// before it drops, which there is for ever: disposal is left to the application, transient-local history is as deep as the queue.
 // `user_data` travels with the discovery of the entity. Throws std::logic_error naming `object` for
 // KeepLast{0} and durations that are not positive.
 QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data = {});

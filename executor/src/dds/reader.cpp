@@ -82,10 +82,9 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   dds_lset_sample_lost_arg(listener.get(), on_sample_lost, delivery_.get(), true);
   // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
   // itself, because Cyclone does not say whether it took it.
-  reader_ = dds::Entity{
-      dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(), listener.get(),
-                            make_recording_cache(delivery_)),
-      "creating the DDS reader", topic.ros};
+  reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(),
+                                              listener.get(), make_recording_cache(delivery_)),
+                        "creating the DDS reader", topic.ros};
 }
 
 void Reader::announce(const Graph::Member& node) {

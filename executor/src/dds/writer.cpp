@@ -57,26 +57,36 @@ void Writer::announce(const Graph::Member& node) {
   graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::writer, writer_.get());
 }
 
-void Writer::publish(const void* message) {
-  const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = next_timestamp();
-  dds::check(dds_write_ts(writer_.get(), message, timestamp), kPublishing, name_);
+bool Writer::is_sent(dds_return_t code, std::int64_t timestamp) {
+  if (code == DDS_RETCODE_TIMEOUT) {
+    const std::uint64_t total = ++unsent_;
+    if (trace_) trace_->failed(timestamp, total);
+    return false;
+  }
+  dds::check(code, kPublishing, name_);
+  return true;
 }
 
-void Writer::publish(std::shared_ptr<const void> message) {
+bool Writer::publish(const void* message) {
+  const std::lock_guard lock{mutex_};
+  const std::int64_t timestamp = next_timestamp();
+  return is_sent(dds_write_ts(writer_.get(), message, timestamp), timestamp);
+}
+
+bool Writer::publish(std::shared_ptr<const void> message) {
   const ddsi_sertype* const type = topic_.pointer_type();
-  if (type == nullptr) {
-    publish(message.get());
-    return;
-  }
+  if (type == nullptr) return publish(message.get());
   const SerdataPtr data{make_message_data(*type, std::move(message))};
   if (data == nullptr) throw std::bad_alloc{};
   const std::lock_guard lock{mutex_};
-  data->timestamp.v = next_timestamp();
+  const std::int64_t timestamp = next_timestamp();
+  data->timestamp.v = timestamp;
   // A reference of its own goes along, whether it succeeds or not.
-  dds::check(dds_forwardcdr(writer_.get(), ddsi_serdata_ref(data.get())), kPublishing, name_);
+  if (!is_sent(dds_forwardcdr(writer_.get(), ddsi_serdata_ref(data.get())), timestamp))
+    return false;
   // Who has no connection outside the process never needs the bytes, and takes any value.
   if (is_refused(*data)) throw dds::Error{kPublishing, name_, DDS_RETCODE_BAD_PARAMETER};
+  return true;
 }
 
 std::uint32_t Writer::matched() const {
@@ -101,18 +111,19 @@ std::shared_ptr<const void> Writer::with_library(std::shared_ptr<const void> mes
           }};
 }
 
-void publish(Writer& writer, const void* message) { writer.publish(message); }
-void publish_owned(Writer& writer, void* message) {
+bool publish(Writer& writer, const void* message) { return writer.publish(message); }
+bool publish_owned(Writer& writer, void* message) {
   check_present(message, writer);
-  writer.publish(own_message(message, writer.layout()));
+  return writer.publish(own_message(message, writer.layout()));
 }
-void publish_shared(Writer& writer, std::shared_ptr<const void> message) {
+bool publish_shared(Writer& writer, std::shared_ptr<const void> message) {
   check_present(message.get(), writer);
-  writer.publish(writer.with_library(std::move(message)));
+  return writer.publish(writer.with_library(std::move(message)));
 }
 const std::string& topic_of(const Writer& writer) noexcept { return writer.topic(); }
 std::uint64_t writer_gid_of(const Writer& writer) noexcept { return writer.gid(); }
 std::uint32_t matched_readers(const Writer& writer) { return writer.matched(); }
+std::uint64_t unsent_messages(const Writer& writer) noexcept { return writer.unsent(); }
 void assert_liveliness(const Writer& writer) { writer.assert_liveliness(); }
 
 }  // namespace cie::executor

@@ -12,6 +12,7 @@
 #include "names.hpp"
 #include "topic.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -37,10 +38,11 @@ class Writer {
   // Tells ROS 2 that it is this node's.
   void announce(const Graph::Member& node);
 
-  // The event comes first, so that it lies before the arrival in time. Throws dds::Error.
-  void publish(const void* message);
+  // The event comes first, so that it lies before the arrival in time. False: it was not sent within
+  // the QoS's max_blocking_time, which is counted and told. Throws dds::Error.
+  bool publish(const void* message);
   // Readers of this process get the message itself. Also throws std::bad_alloc.
-  void publish(std::shared_ptr<const void> message);
+  bool publish(std::shared_ptr<const void> message);
   // What frees shared messages may be code of this library; null: of the program. Before any is
   // published.
   void keep_loaded(std::shared_ptr<void> library) { library_ = std::move(library); }
@@ -49,6 +51,7 @@ class Writer {
 
   const std::string& topic() const noexcept { return name_; }
   std::uint64_t gid() const noexcept { return gid_; }
+  std::uint64_t unsent() const noexcept { return unsent_; }
   std::uint32_t matched() const;
   void assert_liveliness() const;
   const LayoutPtr& layout() const noexcept { return topic_.layout(); }
@@ -57,6 +60,8 @@ class Writer {
  private:
   // Of the message that is published now; with mutex_ held.
   std::int64_t next_timestamp() noexcept { return trace_ ? trace_->publish() : dds_time(); }
+  // Whether the message was sent, by what DDS says; with mutex_ held. Throws dds::Error.
+  bool is_sent(dds_return_t code, std::int64_t timestamp);
 
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<void> library_;
@@ -68,6 +73,7 @@ class Writer {
   std::uint64_t gid_ = 0;
   PriorityMutex mutex_;  // keeps number, timestamp and message in one order
   std::optional<trace::Publisher> trace_;
+  std::atomic<std::uint64_t> unsent_{0};
 };
 
 }  // namespace cie::executor

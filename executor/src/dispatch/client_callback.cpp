@@ -50,7 +50,8 @@ void ClientCallback::send(const void* request, Completion completion) {
     std::vector<std::byte> message(writer_->layout()->size());
     set_header(message.data(), {.guid = guid_, .seq = seq});
     std::memcpy(payload_of(message.data()), request, message.size() - sizeof(CallHeader));
-    writer_->publish(message.data());
+    if (!writer_->publish(message.data()))
+      throw dds::Error{"sending a request", service_, DDS_RETCODE_TIMEOUT};
   } catch (...) {
     remove(seq);
     throw;

@@ -3,6 +3,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +25,7 @@ constexpr std::uint64_t kMessages = 300;
 
 constexpr std::int64_t kCalls = 100;
 
-QoS deep() { return QoS{KeepAll{}}; }
+QoS deep() { return QoS{KeepAll{}}.max_blocking_time(std::nullopt); }
 
 // More than one datagram's worth now and then.
 std::uint32_t payload_size(std::uint64_t seq) { return seq % 10 < 2 ? 200'000 : 500; }
@@ -151,6 +154,41 @@ TEST(Interprocess, AServiceAnswersEachClientFromItsFirstRequestOn) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+// Not a test of its own: started by Interprocess, which ends it.
+TEST(ChildReader, DISABLED_Listens) {
+  Context context;
+  Node node{context, "child"};
+  const auto subscription = node.create_subscription<Sample>("data", 1, [](const Sample&) {});
+  CallbackIsolatedExecutor executor;
+  executor.add_node(node);
+  executor.spin();
+}
+
+TEST(Interprocess, AStoppedReaderHoldsItsPublisherUpNoLongerThanThatMayWait) {
+  const auto options = private_options();
+  Context context{options};
+  Node node{context, "parent"};
+  const auto publisher = node.create_publisher<Sample>("data", QoS{KeepAll{}});
+  const pid_t child = start_child(options, "ChildReader.*");
+  ASSERT_TRUE(eventually([&] { return publisher->subscription_count() == 1; }));
+  const auto message = make_message<Sample>();
+  resize(message->payload, 200'000);
+  kill(child, SIGSTOP);
+  int sent = 0;
+  while (sent < 100 && publisher->publish(*message))
+    ++sent;
+  EXPECT_LT(sent, 100) << "20 MB, where DDS holds 500 kB";
+  EXPECT_EQ(publisher->unsent_count(), 1U);
+  EXPECT_FALSE(publisher->publish(std::shared_ptr<const Sample>{make_message<Sample>()}));
+  EXPECT_EQ(publisher->unsent_count(), 2U);
+  EXPECT_EQ(publisher->subscription_count(), 1U)
+      << "the reader's lease was over: nothing was shown";
+  kill(child, SIGCONT);
+  EXPECT_TRUE(eventually([&] { return publisher->publish(*message); }));
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
 }
 
 }  // namespace

@@ -212,7 +212,12 @@ TEST(ReaderOfBytes, LosesWhatCannotBeReadAsItIsTaken) {
   EndpointEvents events;
   events.message_lost = [&lost](std::uint32_t count) { lost += count; };
   const dds_topic_descriptor& type = MessageTraits<String>::descriptor();
-  Reader reader{context.state(), message_topic("/text"), QoS{1}, type, {}, {},
+  Reader reader{context.state(),
+                message_topic("/text"),
+                QoS{1},
+                type,
+                {},
+                {},
                 std::make_shared<const EndpointEvents>(events)};
   const Topic topic{*context.state(), message_topic("/text"), type};
   if (topic.pointer_type() == nullptr)

@@ -66,6 +66,22 @@ TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
   }
 }
 
+TEST_P(Record, TellsWhichMessagesWereNotSent) {
+  const Finished result = sandbox_.run(recording("rec", {"--instances", "2", "--unsent", "3"}));
+  ASSERT_EQ(result.status, 0) << result.err;
+  const TextTrace trace = read_trace(path("rec"));
+  const auto published = trace.all("publish");
+  const auto failed = trace.all("publish_failed");
+  ASSERT_EQ(published.size(), 2U + 3U);
+  ASSERT_EQ(failed.size(), 3U);
+  for (std::size_t i = 0; i < failed.size(); ++i) {
+    EXPECT_EQ(failed[i].integer("publisher_id"), published[2 + i].integer("publisher_id"));
+    EXPECT_EQ(failed[i].integer("source_timestamp_realtime_ns"),
+              published[2 + i].integer("source_timestamp_realtime_ns"));
+    EXPECT_EQ(failed[i].integer("total"), i + 1);
+  }
+}
+
 TEST_P(Record, EndsAsTheCommandDidForWhoAsks) {
   const Finished result =
       sandbox_.run(recording("rec", {"--instances", "1", "--status", "3"}, {"--preserve-status"}));

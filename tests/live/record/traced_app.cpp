@@ -3,7 +3,7 @@
 //
 //   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by HOW]
 //              [--burst N] [--status N] [--ready FILE [--ready-after N]] [--fork]
-//              [--deadline-us N [--late-every N]] [--lost N]
+//              [--deadline-us N [--late-every N]] [--lost N] [--unsent N]
 //
 // HOW is return, exit, abort, exec (another program, in place of this one), exec-elsewhere (the
 // same on the thread that runs the callbacks) or kill: as a process that is killed when it has
@@ -48,7 +48,8 @@ struct Options {
   int status = 0;
   std::string ready;
   std::uint64_t ready_after = 0;
-  std::uint32_t lost = 0;  // samples of the subscription, before anything is written to FILE
+  std::uint32_t lost = 0;    // samples of the subscription, before anything is written to FILE
+  std::uint64_t unsent = 0;  // messages, when all instances have run
 };
 
 std::atomic<bool> is_asked_to_stop{false};
@@ -83,6 +84,8 @@ Options parse(int argc, char** argv) {
       options.burst = std::stoull(value);
     } else if (name == "--lost") {
       options.lost = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--unsent") {
+      options.unsent = std::stoull(value);
     } else if (name == "--leave-by") {
       options.leave_by = value;
     } else if (name == "--status") {
@@ -180,6 +183,8 @@ void work(Application& app, const Options& options) {
     if (is_telling && i + 1 == options.ready_after) tell_ready(options.ready);
     std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
   }
+  for (std::uint64_t total = 1; total <= options.unsent; ++total)
+    app.publisher.failed(app.publisher.publish(), total);
   if (options.leave_by == "exec-elsewhere") execute_another_program();
   if (options.work_us > 0) {
     std::printf("thread %d used %lld ns\n", gettid(), static_cast<long long>(cpu_time_ns()));

@@ -211,7 +211,7 @@ class Endpoints(OnTheWire):
         self.tell("node talker /lab")
         self.tell("publisher chatter")
         self.tell("subscription /heard")
-        expected = {"type": STRING, "reliable": 1, "max_blocking": FOREVER, "durability": 0,
+        expected = {"type": STRING, "reliable": 1, "max_blocking": 100_000_000, "durability": 0,
                     "keep_all": 0, "depth": 10, "user_data": ""}
         writer = self.peer.wait_for_json(seen="pub", topic="rt/lab/chatter")
         self.assertEqual(writer | expected | {"autodispose": 0}, writer)

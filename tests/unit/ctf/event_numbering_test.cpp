@@ -94,14 +94,16 @@ TEST(EventNumbering, TellsByContents) {
 }
 
 TEST(EventNumbering, TellsReleasesFromMessagesByWhatTheyCount) {
-  // Both are of 20 bytes: a count of samples here, a time of the day there.
+  // All are of 20 bytes: a count of samples here, a time of the day there, or in the middle.
   constexpr std::int64_t kTimeOfDay = 1'700'000'000'000'000'000;
   PacketWriter writer;
   writer.event(0, 1001).add(std::uint32_t{1}).add(std::uint64_t{0}).add(kTimeOfDay);
   writer.event(1, 1002).add(std::uint32_t{1}).add(std::uint64_t{5}).add(std::uint64_t{0});
+  writer.event(2, 1003).add(std::uint32_t{1}).add(kTimeOfDay).add(std::uint64_t{1});
   const auto numbering = find_numbering(writer.only(), event_channel_events());
   EXPECT_EQ(event_channel_events()[numbering.at(0)].name, "cie:publish");
   EXPECT_EQ(event_channel_events()[numbering.at(1)].name, "cie:callback_release");
+  EXPECT_EQ(event_channel_events()[numbering.at(2)].name, "cie:publish_failed");
 }
 
 TEST(EventNumbering, RefusesWhatIsNoneOfTheClasses) {

@@ -48,7 +48,7 @@ TEST(Qos, ANumberIsAReliableVolatileQueueOfThatDepth) {
   EXPECT_EQ(policies.history, DDS_HISTORY_KEEP_LAST);
   EXPECT_EQ(policies.depth, 10);
   EXPECT_EQ(policies.reliability, DDS_RELIABILITY_RELIABLE);
-  EXPECT_EQ(policies.blocking, DDS_INFINITY);
+  EXPECT_EQ(policies.blocking, 100'000'000);
   EXPECT_EQ(policies.durability, DDS_DURABILITY_VOLATILE);
   EXPECT_FALSE(policies.disposes);
   EXPECT_EQ(policies.deadline, DDS_INFINITY);
@@ -62,12 +62,15 @@ TEST(Qos, HasDurationsInNanoseconds) {
                       .deadline(20ms)
                       .lifespan(1s)
                       .liveliness(Liveliness::manual_by_topic)
-                      .liveliness_lease_duration(300us);
+                      .liveliness_lease_duration(300us)
+                      .max_blocking_time(7ms);
   const Policies policies = policies_of(qos);
   EXPECT_EQ(policies.deadline, 20'000'000);
   EXPECT_EQ(policies.lifespan, 1'000'000'000);
   EXPECT_EQ(policies.liveliness, DDS_LIVELINESS_MANUAL_BY_TOPIC);
   EXPECT_EQ(policies.lease, 300'000);
+  EXPECT_EQ(policies.blocking, 7'000'000);
+  EXPECT_EQ(policies_of(QoS{1}.max_blocking_time(std::nullopt)).blocking, DDS_INFINITY);
   EXPECT_EQ(qos.deadline(), 20ms);
   EXPECT_EQ(QoS{1}.lifespan(), std::nullopt);
 }
@@ -85,6 +88,7 @@ TEST(Qos, HasNoDurationsThatAreNotPositive) {
             "the deadline in the QoS of \"/scan\" cannot be 0 ns: write more, or none for an "
             "unlimited one");
   EXPECT_THAT(refusal(QoS{1}.lifespan(-5ns)), HasSubstr("the lifespan in the QoS of \"/scan\""));
+  EXPECT_THAT(refusal(QoS{1}.max_blocking_time(0ns)), HasSubstr("the blocking time in"));
   EXPECT_THAT(refusal(QoS{1}.liveliness_lease_duration(0ns)), HasSubstr("the lease duration in"));
 }
 

@@ -20,7 +20,8 @@ constexpr std::array kStateEvents{
 static_assert(std::ranges::equal(kStateEvents, cie::kStateEvents, {}, &ProviderEvent::name));
 constexpr std::array kEvents{provider::kCallbackRelease, provider::kThreadWakeup,
                              provider::kCallbackStart,   provider::kCallbackEnd,
-                             provider::kPublish,         provider::kSampleLost};
+                             provider::kPublish,         provider::kSampleLost,
+                             provider::kPublishFailed};
 
 std::string integer(int bits, bool is_signed) {
   return "integer { size = " + std::to_string(bits) +

@@ -61,7 +61,8 @@ class Client : public executor::CallbackHandle<executor::ClientCallback> {
   // Sends the request and returns without waiting. The future gets the
   // response, or throws ServiceTimeout. Waiting for it inside a callback works where the client has
   // another thread, as under the isolated executor; on one thread it would wait for ever. Throws
-  // std::runtime_error when DDS refuses the request.
+  // std::runtime_error when DDS refuses the request, or it cannot be sent within the QoS's
+  // max_blocking_time.
   std::future<ResponsePtr> async_send_request(const Request& request) {
     auto promise = std::make_shared<std::promise<ResponsePtr>>();
     auto future = promise->get_future();

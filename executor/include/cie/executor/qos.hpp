@@ -81,6 +81,14 @@ class QoS {
     return *this;
   }
 
+  // How long Publisher::publish() of a reliable publisher waits at most while readers elsewhere have
+  // not acknowledged as much as the network may hold (500 kB unless DDS is configured otherwise).
+  // A message that cannot be sent by then is sent to nobody. Empty: for ever.
+  constexpr QoS& max_blocking_time(std::optional<std::chrono::nanoseconds> duration) noexcept {
+    max_blocking_time_ = duration;
+    return *this;
+  }
+
   constexpr History history() const noexcept { return history_; }
   // 0 with keep_all.
   constexpr std::uint32_t depth() const noexcept { return depth_; }
@@ -92,6 +100,9 @@ class QoS {
   constexpr Liveliness liveliness() const noexcept { return liveliness_; }
   constexpr std::optional<std::chrono::nanoseconds> liveliness_lease_duration() const noexcept {
     return lease_duration_;
+  }
+  constexpr std::optional<std::chrono::nanoseconds> max_blocking_time() const noexcept {
+    return max_blocking_time_;
   }
 
   friend constexpr bool operator==(const QoS&, const QoS&) noexcept = default;
@@ -105,6 +116,7 @@ class QoS {
   std::optional<std::chrono::nanoseconds> deadline_;
   std::optional<std::chrono::nanoseconds> lifespan_;
   std::optional<std::chrono::nanoseconds> lease_duration_;
+  std::optional<std::chrono::nanoseconds> max_blocking_time_ = std::chrono::milliseconds{100};
 };
 
 // The last five samples, best effort: for data that is worthless once newer data exists.
