@@ -33,9 +33,7 @@ Machine::ThreadNumber Machine::create(std::int64_t tid, std::string comm, Refill
   if (parent) {
     tape_.kernel(now_, threads_[*parent].cpu,
                  analysis::SchedProcessFork{.parent_tid = threads_[*parent].tid,
-                                            .parent_pid = threads_[*parent].tid,
                                             .child_tid = tid,
-                                            .child_pid = tid,
                                             .child_comm = tape_.keep(thread.comm)});
   }
   thread.state = State::waking;

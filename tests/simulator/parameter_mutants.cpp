@@ -59,11 +59,7 @@ void fork_real_time(Case& c, std::int64_t parent) {
   const auto begin = e.head.time.ns;
   const auto idle = body<SchedSwitch>(e);
   e.head.time.ns = begin + 1;
-  e.body = SchedProcessFork{.parent_tid = parent,
-                            .parent_pid = parent,
-                            .child_tid = kChild,
-                            .child_pid = kChild,
-                            .child_comm = "child"};
+  e.body = SchedProcessFork{.parent_tid = parent, .child_tid = kChild, .child_comm = "child"};
   insert(c.trace, e);
   e.head.time.ns = begin + 100;
   e.body = SchedSwitch{.prev_comm = idle.next_comm,

@@ -46,7 +46,7 @@ class Changer {
     tid(body.next_tid);
   }
   void also(SchedProcessFork& body) const {
-    for (auto* id : {&body.parent_tid, &body.parent_pid, &body.child_tid, &body.child_pid})
+    for (auto* id : {&body.parent_tid, &body.child_tid})
       tid(*id);
   }
   void also(SchedMigrateTask& body) const {

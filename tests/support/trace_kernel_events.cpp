@@ -45,9 +45,7 @@ bool Writer::kernel_event(std::int64_t time, const Line& line) {
   } else if (verb == "fork") {
     add(time, head,
         SchedProcessFork{.parent_tid = thread(2)->tid,
-                         .parent_pid = thread(2)->process->pid,
                          .child_tid = thread(3)->tid,
-                         .child_pid = thread(3)->process->pid,
                          .child_comm = keep(thread(3)->name)});
   } else if (verb == "exit") {
     add(time, head, SchedProcessExit{.tid = thread(2)->tid});

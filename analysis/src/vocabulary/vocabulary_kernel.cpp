@@ -59,10 +59,8 @@ void sched_wakeup(const Payload& p, VocabularyState& state, EventBody& body) {
 
 void process_fork(const Payload& p, VocabularyState&, EventBody& body) {
   body.emplace<SchedProcessFork>() = {.parent_tid = p.number<std::int64_t>(0),
-                                      .parent_pid = p.number<std::int64_t>(1),
-                                      .child_tid = p.number<std::int64_t>(2),
-                                      .child_pid = p.number<std::int64_t>(3),
-                                      .child_comm = p.text(4)};
+                                      .child_tid = p.number<std::int64_t>(1),
+                                      .child_comm = p.text(2)};
 }
 
 void process_exit(const Payload& p, VocabularyState&, EventBody& body) {
@@ -91,7 +89,7 @@ std::vector<Translation> kernel_table() {
       "prev_comm", needed("prev_tid|prev_pid"), needed("prev_prio"), needed("prev_state"),
       "next_comm", needed("next_tid|next_pid"), needed("next_prio")};
   const std::vector<FieldRequest> woken{needed("tid|pid"), needed("prio"), "target_cpu"};
-  // perf's conversion prefixes names with the subsystem and has no thread ids of a fork's parent.
+  // perf's conversion prefixes names with the subsystem. The kernel's own events call a thread id a pid.
   std::vector<Translation> table;
   for (const auto& [name, perf_name, fields, translate] : std::initializer_list<
            std::tuple<std::string_view, std::string_view, std::vector<FieldRequest>, Translate>>{
@@ -101,8 +99,7 @@ std::vector<Translation> kernel_table() {
            {"sched_wakeup_new", "sched:sched_wakeup_new", woken, sched_wakeup},
            {"sched_process_fork",
             "sched:sched_process_fork",
-            {needed("parent_tid|parent_pid"), needed("parent_pid"), needed("child_tid|child_pid"),
-             needed("child_pid"), "child_comm"},
+            {needed("parent_tid|parent_pid"), needed("child_tid|child_pid"), "child_comm"},
             process_fork},
            {"sched_process_exit", "sched:sched_process_exit", {needed("tid|pid")}, process_exit},
            {"sched_process_exec",

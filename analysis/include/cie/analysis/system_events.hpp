@@ -60,9 +60,7 @@ struct SchedProcessFork {
   static constexpr EventCategory kCategory = EventCategory::system;
   static constexpr std::string_view kName = "sched_process_fork";
   std::int64_t parent_tid = 0;
-  std::int64_t parent_pid = 0;
   std::int64_t child_tid = 0;
-  std::int64_t child_pid = 0;
   TaskName child_comm;
 };
 struct SchedProcessExit {
