@@ -19,7 +19,7 @@ std::weak_ordering natural_order(std::string_view a, std::string_view b) {
   b.remove_prefix(alike);
   while (!a.empty() && !b.empty()) {
     if (!is_digit(a.front()) || !is_digit(b.front())) {
-      if (a.front() != b.front()) return a.front() <=> b.front();
+      if (a.front() != b.front()) return a <=> b;  // whose characters have no sign
       a.remove_prefix(1);
       b.remove_prefix(1);
       continue;

@@ -18,9 +18,13 @@ void append(std::vector<Evidence>& list, Evidence item) {
 
 }  // namespace
 
+std::optional<Timestamp> time_of_evidence(Timestamp time) noexcept {
+  return time == kEarliest || time == kBoot ? std::nullopt : std::optional(time);
+}
+
 Evidence evidence(std::string event, const EventRef& where, std::string note) {
   Evidence item{.event = std::move(event),
-                .time = where.time == kEarliest ? std::nullopt : std::optional(where.time),
+                .time = time_of_evidence(where.time),
                 .cpu = where.cpu,
                 .pid = where.pid,
                 .tid = where.tid,

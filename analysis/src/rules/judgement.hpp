@@ -21,7 +21,7 @@
 namespace cie::analysis {
 
 // A point in time without an event of its own. One that is not known is kEarliest, for an EventRef has
-// no room for an optional: the evidence of it has no time.
+// no room for an optional.
 inline EventRef moment(std::optional<Timestamp> time,
                        std::optional<std::int64_t> tid = std::nullopt) {
   return {.time = time.value_or(kEarliest),
@@ -31,6 +31,8 @@ inline EventRef moment(std::optional<Timestamp> time,
           .tid = tid};
 }
 
+// Of a time that is not known, be it kEarliest or kBoot, the evidence has none.
+std::optional<Timestamp> time_of_evidence(Timestamp time) noexcept;
 Evidence evidence(std::string event, const EventRef& where, std::string note);
 // Of what the recording has no event of: `where` is but a position.
 inline Evidence without_event(const EventRef& where, std::string note) {

@@ -68,7 +68,7 @@ std::string describe_loss(const Loss& loss) {
 
 Evidence evidence_of(const Loss& loss) {
   return Evidence{.event = std::string(name_of(loss.kind)),
-                  .time = loss.begin == kBoot ? std::nullopt : std::optional(loss.begin),
+                  .time = time_of_evidence(loss.begin),
                   .cpu = loss.cpu,
                   .pid = std::nullopt,
                   .tid = std::nullopt,

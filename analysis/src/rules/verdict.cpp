@@ -14,6 +14,10 @@ Verdict counted_verdict(const RuleVerdict& rule) noexcept {
 }
 
 Verdict overall_verdict(const VerdictReport& verdicts) noexcept {
+  const auto applies = [](const RuleVerdict& rule) {
+    return rule.verdict != Verdict::not_applicable;
+  };
+  if (std::ranges::none_of(verdicts.rules, applies)) return Verdict::inconclusive;
   auto verdict = Verdict::pass;
   for (const auto& rule : verdicts.rules)
     verdict = std::max(verdict, counted_verdict(rule));

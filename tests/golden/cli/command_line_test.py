@@ -140,6 +140,15 @@ class Usage(Folder):
         self.assert_usage_error(("verify", TRACE, "--skip", ",".join(everything)),
                                 "--skip leaves no rule: nothing would be checked")
 
+    def test_nothing_judged_is_no_pass(self):
+        judged = cie("verify", TRACE, "--only", "S1")  # which asks for a spec
+        self.assertEqual(judged.returncode, 3)
+        self.assertIn(b"INCONCLUSIVE", judged.stdout)
+        self.assertIn(b"nothing was judged", judged.stdout)
+        self.assertNotIn(b"PASS", judged.stdout)
+        self.assertEqual(cie("verify", TRACE, "--only", "S1", "--inconclusive", "warn").returncode, 0)
+        self.assertEqual(json.loads(cie("verify", TRACE, "--only", "S1", "-f", "json").stdout)["verdict"], "INCONCLUSIVE")
+
     def test_behind_two_dashes_all_are_arguments(self):
         shutil.copytree(TRACE, self.path("-dash"))
         told = cie("instances", "--", "-dash", cwd=self.folder)

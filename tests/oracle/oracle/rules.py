@@ -66,7 +66,7 @@ class Judge:
                 {"subject": s, "verdict": v} for s, v in sorted(subjects.items())]})
         overall = max((r["verdict"] for r in rules), key=WEIGHT.__getitem__)
         return {"schema": "cie.verify/2",
-                "verdict": PASS if overall == NOT_APPLICABLE else overall, "rules": rules}
+                "verdict": INCONCLUSIVE if overall == NOT_APPLICABLE else overall, "rules": rules}
 
 
 def judge(model: Model, spec: dict[str, Any] | None, spec_sha256: str = "") -> dict[str, Any]:

@@ -22,5 +22,11 @@ TEST(NaturalOrder, ComparesOtherTextByCharacters) {
   EXPECT_TRUE(natural_order("plan", "plan") == 0);
 }
 
+// Whether char is signed differs between machines (x86-64, AArch64); UTF-8 sorts by its bytes' values.
+TEST(NaturalOrder, ComparesBytesAsUnsigned) {
+  EXPECT_TRUE(natural_order("z", "\xc3\xa9") < 0);
+  EXPECT_TRUE(natural_order("lane z 10", "lane \xc3\xa9 9") < 0);
+}
+
 }  // namespace
 }  // namespace cie::analysis

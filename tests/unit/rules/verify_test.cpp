@@ -1,5 +1,6 @@
 #include <cie/analysis/rule_pages.hpp>
 
+#include "rules/judgement.hpp"
 #include "rules/rule.hpp"
 #include "support/verdicts.hpp"
 
@@ -39,6 +40,37 @@ TEST(Verify, ASoundTracePassesEveryRuleThatApplies) {
     }
   }
   EXPECT_EQ(verified.result.verdicts.verdict, Verdict::pass);
+}
+
+// "0 checked" is no pass (L1).
+TEST(Verify, IsUndecidedWhereNoRuleApplies) {
+  const analysis::RuleVerdict none{
+      .id = "S1", .name = "", .verdict = Verdict::not_applicable, .subjects = {}};
+  const analysis::RuleVerdict kept{
+      .id = "M2",
+      .name = "",
+      .verdict = Verdict::pass,
+      .subjects = {
+          {.subject = "thread 1", .verdict = Verdict::pass, .checked = 1, .evidence = {}}}};
+  auto suppressed = kept;
+  suppressed.verdict = suppressed.subjects.front().verdict = Verdict::fail;
+  suppressed.subjects.front().suppression = analysis::Suppression{};
+  const auto overall = [](std::vector<analysis::RuleVerdict> rules) {
+    return analysis::overall_verdict({.verdict = {}, .rules = std::move(rules)});
+  };
+  EXPECT_EQ(overall({none, none}), Verdict::inconclusive);
+  EXPECT_EQ(overall({none, kept}), Verdict::pass);
+  EXPECT_EQ(overall({none, suppressed}), Verdict::pass) << "it was judged";
+}
+
+TEST(Verify, TellsNoTimeOfEvidenceThatHasNone) {
+  const auto time_at = [](const analysis::EventRef& where) {
+    return analysis::evidence("", where, "").time;
+  };
+  EXPECT_EQ(time_at({}), std::nullopt);
+  EXPECT_EQ(time_at(analysis::moment(std::nullopt)), std::nullopt);
+  EXPECT_EQ(time_at(analysis::moment(analysis::kBoot)), std::nullopt) << "a trace without times";
+  EXPECT_EQ(time_at(analysis::moment(analysis::Timestamp{7})), analysis::Timestamp{7});
 }
 
 TEST(Verify, JudgesForAReportAloneWhatItRestsOn) {

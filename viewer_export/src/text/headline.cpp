@@ -82,11 +82,11 @@ std::string Headline::fact() const {
       return fmt::format("no rule is kept without what is suppressed: {}",
                          fmt::join(rules_suppressed(), " "));
     }
-    if (kept.empty()) return "nothing was judged, for no rule that was asked for applies";
     return is_mapped ? isolation_fact(judged_.report)
                      : fmt::format("{} kept", counted(kept.size(), "rule"));
   }
   const auto open = rules_with(Verdict::inconclusive);
+  if (open.empty()) return "nothing was judged, for no rule that was asked for applies";
   auto undecided = counted(open.size(), "rule") + " undecided";
   if (is_mapped) return isolation_fact(judged_.report) + "; " + undecided;
   if (names(open, analysis::kOneCallbackPerThreadRule) ||

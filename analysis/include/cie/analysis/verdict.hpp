@@ -119,7 +119,8 @@ struct VerdictReport {
 // The worst verdict of a rule's subjects that are not suppressed. Its own verdict, which is that of
 // all its subjects, where it has none.
 Verdict counted_verdict(const RuleVerdict& rule) noexcept;
-// The overall verdict that the rules' counted verdicts give: pass when nothing is worse.
+// The overall verdict that the rules' counted verdicts give: pass when nothing is worse. Where no rule
+// applies nothing was judged: inconclusive.
 Verdict overall_verdict(const VerdictReport& verdicts) noexcept;
 
 }  // namespace cie::analysis
