@@ -30,6 +30,28 @@ std::function<void(Case&)> configured_late(Place place) {
   };
 }
 
+// Of SCHED_FIFO: it is given SCHED_RR behind its second instance and SCHED_FIFO again behind its fourth.
+void run_as_round_robin_meanwhile(Case& c, Place place) {
+  const auto tid = tid_of(c, place);
+  body<ThreadSched>(read_back(c, tid, SchedMoment::audit)).n += 2;
+  const auto is_of_it = [tid](const ThreadFini& fini, const EventHead&) {
+    return fini.tid == static_cast<std::uint32_t>(tid);
+  };
+  body<ThreadFini>(event<ThreadFini>(c.trace, is_of_it)).read_backs += 2;
+  const auto applied = read_back(c, tid, SchedMoment::applied);
+  const auto give = [&](Policy policy, int behind, std::uint32_t number) {
+    auto given = applied;
+    given.head = of_callback<CallbackEnd>(c, place, behind).head;
+    given.head.time.ns += 1;
+    auto& read = body<ThreadSched>(given);
+    read.n += number;
+    read.policy = static_cast<std::int32_t>(policy);
+    insert(c.trace, given);
+  };
+  give(Policy::round_robin, 1, 1);
+  give(Policy::fifo, 3, 2);
+}
+
 void renice(Case& c, Place place, std::int32_t prio) {
   const auto tid = tid_of(c, place);
   for (auto& e : c.trace.events) {
@@ -122,6 +144,12 @@ std::vector<Mutant> specified_parameters() {
        "another priority of the receive thread asked for",
        {},
        asking("recv", [](ThreadParameters& p) { --p.priority; }),
+       {"S1"},
+       {}},
+      {"S1",
+       "another policy while instances ran",
+       {},
+       [](Case& c) { run_as_round_robin_meanwhile(c, A); },
        {"S1"},
        {}},
       {"S2", "a timer's thread configured late", {}, configured_late(A), {"S2"}, {}},

@@ -151,6 +151,22 @@ struct ReadBack {
   std::uint64_t starts_before = 0;          // callback starts seen on the thread before it
 };
 
+// Parameters that a thread ran with, from one read-back that shows them to the next one that shows others
+// or that they change.
+struct InForce {
+  ReadBack since{};
+  std::optional<Timestamp> until{};  // empty: up to the last read-back and from there on
+  std::uint64_t starts = 0;  // of callbacks on the thread meanwhile, certain ones alone if any is
+  struct Start {
+    CallbackIndex callback{};
+    std::uint64_t seq = 0;
+    EventRef at{};
+    bool is_certain = false;  // no other read-back can have come between it and the ones around it
+  };
+  // One of those starts, a certain one if any was. Empty: none was seen, or none is known to be one.
+  std::optional<Start> start{};
+};
+
 // Events of two CPUs have no order within a nanosecond; read-backs of a thread have their numbers.
 inline bool is_older(const ReadBack& a, const ReadBack& b) {
   return a.at.time == b.at.time ? a.n < b.n : a.at.time < b.at.time;
@@ -304,6 +320,10 @@ struct alignas(64) ThreadFacts {
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
   std::uint32_t spins = 0;          // how often it was announced, repetitions apart
   std::optional<Timestamp> announced_again{};  // after an end: for another spin on it
+  // S1: what was in force since the first read-back that differs from the first configuration. That it
+  // is cut: there was more.
+  std::vector<InForce> in_force{};
+  bool is_in_force_cut = false;
   Rare<ReadBack> first_audit{};
   Rare<ReadBack> last_read_back{};
   std::uint32_t last_change = 0;         // of its parameters, that any read-back tells of

@@ -121,6 +121,16 @@ void compare_applied(const Parameters& was, const Parameters& is, Judgement& jud
 
 }  // namespace
 
+bool has_never_run(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& model = context.model;
+  const auto own = context.isolated.of(callback);
+  return callback.ran_on.empty() && callback.fini && known_instances(model, callback) == 0 &&
+         context.proof.is_complete(callback.process) &&
+         std::ranges::none_of(own, [&model](ThreadIndex thread) {
+           return model.threads[at(thread)].read_backs.count != 0;
+         });
+}
+
 void compare_parameters(const RuleContext& context, CallbackIndex index_before,
                         CallbackIndex index_after, Judgement& judgement) {
   const auto& model = context.model;
@@ -128,12 +138,7 @@ void compare_parameters(const RuleContext& context, CallbackIndex index_before,
   const auto& after = model.callbacks[at(index_after)];
   const auto was = applied_to(context, index_before, judgement);
   const auto is = applied_to(context, index_after, judgement);
-  // One that no thread was made for, and of which nothing is missing, had no parameters.
-  const auto had_none = [&](const CallbackFacts& callback) {
-    return callback.ran_on.empty() && context.isolated.of(callback).empty() && callback.fini &&
-           known_instances(model, callback) == 0 && context.proof.is_complete(callback.process);
-  };
-  if (was.empty() != is.empty() && !had_none(was.empty() ? before : after)) {
+  if (was.empty() != is.empty() && !has_never_run(context, was.empty() ? before : after)) {
     judgement.doubt(registered_as(is.empty() ? after : before,
                                   "what its thread ran as in this lifetime is unknown"));
   }

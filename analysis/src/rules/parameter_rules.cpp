@@ -4,17 +4,16 @@
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "parameter_words.hpp"
+#include "parameters_in_force.hpp"
 #include "scheduled_parameters.hpp"
 #include "spec_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <iterator>
 #include <map>
 #include <string>
-#include <system_error>
 #include <vector>
 
 namespace cie::analysis {
@@ -101,18 +100,6 @@ bool is_by_another_spec(const RuleContext& context, const ThreadFacts& thread,
 
 constexpr const char* kUnknownSpec = "; by which spec of its process the thread ran so is unknown";
 
-// "EPERM: Operation not permitted"; numbers are Linux's on all its machines that we know.
-std::string error_words(std::int32_t error) {
-  const char* const name = ::strerrorname_np(error);
-  return name == nullptr ? "errno " + std::to_string(error)
-                         : name + (": " + std::generic_category().message(error));
-}
-
-std::string failure_of(const ReadBack& applied) {
-  if (applied.error == 0) return {};
-  return " (the request failed with " + error_words(applied.error) + ")";
-}
-
 // Of a thread that ended with a former spec, which owes the later one nothing.
 void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
                   Timestamp end, const SpecEntry& entry, Judgement& judgement) {
@@ -149,12 +136,13 @@ std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFa
   return context.user_losses.since(thread.process, fini->time);
 }
 
-// By what was applied while the thread was announced for the callback; null: at any time.
+// By what was applied while the thread was announced for the callback; empty: at any time.
 void judge_as_specified(const RuleContext& context, ThreadIndex index,
-                        const CallbackFacts* callback, const SpecEntry& entry,
+                        std::optional<CallbackIndex> of, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
+  const auto* callback = of ? &context.model.callbacks[at(*of)] : nullptr;
   const auto own = announcement_of(thread, callback);
   const auto* applied = callback != nullptr ? last_applied(context.model, thread, *callback)
                                             : last_applied(context.model, thread);
@@ -170,15 +158,19 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
     return;
   }
   judgement.check();
+  auto started = started_otherwise(context, index, of, entry);
+  if (!started.witnesses.empty()) {
+    for (auto& witness : started.witnesses)
+      judgement.fail(std::move(witness));
+    return;
+  }
+  for (auto& doubt : started.doubts)
+    judgement.doubt(std::move(doubt));
   if (proof.may_hide_read_back(index, applied, nullptr)) {
     judgement.overrule(proof.loss(index));
   }
   judgement.overrule(doubt_of_first_audit(context, index));
-  if (own.last_change > applied->change) {
-    judgement.overrule(evidence("thread_sched", applied->at,
-                                "change " + std::to_string(own.last_change) +
-                                    " of its parameters began later, and its end was not seen"));
-  }
+  judgement.overrule(unended_change(context.model, thread, own));
   const auto is_right = is_as_specified(*applied, entry.parameters);
   if (!is_right) {
     judgement.doubt(evidence("thread_sched", applied->at,
@@ -194,10 +186,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   const bool differs_later = last && own.holds(*last) && last->n > applied->n && is_unlike(*last);
   std::string note = asks(context, entry) + (differs_later ? "; applied to the thread was " + runs
                                                            : "; the thread runs " + runs);
-  if (applied->change != 0) {
-    note += " (since change " + std::to_string(applied->change) + " of its parameters)";
-  }
-  note += failure_of(*applied);
+  note += since_change(*applied) + failure_of(*applied);
   if (differs_later) note += ", and read back later was " + describe(*last);
   auto failed = evidence("thread_sched", applied->at, std::move(note));
   failed.error = applied->error;
@@ -224,7 +213,7 @@ std::vector<SubjectVerdict> judge_named_threads(const RuleContext& context) {
                          } else {
                            const auto* entry = entry_of_name(context, thread);
                            if (entry != nullptr && judges_parameters(entry->parameters)) {
-                             judge_as_specified(context, index, nullptr, *entry, judgement);
+                             judge_as_specified(context, index, std::nullopt, *entry, judgement);
                            }
                          }
                        });
@@ -276,7 +265,7 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
           const auto lost = unannounced.find(callback.process);
           if (threads.empty() && lost != unannounced.end()) judgement.doubt(*lost->second);
           for (const auto thread : threads) {
-            judge_as_specified(context, thread, &callback, *entry, judgement);
+            judge_as_specified(context, thread, index, *entry, judgement);
           }
           if (!threads.empty()) judge_ran_elsewhere(context, callback, *entry, judgement);
         }
@@ -430,7 +419,9 @@ const Rule kParametersAsSpecified{
     .meaning =
         "What the kernel reported when a thread's parameters were last applied is what the spec "
         "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, "
-        "CPUs. After a reload the spec to judge by is the new one; threads that ended before, "
+        "CPUs; and so is, for each instance, what was read back last before it started, from the "
+        "first read-back on that matches. What a process ran as while it had another spec, as it "
+        "told, owes this one nothing. After a reload the spec to judge by is the new one; threads that ended before, "
         "under another one, owe it nothing. On a process that was attached to, the first audit "
         "stands for it. Where a callback ran on another thread than its own, what that was read "
         "back to run as is judged, too. A callback that has none of its own, as in a pool, is not "
@@ -440,8 +431,9 @@ const Rule kParametersAsSpecified{
         "A refused or forgotten request leaves the thread with other parameters than planned, and "
         "every analysis of the plan is void.",
     .inconclusive_when =
-        "there is no such read-back, a later one may have been lost, or one before that first "
-        "audit, the recording is too old to carry what is asked for, or the request of a thread "
+        "there is no such read-back, a later one may have been lost, or one since the first that "
+        "matched, or one before that first audit, a change of the parameters began that was not "
+        "seen to end, the recording is too old to carry what is asked for, or the request of a thread "
         "that ended before a reload failed (its executor may have had the spec before); and of a "
         "thread that ended where another spec may be unseen, as something of its process was "
         "never announced. Recordings that never read back (ros2 trace) are judged by the "

@@ -299,8 +299,12 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     auto& [first_end, unknown_lives] = ends[key.first];
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
-    const auto by_end = in_order_of_ends(lives);
-    const auto ends_told = told_ends(model, by_end);
+    const auto ends_told = told_ends(model, in_order_of_ends(lives));
+    auto that_ran = lives;  // another one tells nothing of how the callback returned
+    std::erase_if(that_ran, [&](const Lifetime& life) {
+      return has_never_run(context, model.callbacks[at(life.index)]);
+    });
+    const auto by_end = in_order_of_ends(that_ran);
     for (std::size_t i = 0; i < lives.size(); ++i) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
       constexpr Timestamp kEver{std::numeric_limits<std::int64_t>::min()};
@@ -367,8 +371,8 @@ const Rule kMappingSurvivesRestart{
         "and deadline, and its thread with the same policy, priority or nice value, deadline "
         "triple and CPUs, as they were applied last. Of a callback without a thread of its own, as "
         "in a pool, those of all threads that ran it are compared: the same in both lifetimes, or "
-        "none that is in both. Each lifetime is compared with the one "
-        "before it; of several that lived at the same time before, it must be like each or like "
+        "none that is in both. Each lifetime is compared with the last one "
+        "before it that ran or was read back; of several that lived at the same time before, it must be like each or like "
         "none to be judged.",
     .why_it_matters =
         "Configurators that address threads by tid lose their setting at a restart, and nobody "

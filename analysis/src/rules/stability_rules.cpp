@@ -131,6 +131,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   }
   judgement.doubt(proof.loss(index));
   judgement.doubt(proof.lost_first_read_back(index));
+  judgement.doubt(unended_change(model, thread));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
     judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
@@ -212,6 +213,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     }
     judgement.doubt(proof.loss(index));
     judgement.doubt(proof.lost_first_read_back(index));
+    judgement.doubt(unended_change(model, thread));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
       judgement.doubt(without_event(begin, "no read-back of the allowed CPUs"));
@@ -390,7 +392,8 @@ const Rule kParametersUnchanged{
         "Somebody outside (renice, chrt, taskset, a service manager) changed what the application "
         "had been given, and it goes on as if nothing had happened.",
     .inconclusive_when =
-        "there is neither a later audit nor a whole record of the kernel's to compare with, "
+        "there is neither a later audit nor a whole record of the kernel's to compare with, a "
+        "change of its parameters began that was not seen to end, "
         "read-backs, perhaps the first of an attached process, were lost, or may have been with "
         "what announced the thread for another spin.",
     .remedy =
@@ -417,7 +420,8 @@ const Rule kAllowedCpusOnly{
     .why_it_matters =
         "A thread on a CPU that was kept for others disturbs them and loses its own cache.",
     .inconclusive_when =
-        "there is no read-back of the mask, read-backs, perhaps the first of an attached process, "
+        "there is no read-back of the mask, a change of its parameters began that was not seen to "
+        "end, read-backs, perhaps the first of an attached process, "
         "were lost or may have been with what announced the thread for another spin, starts or "
         "ends on the thread were lost and its switches do not show all its CPUs, or the kernel "
         "recorded a part only of a thread that nobody reads back.",

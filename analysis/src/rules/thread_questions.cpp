@@ -124,6 +124,29 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread,
   return found != thread.applied.rend() ? &*found : nullptr;
 }
 
+std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread,
+                                       const Announcement& of) {
+  const ReadBack* last = thread.applied.empty() ? last_applied(model, thread) : nullptr;
+  for (const auto& applied : thread.applied)
+    if (of.holds(applied)) last = &applied;
+  if (of.last_change <= (last != nullptr ? last->change : 0)) return std::nullopt;
+  return evidence("thread_sched", last != nullptr ? last->at : of.at,
+                  "change " + std::to_string(of.last_change) +
+                      " of its parameters began later, and its end was not seen");
+}
+
+std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread) {
+  if (!thread.announced) {
+    return unended_change(
+        model, thread,
+        {.at = thread.read_backs.first_at, .after = kEarliest, .last_change = thread.last_change});
+  }
+  std::optional<Evidence> found;
+  for (const auto& announcement : announcements_of(thread))
+    if (!found) found = unended_change(model, thread, announcement);
+  return found;
+}
+
 std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex index) {
   const auto& thread = context.model.threads[at(index)];
   if (!thread.applied.empty() || !thread.first_audit) return std::nullopt;

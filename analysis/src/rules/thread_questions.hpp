@@ -70,6 +70,12 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
 // The same of the time when it was announced for the callback.
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread,
                              const CallbackFacts& callback);
+// An audit told that the parameters of the announced thread change, and no `applied` followed: since then
+// it may run as either says.
+std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread,
+                                       const Announcement& announcement);
+// The same of any of its announcements, or of a thread that was never announced.
+std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread);
 // Such an audit may not be the first one of the attached process: why not.
 std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex thread);
 

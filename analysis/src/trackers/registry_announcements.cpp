@@ -2,6 +2,7 @@
 #include <cie/analysis/deadline.hpp>
 
 #include "model/callback_questions.hpp"
+#include "model/parameters_in_force.hpp"
 #include "registry.hpp"
 
 #include <algorithm>
@@ -327,6 +328,8 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   const bool is_of_other = event.moment == SchedMoment::audit && thread.kernel_exit &&
                            thread.kernel_exit->time < head.time;
   if (is_of_other) return std::nullopt;
+  const bool is_last = !thread.last_read_back || !is_older(read_back, *thread.last_read_back);
+  if (is_last) note_in_force(model_, thread, read_back);
   // What another spin on it begins with, the one before has left.
   if (event.moment == SchedMoment::initial && !thread.initial && !thread.announced_again &&
       (!thread.last_read_back || thread.last_read_back->at.time >= head.time)) {
@@ -340,7 +343,6 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
     if (!thread.first_audit) thread.first_audit = read_back;
   }
   thread.last_change = std::max(thread.last_change, event.change);
-  const bool is_last = !thread.last_read_back || !is_older(read_back, *thread.last_read_back);
   if (is_last) thread.last_read_back = std::move(read_back);
   return index;
 }

@@ -25,6 +25,7 @@ class App(Announcer):
         self.crashed = False
         self.threads: list[SimThread] = []
         self.audits: list[int] = []
+        self.given: dict[int, tuple[SimCallback, int]] = {}  # at an audit's time: another priority
         self.announce_at: int | None = None
         self.announced_at: int | None = None
         self.stop_at = 0
@@ -78,7 +79,11 @@ class App(Announcer):
                     yield from self._thread_init(me, thread, role, callback, group)
             yield from self._say(me, "clock_sync", monotonic_ns=m.now, realtime_ns=m.realtime())
             for thread, *_ in list(self.announced):
-                if thread.state != "dead":
+                own, priority = self.given.get(time, (None, 0))
+                if own and own.thread is thread:
+                    thread.priority = priority
+                    yield from self._sched(me, thread, "applied")
+                elif thread.state != "dead":
                     yield from self._sched(me, thread, "audit")
         while m.now < self.stop_at:
             yield "wait", self.stop_at

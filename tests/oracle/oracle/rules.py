@@ -205,16 +205,27 @@ def _isolated_thread(j: Judge, t: Thread) -> None:
         j.put("M8", subject, PASS if init and members else INCONCLUSIVE)
 
 
+def _has_never_run(j: Judge, c: Callback) -> bool:
+    """Nothing is missing, and it neither ran nor had a thread that was read back."""
+    read = any(t.scheds for t in c.process.threads if t.isolated and t.init.callback_id == c.id)
+    ran = c.starts or c.ends or c.base or not c.fini or c.fini.started
+    return not ran and not read and j.proof.whole[c.process]
+
+
 def _restarts(j: Judge) -> None:
-    """M5: each lifetime against its predecessor."""
+    """M5: each lifetime against the last one before it that ran or was read back."""
     lives: dict[tuple[str, str], list[Callback]] = defaultdict(list)
     for c in j.model.all_callbacks():
         if c.logical_id:
             lives[c.process.host, c.logical_id].append(c)
     for callbacks in lives.values():
         callbacks.sort(key=lambda c: c.process.start_ns or 0)
-        for old, new in zip(callbacks, callbacks[1:]):
-            if old.process is new.process or new.process.start_ns is None:
+        for k, new in enumerate(callbacks):
+            before = [c for c in callbacks[:k] if not _has_never_run(j, c)]
+            if not before or new.process.start_ns is None:
+                continue
+            old = before[-1]
+            if old.process is new.process:
                 continue
             if old.process.last_event >= new.process.start_ns:
                 continue

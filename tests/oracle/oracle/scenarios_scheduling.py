@@ -70,6 +70,17 @@ def changed_priority(s: Scenario) -> None:
     s.machine.at(s.begin + 60 * MS, change)
     s.run()
     s.expect("S3", s.thread(c.thread), FAIL)  # the second audit and the switches say 44
+    s.expect("S1", s.callback(c), FAIL)       # and an instance starts after that audit
+
+
+@scenario
+def applied_otherwise_and_back(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]  # starts 15, 35, 55 ms after the begin, and so on
+    app.audits = [s.begin + n * MS for n in (42, 68, 88)]
+    app.given = {app.audits[0]: (c, 44), app.audits[1]: (c, c.priority)}
+    s.run()
+    s.expect("S1", s.callback(c), FAIL)  # in force at 55 ms was 44, and what was applied last is right
 
 
 @scenario

@@ -132,14 +132,55 @@ def judge(j: "Judge") -> None:
     _leaks(j)
 
 
-def _as_specified(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
+def unended_change(t: Thread) -> bool:
+    """A change began that was not seen to end."""
     found = applied(t)
-    if not found or j.proof.hole_after(t, found[-1].n):
+    last = found[-1].fields.get("change", 0) if found else 0
+    return any(e.fields.get("change", 0) > last for e in t.scheds)
+
+
+def _as_specified(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
+    started = _started_otherwise(j, t, entry)
+    if started == FAIL:
+        return FAIL
+    found = applied(t)
+    if not found or j.proof.hole_after(t, found[-1].n) or unended_change(t):
         return INCONCLUSIVE
-    if any(e.fields.get("change", 0) > found[-1].fields.get("change", 0) for e in t.scheds):
-        return INCONCLUSIVE  # a change began that was not seen to end
     fits = matches(entry, found[-1])
-    return INCONCLUSIVE if fits is None else PASS if fits else FAIL
+    return INCONCLUSIVE if fits is None else started if fits else FAIL
+
+
+def _had_another_spec(j: "Judge", t: Thread, begin: int, end: int) -> bool:
+    """The process told of a reload, and had another spec than the one that is judged by meanwhile."""
+    begins = t.process.begins
+    if j.spec_sha256 not in [b.spec_sha256 for b in begins]:
+        return False
+    until = [b.time for b in begins[1:]] + [2**63]
+    return any(b.spec_sha256 != j.spec_sha256 and b.time < end and until[k] > begin
+               for k, b in enumerate(begins))
+
+
+def _started_otherwise(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
+    """Of each instance since the first parameters that match: those read back last before it."""
+    found = applied(t)
+    fitting = [e for e in found if matches(entry, e)]
+    if not fitting:
+        return PASS
+    verdict = PASS
+    for k, e in enumerate(t.scheds):
+        following = t.scheds[k + 1].time if k + 1 < len(t.scheds) else 2**63
+        wrong = e.moment != "initial" and e.n > fitting[0].n and matches(entry, e) is False
+        if not wrong or is_changing(t, e.time + 1) or _had_another_spec(j, t, e.time, following):
+            continue
+        started = [i for i in t.instances if e.time <= i.start <= following]
+        if any(e.time < i.start < following for i in started) and j.proof.certain_between(t, e.time):
+            return FAIL
+        if started or any(j.proof.callback_tainted(i.callback) for i in t.instances):
+            verdict = INCONCLUSIVE
+    hidden = [e.n for e in t.scheds if fitting[0].n <= e.n <= found[-1].n]
+    if hidden and len(set(hidden)) != found[-1].n - fitting[0].n + 1:
+        return INCONCLUSIVE
+    return verdict
 
 
 def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> str:
@@ -238,7 +279,7 @@ def _unchanged(j: "Judge", t: Thread) -> str:
     if verdict == PASS and not audits and (
             not switches or is_untold or _lossy(j, t.process.host, t.first_seen, t.last_seen)):
         return INCONCLUSIVE
-    return j.soften(verdict, j.proof.thread_tainted(t), "R")
+    return j.soften(verdict, j.proof.thread_tainted(t) or unended_change(t), "R")
 
 
 def _lossy(j: "Judge", host: str, begin: int, end: int) -> bool:
@@ -264,7 +305,7 @@ def _allowed_cpus(j: "Judge", t: Thread) -> str:
                 verdict = FAIL
     if not checked:
         return NOT_APPLICABLE
-    return j.soften(verdict, j.proof.thread_tainted(t), "R")
+    return j.soften(verdict, j.proof.thread_tainted(t) or unended_change(t), "R")
 
 
 def _leaks(j: "Judge") -> None:

@@ -74,6 +74,28 @@ TEST(MappingSurvivesRestart, AsksForNoParametersOfWhatNeverHadAThread) {
   EXPECT_EQ(verified.of("M5", kLater), Verdict::pass) << verified.evidence("M5", kLater);
 }
 
+// One that neither ran nor was read back tells nothing of how the callback returned.
+TEST(MappingSurvivesRestart, ComparesWithTheLastLifetimeThatRan) {
+  const auto judged = [](const std::string& after,
+                         const std::string& of_third = "timer period=10") {
+    const Verified verified(
+        "process first pid=100 until=100\n"
+        "callback a id=/n@Timer timer period=10\n"
+        "process second pid=200 from=500 until=600\n"
+        "callback b id=/n@Timer timer period=10 pooled\n"
+        "process third pid=300 from=1000\n"
+        "callback c id=/n@Timer " +
+        of_third +
+        "\n1 initial a\n2 applied a policy=fifo priority=50\n10 start a\n12 end a\n"
+        "1101 initial c\n1102 applied c " +
+        after + "\n1110 start c\n1112 end c");
+    return verified.of("M5", "callback /n@Timer (pid 300)");
+  };
+  EXPECT_EQ(judged("policy=fifo priority=50"), Verdict::pass);
+  EXPECT_EQ(judged("policy=other"), Verdict::fail);
+  EXPECT_EQ(judged("policy=fifo priority=50", "timer period=20"), Verdict::fail);
+}
+
 TEST(MappingSurvivesRestart, IsInconclusiveWhenALaterReadBackWasLost) {
   auto trace = trace_of(
       restarted("policy=fifo priority=50", "policy=other\n1105 applied b policy=fifo priority=50"));

@@ -1,0 +1,155 @@
+#include "parameters_in_force.hpp"
+
+#include "base/text.hpp"
+#include "judgement.hpp"
+#include "model/parameters_in_force.hpp"
+#include "parameter_words.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+// "EPERM: Operation not permitted"; numbers are Linux's on all its machines that we know.
+std::string error_words(std::int32_t error) {
+  const char* const name = ::strerrorname_np(error);
+  return name == nullptr ? "errno " + std::to_string(error)
+                         : name + (": " + std::generic_category().message(error));
+}
+
+// All of them, the last one up to now.
+std::vector<InForce> all_in_force(const Model& model, const ThreadFacts& thread) {
+  auto all = thread.in_force;
+  if (all.empty() || all.back().until) return all;
+  std::uint64_t starts = 0;
+  for (const auto* pair : thread.ran)
+    starts += pair->starts;
+  note_starts_in_force(model, thread, starts, nullptr, all.back());
+  return all;
+}
+
+// Before that, instances are S2's. Empty: none match.
+std::optional<ReadBack> first_match(const Model& model, const ThreadFacts& thread,
+                                    const Announcement& own, const SpecEntry& entry) {
+  const auto matches = [&](const ReadBack& read) {
+    return own.holds(read) && is_as_specified(read, entry.parameters) == true;
+  };
+  const auto found = std::ranges::find_if(thread.applied, matches);
+  if (found != thread.applied.end()) return *found;
+  const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;
+  if (is_attached && thread.first_audit && matches(*thread.first_audit)) return *thread.first_audit;
+  return std::nullopt;
+}
+
+enum class WhoseSpec { this_one, another, unknown };
+
+// The spec that the process had meanwhile, as of a reload and another one back.
+WhoseSpec spec_meanwhile(const RuleContext& context, const ProcessFacts& process,
+                         const InForce& in_force) {
+  const auto& specs = process.specs;
+  const auto& sha256 = context.options.spec->sha256();
+  const bool is_named =
+      std::ranges::any_of(specs, [&](const auto& loaded) { return loaded.sha256 == sha256; });
+  if (!is_named) {
+    const bool may_be_reload = specs.size() > 1 && in_force.since.change != 0;
+    return may_be_reload ? WhoseSpec::unknown : WhoseSpec::this_one;
+  }
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const auto next = i + 1 < specs.size() ? specs[i + 1].since : kLatest;
+    const bool is_then =
+        specs[i].since < in_force.until.value_or(kLatest) && next > in_force.since.at.time;
+    if (is_then && specs[i].sha256 != sha256) return WhoseSpec::another;
+  }
+  return WhoseSpec::this_one;
+}
+
+// What tells of another spec, or shows the thread in another spin, may be lost.
+std::optional<Evidence> unseen_reason(const RuleContext& context, ThreadIndex index,
+                                      const InForce& in_force) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto begin = in_force.since.at.time;
+  const auto end = in_force.until.value_or(kLatest);
+  if (auto spin = context.proof.unseen_spin(index, begin, end)) return spin;
+  if (thread.spins > 1 && context.proof.loss(index)) return context.proof.loss(index);
+  const bool may_be_next =
+      !in_force.until && context.proof.may_hide_read_back(index, &*thread.last_read_back, nullptr);
+  if (may_be_next) return context.proof.loss(index);
+  if (in_force.since.change == 0) return std::nullopt;
+  if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
+  return context.user_losses.between(thread.process, begin, end);
+}
+
+Evidence what_ran(const RuleContext& context, const SpecEntry& entry, const ReadBack& read) {
+  auto item = evidence("thread_sched", read.at,
+                       asks(context, entry) + "; the thread ran " + describe(read) +
+                           since_change(read) + failure_of(read));
+  item.error = read.error;
+  return item;
+}
+
+Evidence what_started(const Model& model, const InForce& in_force) {
+  const auto& [callback, seq, at_start, is_certain] = *in_force.start;
+  return evidence("callback_start", at_start,
+                  model.callbacks[at(callback)].logical_id + " started then (seq " +
+                      std::to_string(seq) + "); " + counted(in_force.starts, "instance") + " did");
+}
+
+}  // namespace
+
+std::string since_change(const ReadBack& applied) {
+  if (applied.change == 0) return {};
+  return " (since change " + std::to_string(applied.change) + " of its parameters)";
+}
+
+std::string failure_of(const ReadBack& applied) {
+  if (applied.error == 0) return {};
+  return " (the request failed with " + error_words(applied.error) + ")";
+}
+
+StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex index,
+                                   std::optional<CallbackIndex> callback, const SpecEntry& entry) {
+  const auto& model = context.model;
+  const auto& thread = model.threads[at(index)];
+  const auto own = announcement_of(thread, callback ? &model.callbacks[at(*callback)] : nullptr);
+  StartedOtherwise found;
+  const auto match = first_match(model, thread, own, entry);
+  if (!match) return found;
+  const auto doubt = [&found](std::optional<Evidence> reason) {
+    if (reason) found.doubts.push_back(*std::move(reason));
+  };
+  const auto last = std::ranges::find_if(thread.applied.rbegin(), thread.applied.rend(),
+                                         [&own](const auto& read) { return own.holds(read); });
+  if (last != thread.applied.rend() && context.proof.may_hide_read_back(index, &*match, &*last))
+    doubt(context.proof.loss(index));
+  if (thread.is_in_force_cut) {
+    doubt(evidence("thread_sched", thread.in_force.back().since.at,
+                   "its parameters changed too often to keep what was in force later"));
+  }
+  for (const auto& in_force : all_in_force(model, thread)) {
+    const auto& read = in_force.since;
+    const bool is_judged = own.holds(read) && !is_older(read, *match);
+    if (!is_judged || is_as_specified(read, entry.parameters) != false) continue;
+    const auto whose = spec_meanwhile(context, model.processes[at(thread.process)], in_force);
+    if (whose == WhoseSpec::another) continue;
+    const auto& start = in_force.start;
+    const bool is_of_it = start && (!callback || start->callback == *callback);
+    const auto unseen = whose == WhoseSpec::unknown ? std::optional(what_ran(context, entry, read))
+                                                    : unseen_reason(context, index, in_force);
+    if (is_of_it && start->is_certain && !unseen) {
+      found.witnesses.push_back(what_ran(context, entry, read));
+      found.witnesses.push_back(what_started(model, in_force));
+    } else if (in_force.starts != 0) {
+      doubt(unseen ? unseen : what_ran(context, entry, read));
+    } else if (callback) {
+      doubt(context.proof.lost_runs(*callback));
+    }
+  }
+  return found;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,29 @@
+// S1: instances that started while other parameters than the spec's were in force.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "rule_context.hpp"
+#include "spec_questions.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+struct StartedOtherwise {
+  std::vector<Evidence> witnesses;
+  std::vector<Evidence> doubts;  // what leaves open whether there are more
+};
+
+// Of a thread that was read back, from its first parameters that match the entry on. `callback`: judged alone,
+// by what was read back while the thread was announced for it; empty: whatever ran there.
+StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex thread,
+                                   std::optional<CallbackIndex> callback, const SpecEntry& entry);
+
+// " (since change 2 of its parameters)".
+std::string since_change(const ReadBack& applied);
+// " (the request failed with EPERM: Operation not permitted)"; empty: it did not.
+std::string failure_of(const ReadBack& applied);
+
+}  // namespace cie::analysis
