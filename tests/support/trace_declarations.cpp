@@ -71,6 +71,7 @@ bool Writer::declare(const Line& line) {
     current_->spec = line.value("spec", "");
     current_->from = line.number("from", kPrologue);
     if (line.gives("until")) current_->until = line.number("until", 0);
+    current_->ahead = line.number("ahead", 0);
     current_->is_attached = line.has("attached");
     current_->has_crashed = line.has("crash");
   } else if (what == "callback") {

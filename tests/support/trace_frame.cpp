@@ -28,7 +28,8 @@ RunBegin Writer::run_begin(const Process& process, std::int64_t time, const std:
           .realtime_ns = 1'000'000'000 + time,
           .online_cpus = kCpus,
           .spec_sha256 = keep(spec),
-          .moment = moment};
+          .moment = moment,
+          .monotonic_offset_ns = process.ahead};
 }
 
 void Writer::prologue() {

@@ -14,8 +14,9 @@
 // are counted. What is then to be missing is erased from `events`.
 //
 // Directives (names are words; a callback's thread has the callback's name):
-//   process NAME [pid=100] [executor=isolated] [spec=SHA256] [from=T] [until=T] [attached] [crash]
-//       what is declared from here on belongs to it; one is there without being declared
+//   process NAME [pid=100] [executor=isolated] [spec=SHA256] [from=T] [until=T] [attached] [crash] [ahead=NS]
+//       what is declared from here on belongs to it; one is there without being declared. ahead: it is in a
+//       time namespace, of which its run_begin alone tells; its times are as written
 //   callback NAME [timer|subscription|service|client|waitable] [id=LOGICAL] [period=10] [deadline=0]
 //       [topic=/t] [group=NAME] [next=0] [cpu=0] [pooled]      pooled: no thread of its own
 //   group NAME [reentrant]

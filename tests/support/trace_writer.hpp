@@ -64,6 +64,7 @@ struct Process {
   std::int64_t from = kPrologue;
   std::int64_t cursor = kPrologue;  // where the next added event of the prologue goes
   std::optional<std::int64_t> until;
+  std::int64_t ahead = 0;  // its clock, in a time namespace
   bool is_attached = false;
   bool has_crashed = false;
   std::uint32_t callbacks = 0;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace cie {
@@ -51,6 +52,25 @@ std::optional<std::int64_t> start_ns(const std::string& process) {
   const auto since_boot =
       static_cast<std::int64_t>(*ticks) * (1'000'000'000 / sysconf(_SC_CLK_TCK));
   return since_boot - (now_ns(CLOCK_BOOTTIME) - now_ns(CLOCK_MONOTONIC));
+}
+
+std::optional<std::int64_t> monotonic_offset_ns(const std::string& process) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::string folder = "/proc/" + process;
+  struct stat own {};
+  struct stat of_children {};
+  const bool is_told = stat((folder + "/ns/time").c_str(), &own) == 0 &&
+                       stat((folder + "/ns/time_for_children").c_str(), &of_children) == 0;
+  // The file has the offsets of the namespace that its children will be in.
+  if (!is_told || own.st_ino != of_children.st_ino) return std::nullopt;
+  std::ifstream offsets(folder + "/timens_offsets");
+  std::string clock;
+  std::int64_t seconds = 0;
+  std::int64_t nanoseconds = 0;
+  while (offsets >> clock >> seconds >> nanoseconds) {
+    if (clock == "monotonic") return seconds * kSecond + nanoseconds;
+  }
+  return std::nullopt;
 }
 
 }  // namespace cie

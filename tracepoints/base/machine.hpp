@@ -20,5 +20,8 @@ std::string boot_id();
 std::optional<std::uint64_t> stat_field(const std::string& process, int place);
 // When it was created, on CLOCK_MONOTONIC. The kernel's tick of 10 ms shows.
 std::optional<std::int64_t> start_ns(const std::string& process);
+// By what its CLOCK_MONOTONIC is ahead of the machine's: 0, unless it is in a time namespace. Empty also
+// where the kernel has none, or does not tell.
+std::optional<std::int64_t> monotonic_offset_ns(const std::string& process);
 
 }  // namespace cie

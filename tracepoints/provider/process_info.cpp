@@ -36,6 +36,7 @@ ProcessInfo read_process_info() {
   }
   info.process_start_ns = own_start_ns();
   info.online_cpus = static_cast<std::uint32_t>(sysconf(_SC_NPROCESSORS_ONLN));
+  info.monotonic_offset_ns = monotonic_offset_ns("self").value_or(0);
   return info;
 }
 

@@ -14,6 +14,7 @@ struct ProcessInfo {
   // CLOCK_MONOTONIC, with the resolution of the kernel's clock tick (10 ms); -1 unknown.
   std::int64_t process_start_ns = -1;
   std::uint32_t online_cpus = 0;
+  std::int64_t monotonic_offset_ns = 0;  // see base/machine.hpp; 0 also where it is not known
 };
 
 // Reads /proc. What cannot be read stays at its default. Not thread-safe. A process's calls agree about

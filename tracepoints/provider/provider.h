@@ -97,6 +97,7 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, run_begin,
     lttng_ust_field_integer(std::uint32_t, online_cpus, run->process.online_cpus)
     lttng_ust_field_string(spec_sha256, run->spec_sha256.c_str())
     lttng_ust_field_enum(cie, run_moment, std::uint8_t, moment, static_cast<std::uint8_t>(moment_))
+    lttng_ust_field_integer(std::int64_t, monotonic_offset_ns, run->process.monotonic_offset_ns)
   )
 )
 

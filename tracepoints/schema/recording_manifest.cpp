@@ -81,6 +81,7 @@ void fields(auto& visit, Is<RecordedProcess> auto& p) {
   visit.needed("pid", p.pid);
   visit("name", p.name);
   visit("start_ns", p.start_ns);
+  visit.present("monotonic_offset_ns", p.monotonic_offset_ns);
 }
 
 void fields(auto& visit, Is<RecordedChannel> auto& c) {

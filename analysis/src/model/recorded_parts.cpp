@@ -224,6 +224,17 @@ bool may_be_of(const Model& model, const Recording& recording, const ProcessFact
          is_host_of(*recording.manifest, model.hosts[at(process.host)]);
 }
 
+std::int64_t recorded_offset_ns(const Model& model, const ProcessFacts& process) {
+  for (const auto& recording : model.recordings) {
+    if (!recording.manifest || !may_be_of(model, recording, process)) continue;
+    for (const auto& recorded : recording.manifest->processes) {
+      if (recorded.pid == process.pid && recorded.monotonic_offset_ns)
+        return *recorded.monotonic_offset_ns;
+    }
+  }
+  return 0;
+}
+
 std::optional<std::string> missing_kernel_part(const Model& model) {
   for (const auto& part : unseen_parts(model)) {
     if (part.kind == PartKind::kernel) return part.note;

@@ -43,6 +43,9 @@ bool names_all_processes(const Recording& recording) noexcept;
 // The process may be one that was recorded there.
 bool may_be_of(const Model& model, const Recording& recording, const ProcessFacts& process);
 
+// What a recorder saw of its clock: see ProcessFacts.
+std::int64_t recorded_offset_ns(const Model& model, const ProcessFacts& process);
+
 // The same of all events of the kernel.
 std::optional<std::string> missing_kernel_part(const Model& model);
 

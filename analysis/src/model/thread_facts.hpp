@@ -75,6 +75,8 @@ struct ProcessFacts {
   // tids that they have in its events. Empty: neither was seen.
   std::optional<bool> speaks_where_switched{};
   bool is_pid_own = true;  // false: run_begin names another process than its context does
+  // In a time namespace: by what its CLOCK_MONOTONIC is ahead of the machine's.
+  std::int64_t monotonic_offset_ns = 0;
   // Another process has the same pid, so that whose events are whose is unknown, and what showed it.
   std::optional<EventRef> shares_pid_since{};
   PidSharing pid_sharing{};
@@ -265,8 +267,9 @@ inline Timestamp latest_begin(const ProcessFacts& process) noexcept {
 }
 
 // The kernel's events name threads by their tids in its first pid namespace. In another one, as of a
-// container, they are others, and nothing relates the two.
+// container, they are others, and nothing relates the two. Nor does where the process has another clock.
 inline bool has_tids_of_kernel(const ProcessFacts& process) noexcept {
+  if (process.monotonic_offset_ns != 0) return false;
   constexpr std::uint64_t kFirstOfOthers = 0xf0000000;  // PROC_DYNAMIC_FIRST of Linux
   if (process.pid_ns == 0) return process.speaks_where_switched.value_or(true);
   return process.pid_ns < kFirstOfOthers;

@@ -6,6 +6,7 @@
 #include "model/clock_differences.hpp"
 #include "model/host_gaps.hpp"
 #include "model/recorded_parts.hpp"
+#include "rules/time_namespaces.hpp"
 
 #include <algorithm>
 #include <array>
@@ -264,6 +265,9 @@ void add_clock_defects(const Model& model, std::vector<TraceDefect>& defects) {
              "a stream's clock went back: its times cannot be trusted");
   add_defect(defects, DefectKind::clocks_unrelated, Severity::error, model.clocks_unrelated ? 1 : 0,
              "the traces do not share a boot id: times of different streams cannot be compared");
+  add_defect(defects, DefectKind::clocks_unrelated, Severity::error, clocks_apart(model).size(),
+             "a process is in a time namespace: its times cannot be compared with those of others; "
+             "record it apart");
   add_defect(
       defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
       "the difference of two hosts' clocks changed meanwhile, as one was set, or messages arrive "

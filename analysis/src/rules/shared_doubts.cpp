@@ -3,6 +3,7 @@
 #include "callback_doubts.hpp"
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
+#include "time_namespaces.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -118,6 +119,19 @@ void leave_undecided(SubjectVerdict& subject, Evidence reason) {
   subject.evidence.insert(subject.evidence.begin(), std::move(reason));
 }
 
+// Of a machine whose processes do not share a clock neither a pass nor a violation is proven.
+void doubt_clocks_apart(const Rule& rule, const Model& model,
+                        const std::map<HostIndex, Evidence>& apart,
+                        std::vector<SubjectVerdict>& subjects) {
+  if (apart.empty() || rule.needs.is_about_trace) return;
+  for (auto& subject : subjects) {
+    const auto& process = subject.about.process;
+    const auto found = process ? apart.find(model.processes[at(*process)].host) : apart.begin();
+    if (found == apart.end() || subject.verdict == Verdict::not_applicable) continue;
+    leave_undecided(subject, found->second);
+  }
+}
+
 // Of what the process's own events leave out nothing is judged where these are all here.
 void doubt_told_by_own(const Model& model, std::vector<SubjectVerdict>& subjects) {
   for (auto& subject : subjects) {
@@ -217,7 +231,8 @@ SharedDoubts::SharedDoubts(const RuleContext& context)
                .of_kernel = not_all_is_here(missing_kernel_part(context.model)),
                .of_recorder = not_all_was_recorded(context.proof.recorder_losses())},
       early_ends_(context.model),
-      shared_(shared_pids(context.model)) {}
+      shared_(shared_pids(context.model)),
+      clocks_apart_(clocks_apart(context.model)) {}
 
 void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects) const {
   if (subjects.empty()) {
@@ -225,6 +240,7 @@ void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects
   }
   doubt_events_without_pid(rule, context_, subjects);
   doubt_shared_pids(rule, context_.model, shared_, subjects);
+  doubt_clocks_apart(rule, context_.model, clocks_apart_, subjects);
   doubt_told_by_own(context_.model, subjects);
   doubt_after_early_end(rule, context_.model, early_ends_, subjects);
   const auto& missing = missing_.for_rule(rule);

@@ -50,6 +50,7 @@ class SharedDoubts {
   MissingParts missing_;
   EarlyStreamEnds early_ends_;
   SharedPids shared_;
+  std::map<HostIndex, Evidence> clocks_apart_;
 };
 
 }  // namespace cie::analysis

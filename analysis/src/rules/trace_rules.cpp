@@ -4,6 +4,7 @@
 
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
+#include "time_namespaces.hpp"
 
 #include <algorithm>
 #include <array>
@@ -249,8 +250,13 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   const auto& model = context.model;
   Judgement judgement(NamedSubject::trace());
   judgement.check(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
+  const auto apart = clocks_apart(model);
+  for (const auto& [host, why] : apart)
+    judgement.doubt(why);
+  for (std::size_t i = 0; i < model.hosts.size(); ++i)
+    judgement.doubt(apart_from_kernel(model, HostIndex{static_cast<std::uint32_t>(i)}));
   const auto& regressions = model.time_regressions;
-  if (regressions.first) {
+  if (regressions.first && apart.empty()) {  // else the tracer did write them as they were
     judgement.fail(
         evidence("time_regression", moment(regressions.first_previous),
                  "the stream had come to " + nanoseconds(regressions.first_previous.ns)));
@@ -349,7 +355,7 @@ const Rule kTimeSane{
     .name = "time-sane",
     .meaning =
         "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "
-        "writes that), all streams of a machine share a clock, and the releases that instances tell are "
+        "writes that), all streams and processes of a machine share a clock, and the releases that instances tell are "
         "of it, too. Machines, and boots of one machine, are judged each by its own clock; what "
         "passes between them goes by CLOCK_REALTIME, with its error.",
     .why_it_matters =
@@ -358,10 +364,11 @@ const Rule kTimeSane{
     .inconclusive_when =
         "streams that name no machine carry clocks of different boots, or of no common origin; or "
         "when a kernel trace shares no clock with the applications': it is then no evidence, and "
-        "the other rules judge as if it were not there. Or an instance tells a release behind its own start: it is taken for "
+        "the other rules judge as if it were not there, and likewise of a process in a time namespace, whose "
+        "clock has an offset. Beside a process that has another clock no other rule is decided. Or an instance tells a release behind its own start: it is taken for "
         "unknown.",
     .remedy =
-        "verify such traces apart; after a FAIL record again with "
+        "verify such traces apart; record a process in a time namespace apart from others; after a FAIL record again with "
         "another version of the tracer; an executor writes release_ns by CLOCK_MONOTONIC.",
     .violation = "had times that ran backwards",
     .judge = judge_time_sane,

@@ -1,5 +1,7 @@
 #include "registry.hpp"
 
+#include "model/recorded_parts.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis {
@@ -49,6 +51,7 @@ ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
   auto& process = model_.processes.emplace_back();
   process.host = host;
   process.pid = pid;
+  process.monotonic_offset_ns = recorded_offset_ns(model_, process);
   process_by_pid_[{scope(host), pid}] = index;
   return index;
 }

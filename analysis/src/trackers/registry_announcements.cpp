@@ -64,6 +64,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.start_ns = event.process_start_ns;
   const bool had_tids_of_kernel = has_tids_of_kernel(process);
   process.pid_ns = event.pid_ns;
+  if (event.monotonic_offset_ns != 0) process.monotonic_offset_ns = event.monotonic_offset_ns;
   if (has_tids_of_kernel(process) != had_tids_of_kernel) set_known_to_kernel(index);
   process.is_pid_own = event.pid == *of_process.pid;
   process.contract_version = event.contract_version;

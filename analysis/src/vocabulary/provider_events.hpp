@@ -100,7 +100,8 @@ inline constexpr std::array kRunBeginFields{u32("contract_version"),
                                             i64("realtime_ns"),
                                             optional(u32("online_cpus")),
                                             text("spec_sha256"),
-                                            label<RunMoment>("moment")};
+                                            label<RunMoment>("moment"),
+                                            optional(i64("monotonic_offset_ns"))};
 inline constexpr ProviderEvent kRunBegin{"cie:run_begin", kRunBeginFields};
 
 inline constexpr std::array kRunEndFields{u32("callbacks"), u32("threads"), u32("groups"),

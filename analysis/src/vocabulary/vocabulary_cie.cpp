@@ -19,7 +19,8 @@ void run_begin(const Payload& p, VocabularyState&, EventBody& body) {
       .realtime_ns = p.number<std::int64_t>(kEvent["realtime_ns"]),
       .online_cpus = p.number<std::uint32_t>(kEvent["online_cpus"]),
       .spec_sha256 = p.text(kEvent["spec_sha256"]),
-      .moment = p.label<RunMoment>(kEvent["moment"])};
+      .moment = p.label<RunMoment>(kEvent["moment"]),
+      .monotonic_offset_ns = p.number<std::int64_t>(kEvent["monotonic_offset_ns"])};
 }
 
 void run_end(const Payload& p, VocabularyState&, EventBody& body) {

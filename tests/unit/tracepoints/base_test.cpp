@@ -8,7 +8,10 @@
 #include "base/uuid.hpp"
 
 #include <array>
+#include <csignal>
 #include <cstdint>
+#include <cstdio>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -152,6 +155,25 @@ TEST(Machine, KnowsWhenThisProcessBegan) {
 TEST(Machine, KnowsNothingOfAProcessThatIsNotThere) {
   EXPECT_FALSE(start_ns("0"));
   EXPECT_FALSE(stat_field("0", 22));
+}
+
+// The number that it prints is its pid.
+TEST(Machine, KnowsByWhatTheClockOfATimeNamespaceIsAhead) {
+  EXPECT_FALSE(monotonic_offset_ns("0"));
+  const std::unique_ptr<FILE, int (*)(FILE*)> process(
+      popen("unshare --time --monotonic=1000 --fork sh -c 'echo $$; exec sleep 10' 2>/dev/null",
+            "r"),
+      pclose);
+  int pid = 0;
+  if (!process || std::fscanf(process.get(), "%d", &pid) != 1) {
+    GTEST_SKIP()
+        << "not possible here: a time namespace, as another user than root or of another kernel";
+  }
+  const auto ahead = monotonic_offset_ns(std::to_string(pid));
+  kill(pid, SIGTERM);
+  const std::int64_t own = monotonic_offset_ns("self").value_or(0);
+  ASSERT_TRUE(ahead);
+  EXPECT_EQ(*ahead - own, 1'000'000'000'000);
 }
 
 TEST(CpuList, HasCommasBetween) {

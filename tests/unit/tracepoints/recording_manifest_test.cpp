@@ -60,7 +60,11 @@ RecordingManifest full() {
                       .num_subbuf = 2,
                       .flush_interval_ms = 1000};
   manifest.processes = {{.pid = 12, .name = "app", .start_ns = 77},
-                        {.pid = 13, .name = "", .start_ns = std::nullopt}};
+                        {.pid = 13, .name = "", .start_ns = std::nullopt},
+                        {.pid = 14,
+                         .name = "apart",
+                         .start_ns = std::nullopt,
+                         .monotonic_offset_ns = -1'000'000'000}};
   manifest.names_all_processes = false;
   manifest.channels = {{.name = "events", .discarded_events = 6, .lost_packets = 7}};
   manifest.problems = {"the disk was full"};

@@ -9,6 +9,7 @@
 #include "system/disk_room.hpp"
 #include "system/error.hpp"
 #include "system/long_call.hpp"
+#include "system/processes.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -148,7 +149,10 @@ void Tracing::note_running(const Target& target) {
   if (target.is_command() || options().ros2 != Ros2Events::applications) return;
   std::vector<RecordedProcess> running;
   for (const auto& process : registration_.first())
-    running.push_back({.pid = process.pid, .name = process.name, .start_ns = std::nullopt});
+    running.push_back({.pid = process.pid,
+                       .name = process.name,
+                       .start_ns = std::nullopt,
+                       .monotonic_offset_ns = other_clock(process.pid)});
   manifest.processes = merged(std::move(manifest.processes), running);
 }
 

@@ -76,7 +76,10 @@ bool ProcessWatch::poll() {
     auto name = process_name(static_cast<pid_t>(pid));
     if (name.empty() && thread != nullptr) name = *thread;
     known_.push_back({.time_ns = std::nullopt,
-                      .process = {.pid = pid, .name = std::move(name), .start_ns = std::nullopt}});
+                      .process = {.pid = pid,
+                                  .name = std::move(name),
+                                  .start_ns = std::nullopt,
+                                  .monotonic_offset_ns = other_clock(static_cast<pid_t>(pid))}});
     pids_.insert(pid);
   }
   note_losses();

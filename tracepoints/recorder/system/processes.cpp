@@ -58,6 +58,11 @@ pid_t parent_of(pid_t pid) { return static_cast<pid_t>(stat_field(in_proc(pid), 
 
 std::optional<std::uint64_t> start_ticks(pid_t pid) { return stat_field(in_proc(pid), 22); }
 
+std::optional<std::int64_t> other_clock(pid_t pid) {
+  const auto offset = monotonic_offset_ns(std::to_string(pid));
+  return offset.value_or(0) != 0 ? offset : std::nullopt;
+}
+
 ProcessIdentity identity_of(pid_t pid) {
   std::error_code error;
   std::string space = std::filesystem::read_symlink("/proc/self/ns/pid", error).string();

@@ -26,6 +26,10 @@ pid_t parent_of(pid_t pid);
 // it tells a process from a later one of the same pid.
 std::optional<std::uint64_t> start_ticks(pid_t pid);
 
+// By what its CLOCK_MONOTONIC is ahead of the machine's, in a time namespace; empty: it is not, or that is not
+// known.
+std::optional<std::int64_t> other_clock(pid_t pid);
+
 // Tells a process from all others, over pid namespaces and reused pids.
 struct ProcessIdentity {
   std::string pid_namespace;

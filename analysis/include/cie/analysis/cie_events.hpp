@@ -29,6 +29,7 @@ struct RunBegin {
   std::uint32_t online_cpus = 0;
   std::string_view spec_sha256;
   std::optional<RunMoment> moment;
+  std::int64_t monotonic_offset_ns = 0;
 };
 struct RunEnd {
   static constexpr EventCategory kCategory = EventCategory::state;

@@ -58,6 +58,23 @@ Numbering with_unseen(Numbering seen, std::span<const ProviderEvent> classes) {
   return seen;
 }
 
+struct StateClasses {
+  std::span<const ProviderEvent> all;
+  Numbering numbering;
+};
+
+// Those of today, or else older ones. Throws MetadataError if neither fits.
+StateClasses state_classes(std::span<const PacketBytes> packets) {
+  const auto numbered = [packets](std::span<const ProviderEvent> classes) {
+    return StateClasses{.all = classes, .numbering = find_numbering(packets, classes)};
+  };
+  try {
+    return numbered(state_channel_events());
+  } catch (const MetadataError&) {
+    return numbered(old_state_channel_events());
+  }
+}
+
 class Rebuilder {
  public:
   void add(const fs::path& path) {
@@ -79,8 +96,7 @@ class Rebuilder {
     TraceOrigin origin{.uuid = uuid_text(*uuid_), .host = {}, .clock_uuid = {}};
     std::string streams;
     if (state.stream) {
-      const auto classes = state_channel_events();
-      const auto numbering = find_numbering(state.packets, classes);
+      const auto [classes, numbering] = state_classes(state.packets);
       if (const auto found = recorded_on(state.packets, classes, numbering)) {
         origin.host = found->host;
         origin.clock_uuid = found->boot_id;

@@ -18,6 +18,15 @@ constexpr std::array kStateEvents{
     provider::kThreadFini,    provider::kThreadSched,   provider::kClockSync,
     provider::kProcname};
 static_assert(std::ranges::equal(kStateEvents, cie::kStateEvents, {}, &ProviderEvent::name));
+// As recordings have it that are older than its last field.
+constexpr ProviderEvent kOldRunBegin{
+    provider::kRunBegin.name,
+    provider::kRunBegin.fields.first(provider::kRunBegin.fields.size() - 1)};
+constexpr std::array kOldStateEvents = [] {
+  auto events = kStateEvents;
+  events.front() = kOldRunBegin;
+  return events;
+}();
 constexpr std::array kEvents{provider::kCallbackRelease, provider::kThreadWakeup,
                              provider::kCallbackStart,   provider::kCallbackEnd,
                              provider::kPublish,         provider::kSampleLost,
@@ -73,6 +82,7 @@ std::string tsdl_string(std::string_view text) {
 }  // namespace
 
 std::span<const ProviderEvent> state_channel_events() { return kStateEvents; }
+std::span<const ProviderEvent> old_state_channel_events() { return kOldStateEvents; }
 std::span<const ProviderEvent> event_channel_events() { return kEvents; }
 
 std::string trace_text(const TraceOrigin& origin) {

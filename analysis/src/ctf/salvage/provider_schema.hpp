@@ -12,6 +12,8 @@ namespace cie::analysis::ctf {
 // The events that `cie record` has in its channel "state", and those in "events" in the order in
 // which the provider defines them, which is that of their ids.
 std::span<const ProviderEvent> state_channel_events();
+// The same of recordings without the field that run_begin was given last.
+std::span<const ProviderEvent> old_state_channel_events();
 std::span<const ProviderEvent> event_channel_events();
 
 // Metadata of a trace with a monotonic clock in nanoseconds, without streams and events.

@@ -89,6 +89,9 @@ struct RecordedProcess {
   std::int64_t pid = 0;
   std::string name;
   std::optional<std::int64_t> start_ns;  // process_start_ns of run_begin; empty: not known
+  // Of one that tells nothing of it itself, in a time namespace: by what its CLOCK_MONOTONIC is ahead of the
+  // machine's.
+  std::optional<std::int64_t> monotonic_offset_ns{};
 
   bool operator==(const RecordedProcess&) const = default;
 };
