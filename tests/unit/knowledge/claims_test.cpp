@@ -1,0 +1,78 @@
+#include "knowledge/claims.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::analysis {
+namespace {
+
+// What lies from 10 to 20 may be hidden.
+class OfClaims : public testing::Test {
+ protected:
+  OfClaims() {
+    Gap gap;
+    gap.kinds = kRunKinds;
+    gap.window = {Timestamp{10}, Timestamp{20}};
+    gap.reason = {.cause = GapCause::damaged, .at = Timestamp{10}};
+    knowledge_.add(gap);
+  }
+  static Hidden start(std::int64_t at) {
+    Hidden hidden;
+    hidden.kinds = EventKind::run_start;
+    hidden.window = {Timestamp{at}, Timestamp{at}};
+    return hidden;
+  }
+
+  Hidden possible_ = start(15);
+  Hidden impossible_ = start(25);
+  Knowledge knowledge_;
+  Claims<std::string> claims_{knowledge_};
+};
+
+TEST_F(OfClaims, NothingJudgedIsNotApplicable) {
+  EXPECT_EQ(claims_.verdict(), Verdict::not_applicable);
+}
+
+TEST_F(OfClaims, PassesWhatWasJudged) {
+  claims_.checked();
+  claims_.needs({impossible_});
+  claims_.needs({possible_, impossible_});
+  EXPECT_EQ(claims_.verdict(), Verdict::pass);
+}
+
+TEST_F(OfClaims, FailsByAViolationOfWhichNoExcuseIsPossible) {
+  claims_.violation("first", {{possible_}});
+  claims_.violation("second", {{impossible_}, {possible_, impossible_}});
+  claims_.needs({possible_});
+  EXPECT_EQ(claims_.verdict(), Verdict::fail);
+  EXPECT_EQ(claims_.witness(), "second");
+  EXPECT_FALSE(claims_.reason());
+}
+
+TEST_F(OfClaims, DecidesNothingByAViolationThatMayHaveAnExcuse) {
+  claims_.checked();
+  claims_.violation("moved", {{impossible_}, {possible_}});
+  EXPECT_EQ(claims_.verdict(), Verdict::inconclusive);
+  EXPECT_EQ(claims_.witness(), "moved");
+  EXPECT_EQ(claims_.reason()->cause, GapCause::damaged);
+}
+
+TEST_F(OfClaims, DecidesNothingWhereWhatItNeedsMayBeHidden) {
+  claims_.checked();
+  claims_.needs({possible_});
+  EXPECT_EQ(claims_.verdict(), Verdict::inconclusive);
+  EXPECT_FALSE(claims_.witness());
+  EXPECT_EQ(claims_.reason()->at, Timestamp{10});
+}
+
+TEST(OfBoth, TheSecondKindOfEvidenceTakesNothingFromTheFirst) {
+  EXPECT_EQ(of_both(Verdict::pass, Verdict::inconclusive), Verdict::pass);
+  EXPECT_EQ(of_both(Verdict::pass, Verdict::fail), Verdict::fail);
+  EXPECT_EQ(of_both(Verdict::inconclusive, Verdict::pass), Verdict::inconclusive);
+  EXPECT_EQ(of_both(Verdict::not_applicable, Verdict::pass), Verdict::pass);
+  EXPECT_EQ(of_both(Verdict::fail, Verdict::pass), Verdict::fail);
+}
+
+}  // namespace
+}  // namespace cie::analysis
