@@ -7,6 +7,7 @@
 #include "spec_questions.hpp"
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cie::analysis {
