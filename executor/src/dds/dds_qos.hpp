@@ -15,8 +15,9 @@ struct DeleteQos {
 };
 using QosPtr = std::unique_ptr<dds_qos_t, DeleteQos>;
 
-// The policies that rmw_cyclonedds sets for the same QoS, but for how long a reliable writer blocks
-// before it drops, which there is for ever: disposal is left to the application, transient-local history is as deep as the queue.
+// The policies that rmw_cyclonedds sets for the same QoS: disposal is left to the application,
+// transient-local history is as deep as the queue. One differs: there a reliable writer blocks for
+// ever rather than drops.
 // `user_data` travels with the discovery of the entity. Throws std::logic_error naming `object` for
 // KeepLast{0} and durations that are not positive.
 QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data = {});

@@ -45,7 +45,7 @@ class Delivery {
   void on_lost(std::function<void(std::uint32_t)> tell) { tell_lost_ = std::move(tell); }
   // Called once, when a sample was taken that cannot be read. Before the reader exists.
   void on_unreadable(std::function<void()> tell) { tell_unreadable_ = std::move(tell); }
-  // Has who is told or woken look again, although nothing arrived.
+  // Has the target and the wake-up's thread look again, although nothing arrived.
   void wake() noexcept;
 
   // From now on samples are dropped, unseen: the queue can be emptied and counted.

@@ -39,7 +39,7 @@ class Writer {
   void announce(const Graph::Member& node);
 
   // The event comes first, so that it lies before the arrival in time. False: it was not sent within
-  // the QoS's max_blocking_time, which is counted and told. Throws dds::Error.
+  // the QoS's max_blocking_time, which is counted and traced. Throws dds::Error.
   bool publish(const void* message);
   // Readers of this process get the message itself. Also throws std::bad_alloc.
   bool publish(std::shared_ptr<const void> message);

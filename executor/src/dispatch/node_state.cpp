@@ -31,7 +31,7 @@ NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view nam
       name_(qualified_node_name(name, name_space)),
       trace_(name_),
       parameters_(name_, parameters,
-                  [this](auto change, const auto& changed) { tell(change, changed); }) {
+                  [this](auto change, const auto& changed) { publish_change(change, changed); }) {
   for (const auto& [from, to] : remaps) {
     if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
       throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of \"" +
@@ -54,13 +54,14 @@ void NodeState::offer_parameters() {
 }
 
 void NodeState::withdraw_parameters() {
-  std::unique_ptr<ParameterServices> services;  // ends without the lock: what it answers may tell
+  std::unique_ptr<ParameterServices> services;  // ends without the lock: it may still answer
   const std::lock_guard lock{services_mutex_};
   is_withdrawn_ = true;
   services = std::move(services_);
 }
 
-void NodeState::tell(ParameterStore::Change change, const std::vector<Parameter>& parameters) {
+void NodeState::publish_change(ParameterStore::Change change,
+                               const std::vector<Parameter>& parameters) {
   const std::lock_guard lock{services_mutex_};
   if (services_ != nullptr) services_->tell(change, parameters);
 }

@@ -68,8 +68,8 @@ class NodeState final : public ServedNode, public std::enable_shared_from_this<N
   std::shared_ptr<ExecutorCore> executor() const;
 
  private:
-  // The network, of a change of parameters_.
-  void tell(ParameterStore::Change change, const std::vector<Parameter>& parameters);
+  // On /parameter_events, while the parameters are offered.
+  void publish_change(ParameterStore::Change change, const std::vector<Parameter>& parameters);
 
   std::shared_ptr<ContextState> context_;
   std::string name_;

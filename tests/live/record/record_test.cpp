@@ -66,7 +66,7 @@ TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
   }
 }
 
-TEST_P(Record, TellsWhichMessagesWereNotSent) {
+TEST_P(Record, NamesTheMessagesThatWereNotSent) {
   const Finished result = sandbox_.run(recording("rec", {"--instances", "2", "--unsent", "3"}));
   ASSERT_EQ(result.status, 0) << result.err;
   const TextTrace trace = read_trace(path("rec"));
