@@ -44,21 +44,20 @@ CallbackIsolatedExecutor::~CallbackIsolatedExecutor() {
   state_->wait_until_left();
 }
 
-void CallbackIsolatedExecutor::add_node(NodeBase::SharedPtr node, bool) { state_->add_node(node); }
-void CallbackIsolatedExecutor::add_node(std::shared_ptr<rclcpp::Node> node, bool notify) {
+void CallbackIsolatedExecutor::add_node(PassedNodeBase node, bool) { state_->add_node(node); }
+void CallbackIsolatedExecutor::add_node(PassedNode node, bool notify) {
   add_node(node->get_node_base_interface(), notify);
 }
-void CallbackIsolatedExecutor::remove_node(NodeBase::SharedPtr node, bool) {
+void CallbackIsolatedExecutor::remove_node(PassedNodeBase node, bool) {
   state_->remove_node(*node);
 }
-void CallbackIsolatedExecutor::remove_node(std::shared_ptr<rclcpp::Node> node, bool notify) {
+void CallbackIsolatedExecutor::remove_node(PassedNode node, bool notify) {
   remove_node(node->get_node_base_interface(), notify);
 }
-void CallbackIsolatedExecutor::add_callback_group(rclcpp::CallbackGroup::SharedPtr group,
-                                                  NodeBase::SharedPtr node, bool) {
+void CallbackIsolatedExecutor::add_callback_group(PassedGroup group, PassedNodeBase node, bool) {
   state_->add_group(group, node);
 }
-void CallbackIsolatedExecutor::remove_callback_group(rclcpp::CallbackGroup::SharedPtr group, bool) {
+void CallbackIsolatedExecutor::remove_callback_group(PassedGroup group, bool) {
   state_->remove_group(*group);
 }
 

@@ -1,4 +1,4 @@
-// Where rclcpp's distributions differ, Humble to Rolling: each difference once, told apart by what the
+// Where rclcpp's distributions differ, Humble to Lyrical: each difference once, told apart by what the
 // headers offer rather than by version numbers.
 #pragma once
 
@@ -115,6 +115,17 @@ std::shared_ptr<rclcpp::GuardCondition> notice_of(Group& group,
     return group.get_notify_guard_condition();
   } else {
     return group.get_notify_guard_condition(context);
+  }
+}
+
+// The node's guard condition, which is told of its new groups and callbacks; the node keeps it. Null where
+// the node is going. Until Jazzy, a reference.
+template <typename NodeBase>
+rclcpp::GuardCondition* notice_of_node(NodeBase& node) {
+  if constexpr (requires { node.get_shared_notify_guard_condition(); }) {
+    return node.get_shared_notify_guard_condition().get();
+  } else {
+    return &node.get_notify_guard_condition();
   }
 }
 

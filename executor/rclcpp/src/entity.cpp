@@ -1,6 +1,7 @@
 #include "entity.hpp"
 
 #include "distributions.hpp"
+#include "registration.hpp"
 
 #include <atomic>
 #include <cstddef>
@@ -14,7 +15,6 @@
 #include <cxxabi.h>
 #include <rcl/client.h>
 #include <rcl/error_handling.h>
-#include <rcl/event.h>
 #include <rcl/service.h>
 #include <rcl/subscription.h>
 #include <rclcpp/exceptions.hpp>
@@ -75,8 +75,10 @@ std::uint64_t writer_of(const rmw_request_id_t& request) {
   return number_of(&request, offsetof(rmw_request_id_t, sequence_number));
 }
 
-auto notice_of_middleware(Entity::Notice notice) {
-  return [notice = std::move(notice)](std::size_t count) {
+// `kept` lives as long as the function, and goes first.
+template <typename... Kept>
+auto notice_of_middleware(Entity::Notice notice, Kept... kept) {
+  return [notice = std::move(notice), ... kept = std::move(kept)](std::size_t count) {
     notice(Inbox::Source::middleware, count, 0);
   };
 }
@@ -97,50 +99,19 @@ class OtherWay : public rclcpp::SubscriptionBase {
   }
 };
 
-// Tells how many messages the middleware lost. A subscription keeps it with its notice: in some
-// distributions that goes before the middleware's reader, in others after it. Nobody else may keep the
-// reader, whose other notices would meet nothing.
-class LostMessages {
+// What an entity's functions share for as long as they are the ones that are called: others may have taken
+// their place, those of the entity's next executor for example.
+class Listening {
  public:
-  LostMessages(const std::shared_ptr<rcl_subscription_t>& subscription, Entity::Notice notice)
-      : subscription_(subscription), notice_(std::move(notice)) {
-    has_event_ = rcl_subscription_event_init(&event_, subscription.get(),
-                                             RCL_SUBSCRIPTION_MESSAGE_LOST) == RCL_RET_OK &&
-                 rcl_event_set_callback(&event_, &LostMessages::on_lost, this) == RCL_RET_OK;
-    if (!has_event_) rcl_reset_error();  // a middleware that does not tell
+  std::shared_ptr<void> begin() {
+    auto token = std::make_shared<char>();
+    token_ = token;
+    return token;
   }
-  LostMessages(const LostMessages&) = delete;
-  LostMessages& operator=(const LostMessages&) = delete;
-  ~LostMessages() {
-    const auto alive = subscription_.lock();
-    if (alive && has_event_ && rcl_event_set_callback(&event_, nullptr, nullptr) != RCL_RET_OK) {
-      rcl_reset_error();
-    }
-    if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
-  }
-
-  // How many since the last time.
-  std::uint32_t take() noexcept {
-    const auto alive = subscription_.lock();
-    rmw_message_lost_status_t status{};
-    if (!alive || !has_event_) return 0;
-    if (rcl_take_event(&event_, &status) != RCL_RET_OK) {
-      rcl_reset_error();
-      return 0;
-    }
-    return static_cast<std::uint32_t>(status.total_count_change);
-  }
+  bool is_over() const noexcept { return token_.expired(); }
 
  private:
-  // Under rmw's lock: nothing of rmw may be called here.
-  static void on_lost(const void* self, std::size_t count) {
-    static_cast<const LostMessages*>(self)->notice_(Inbox::Source::lost, count, 0);
-  }
-
-  const std::weak_ptr<rcl_subscription_t> subscription_;
-  const Entity::Notice notice_;
-  rcl_event_t event_ = rcl_get_zero_initialized_event();
-  bool has_event_ = false;
+  std::weak_ptr<void> token_;
 };
 
 class SubscriptionEntity final : public Entity {
@@ -162,8 +133,9 @@ class SubscriptionEntity final : public Entity {
   bool is_shared() const override { return !process_.expired(); }
 
   void connect(Notice notice) override {
+    const auto token = listening_.begin();
     if (const auto process = process_.lock()) {
-      process->set_on_ready_callback([notice](std::size_t count, int entity) {
+      process->set_on_ready_callback([notice, token](std::size_t count, int entity) {
         notice(Inbox::Source::process, count, entity);
       });
     }
@@ -171,16 +143,18 @@ class SubscriptionEntity final : public Entity {
     if (!subscription) return;
     // Whoever takes the event takes it from others: a handler of the user's has it alone.
     std::shared_ptr<LostMessages> lost;
+    const auto handle = subscription->get_subscription_handle();
     if (!has_handler_of_lost(*subscription)) {
-      lost = std::make_shared<LostMessages>(subscription->get_subscription_handle(), notice);
+      lost = std::make_shared<LostMessages>(handle, notice);
       lost_ = lost;
     }
     subscription->set_on_new_message_callback(
-        [notice = std::move(notice), lost = std::move(lost)](std::size_t count) {
-          notice(Inbox::Source::middleware, count, 0);
-        });
+        notice_of_middleware(std::move(notice), token, std::move(lost),
+                             std::make_shared<Registration<rcl_subscription_t>>(
+                                 handle, rcl_subscription_set_on_new_message_callback)));
   }
   void disconnect() noexcept override {
+    if (listening_.is_over()) return;
     if (const auto process = process_.lock()) quietly([&] { process->clear_on_ready_callback(); });
     if (const auto subscription = subscription_.lock()) {
       quietly([&] { subscription->clear_on_new_message_callback(); });
@@ -270,6 +244,7 @@ class SubscriptionEntity final : public Entity {
   const std::string topic_;
   const std::size_t depth_;
   const MessageForm form_;
+  Listening listening_;
   std::weak_ptr<LostMessages> lost_;  // the notice's
 };
 
@@ -285,10 +260,14 @@ class ServiceEntity final : public Entity {
   std::size_t depth() const override { return depth_; }
   void connect(Notice notice) override {
     if (const auto service = service_.lock()) {
-      service->set_on_new_request_callback(notice_of_middleware(std::move(notice)));
+      service->set_on_new_request_callback(notice_of_middleware(
+          std::move(notice), listening_.begin(),
+          std::make_shared<Registration<rcl_service_t>>(service->get_service_handle(),
+                                                        rcl_service_set_on_new_request_callback)));
     }
   }
   void disconnect() noexcept override {
+    if (listening_.is_over()) return;
     if (const auto service = service_.lock()) {
       quietly([&] { service->clear_on_new_request_callback(); });
     }
@@ -316,6 +295,7 @@ class ServiceEntity final : public Entity {
   const std::weak_ptr<rclcpp::ServiceBase> service_;
   const std::string name_;
   const std::size_t depth_;
+  Listening listening_;
 };
 
 class ClientEntity final : public Entity {
@@ -331,10 +311,14 @@ class ClientEntity final : public Entity {
   bool is_shared() const override { return true; }  // answers to other clients
   void connect(Notice notice) override {
     if (const auto client = client_.lock()) {
-      client->set_on_new_response_callback(notice_of_middleware(std::move(notice)));
+      client->set_on_new_response_callback(notice_of_middleware(
+          std::move(notice), listening_.begin(),
+          std::make_shared<Registration<rcl_client_t>>(client->get_client_handle(),
+                                                       rcl_client_set_on_new_response_callback)));
     }
   }
   void disconnect() noexcept override {
+    if (listening_.is_over()) return;
     if (const auto client = client_.lock()) {
       quietly([&] { client->clear_on_new_response_callback(); });
     }
@@ -362,6 +346,7 @@ class ClientEntity final : public Entity {
   const std::weak_ptr<rclcpp::ClientBase> client_;
   const std::string name_;
   const std::size_t depth_;
+  Listening listening_;
 };
 
 // "rclcpp_action::Server" of the type with all its template arguments.
@@ -388,15 +373,16 @@ class WaitableEntity final : public Entity {
     if (!waitable) return;
     const auto is_partial = std::make_shared<std::atomic<bool>>(!kNoticesAreWhole);
     // The number by reference, so that one that is not there is not read.
-    waitable->set_on_ready_callback([notice = std::move(notice), is_partial](std::size_t count,
-                                                                             const int& entity) {
+    waitable->set_on_ready_callback([notice = std::move(notice), is_partial,
+                                     token = listening_.begin()](std::size_t count,
+                                                                 const int& entity) {
       notice(Inbox::Source::middleware, count, is_partial->load() ? Arrival::kAnyEntity : entity);
     });
     is_partial->store(false);
   }
   void disconnect() noexcept override {
     const auto owner = owner_.lock();
-    if (has_owner_ && !owner) return;  // it goes with its owner
+    if (listening_.is_over()) return;
     if (const auto waitable = waitable_.lock()) {
       quietly([&] { waitable->clear_on_ready_callback(); });
     }
@@ -428,13 +414,14 @@ class WaitableEntity final : public Entity {
     return true;
   }
 
-  // A handler of a subscription's events keeps the middleware's reader. Since Iron that must not live
-  // longer than the subscription, whose notice it calls.
+  // A handler of events keeps rcl's handle of the subscription, and rclcpp's own handlers use the
+  // subscription itself. So one is not taken without its owner, nor let go of after it.
   const std::weak_ptr<rclcpp::SubscriptionBase> owner_;
   const bool has_owner_;
   const std::weak_ptr<rclcpp::Waitable> waitable_;
   const std::string name_;
   const bool is_event_;
+  Listening listening_;
 };
 
 }  // namespace
@@ -455,8 +442,10 @@ std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable,
 
 rclcpp::SubscriptionBase::SharedPtr owner_of(
     const rclcpp::Waitable::SharedPtr& waitable,
-    const std::vector<rclcpp::SubscriptionBase::SharedPtr>& subscriptions) {
-  for (const auto& subscription : subscriptions) {
+    const std::vector<rclcpp::SubscriptionBase::WeakPtr>& subscriptions) {
+  for (const auto& each : subscriptions) {
+    const auto subscription = each.lock();
+    if (!subscription) continue;
     for (const auto& handler : subscription->get_event_handlers()) {
       if (&event_handler(handler) == waitable.get()) return subscription;
     }

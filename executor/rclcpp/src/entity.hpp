@@ -61,7 +61,7 @@ std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable,
 // Which of the subscriptions that is.
 rclcpp::SubscriptionBase::SharedPtr owner_of(
     const rclcpp::Waitable::SharedPtr& waitable,
-    const std::vector<rclcpp::SubscriptionBase::SharedPtr>& subscriptions);
+    const std::vector<rclcpp::SubscriptionBase::WeakPtr>& subscriptions);
 
 // Whether the waitable is a subscription's end within the process, which may outlive it.
 bool is_of_subscription(const rclcpp::Waitable& waitable);

@@ -175,8 +175,7 @@ bool ExecutorState::look_at_all() {
   };
   bool is_partial = false;
   for (const NodePtr& node : nodes) {
-    auto changes = node->look(let_go);
-    changes.contents.clear();  // what users drop from now on goes at once
+    const auto changes = node->look(let_go);
     is_partial = is_partial || changes.is_partial;
     if (node->has_gone()) {  // what it leaves behind is no longer served
       let_go(node->remove_all());

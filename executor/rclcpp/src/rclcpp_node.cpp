@@ -39,7 +39,9 @@ RclcppNode::Contents contents_of(const std::weak_ptr<rclcpp::CallbackGroup>& gro
   RclcppNode::Contents contents{.group = group};
   const auto alive = group.lock();
   if (!alive) return contents;
-  const auto into = [](auto& list) { return [&list](const auto& each) { list.push_back(each); }; };
+  const auto into = [](auto& list) {
+    return [&list](const auto& each) { list.emplace_back(each); };
+  };
   alive->collect_all_ptrs(into(contents.subscriptions), into(contents.services),
                           into(contents.clients), into(contents.timers), into(contents.waitables));
   return contents;
@@ -95,7 +97,7 @@ void RclcppNode::add_whole() {
   }
   const std::lock_guard lock{mutex_};
   is_whole_ = true;
-  listen(node->get_notify_guard_condition(), on_change_);
+  if (auto* const notice = notice_of_node(*node)) listen(*notice, on_change_);
 }
 
 void RclcppNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
@@ -103,7 +105,7 @@ void RclcppNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   Group added{.group = group, .added = Added::by_hand};
   if (const auto node = node_.lock()) added.notice = notice_of(*group, node->get_context());
   claim(std::move(added));
-  if (const auto& notice = groups_.back().notice) listen(*notice, on_change_);
+  if (const auto notice = groups_.back().notice.lock()) listen(*notice, on_change_);
 }
 
 template <typename Condition>
@@ -118,7 +120,7 @@ Callbacks RclcppNode::release_groups(Condition condition) {
   }
   Callbacks callbacks;
   for (Group& group : released) {
-    if (group.notice) group.notice->set_on_trigger_callback(nullptr);
+    if (const auto notice = group.notice.lock()) notice->set_on_trigger_callback(nullptr);
     if (const auto alive = group.group.lock()) {
       alive->get_associated_with_executor_atomic().store(false);
     }
@@ -136,7 +138,7 @@ Callbacks RclcppNode::remove_whole() {
     is_whole_ = false;
   }
   if (const auto node = node_.lock()) {
-    node->get_notify_guard_condition().set_on_trigger_callback(nullptr);
+    if (auto* const notice = notice_of_node(*node)) notice->set_on_trigger_callback(nullptr);
     node->get_associated_with_executor_atomic().store(false);
   }
   return release_groups([](const Group& group) { return group.added == Added::with_node; });
@@ -177,16 +179,17 @@ std::vector<rclcpp::CallbackGroup::WeakPtr> RclcppNode::groups(Added added) cons
 // What took the place of something came after that had gone: so what is there is looked at first.
 RclcppNode::Changes RclcppNode::look(const LetGo& let_go) {
   Changes changes;
+  std::vector<Contents> all;
   {
     const std::lock_guard lock{mutex_};
     if (is_whole_) find_groups();
     for (const Group& group : groups_)
-      changes.contents.push_back(contents_of(group.group));
+      all.push_back(contents_of(group.group));
     find_gone(changes);
   }
   if (let_go && !changes.gone.empty()) let_go(changes.gone);
   const std::lock_guard lock{mutex_};
-  for (const Contents& contents : changes.contents)
+  for (const Contents& contents : all)
     serve_new(contents, changes);
   return changes;
 }
@@ -228,29 +231,32 @@ void RclcppNode::find_groups() {
   });
 }
 
-template <typename EntityPtr, typename Serve>
-void RclcppNode::serve_new(Group& group, const EntityPtr& entity, Changes& changes, Serve serve) {
-  const bool is_known = std::ranges::any_of(
-      group.served, [&](const Served& served) { return is_same(served.entity, entity); });
-  if (is_known) return;
-  std::optional<Served> served;
-  try {
-    served = serve();
-    if (!served) {
-      changes.is_partial = true;
-      return;
+template <typename Entities, typename Serve>
+void RclcppNode::serve_each(Group& group, const Entities& entities, Changes& changes, Serve serve) {
+  for (const auto& each : entities) {
+    const bool is_known = std::ranges::any_of(
+        group.served, [&](const Served& served) { return is_same(served.entity, each); });
+    const auto entity = each.lock();
+    if (is_known || !entity) continue;
+    std::optional<Served> served;
+    try {
+      served = serve(entity);
+      if (!served) {
+        changes.is_partial = true;
+        continue;
+      }
+    } catch (const std::exception& error) {
+      // A waitable that cannot tell that it is ready, for example. Once, because it is known now.
+      RCLCPP_ERROR(
+          rclcpp::get_logger("cie_rclcpp"),
+          "a callback of node %s is not served, because rclcpp cannot tell when it is ready: "
+          "%s",
+          name_.c_str(), error.what());
+      served.emplace();
     }
-  } catch (const std::exception& error) {
-    // A waitable that cannot tell that it is ready, for example. Once, because it is known now.
-    RCLCPP_ERROR(
-        rclcpp::get_logger("cie_rclcpp"),
-        "a callback of node %s is not served, because rclcpp cannot tell when it is ready: "
-        "%s",
-        name_.c_str(), error.what());
-    served.emplace();
+    served->entity = entity;
+    group.served.push_back(std::move(*served));
   }
-  served->entity = entity;
-  group.served.push_back(std::move(*served));
 }
 
 void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
@@ -263,38 +269,37 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
   // Where rclcpp's own subscriptions are, which it makes before any of the user's.
   const auto node = node_.lock();
   const bool is_default = node && node->get_default_callback_group() == alive;
-  for (const auto& timer : contents.timers)
-    serve_new(group, timer, changes, [&] { return as_timer(group, timer); });
-  for (const auto& subscription : contents.subscriptions) {
-    serve_new(group, subscription, changes, [&] {
-      const std::string_view topic = subscription->get_topic_name();
-      const bool is_own =
-          is_default && (topic == "/clock" || (topic == "/parameter_events" &&
-                                               !std::exchange(group.has_own_events, true)));
-      return is_own ? as_internal(make_entity(subscription))
-                    : as_callback(group, make_entity(subscription));
-    });
-  }
+  serve_each(group, contents.timers, changes,
+             [&](const auto& timer) { return as_timer(group, timer); });
+  serve_each(group, contents.subscriptions, changes, [&](const auto& subscription) {
+    const std::string_view topic = subscription->get_topic_name();
+    const bool is_own =
+        is_default && (topic == "/clock" || (topic == "/parameter_events" &&
+                                             !std::exchange(group.has_own_events, true)));
+    return is_own ? as_internal(make_entity(subscription))
+                  : as_callback(group, make_entity(subscription));
+  });
   const bool has_lifecycle = is_default && has_lifecycle_services(contents);
-  for (const auto& service : contents.services) {
-    serve_new(group, service, changes, [&] {
-      const std::string name = service->get_service_name();
-      return is_of_node(name, kParameterServices) ||
-                     (has_lifecycle && is_of_node(name, kLifecycleServices))
-                 ? as_internal(make_entity(service))
-                 : as_callback(group, make_entity(service));
-    });
-  }
-  for (const auto& client : contents.clients)
-    serve_new(group, client, changes, [&] { return as_callback(group, make_entity(client)); });
-  for (const auto& waitable : contents.waitables) {
-    if (is_of_subscription(*waitable)) continue;
-    serve_new(group, waitable, changes, [&] {
-      auto entity = make_entity(waitable, owner_of(waitable, contents.subscriptions));
-      return is_default_event_handler(*waitable) ? as_internal(std::move(entity))
-                                                 : as_callback(group, std::move(entity));
-    });
-  }
+  serve_each(group, contents.services, changes, [&](const auto& service) {
+    const std::string name = service->get_service_name();
+    return is_of_node(name, kParameterServices) ||
+                   (has_lifecycle && is_of_node(name, kLifecycleServices))
+               ? as_internal(make_entity(service))
+               : as_callback(group, make_entity(service));
+  });
+  serve_each(group, contents.clients, changes,
+             [&](const auto& client) { return as_callback(group, make_entity(client)); });
+  const auto of_subscription = [](const auto& each) {
+    const auto waitable = each.lock();
+    return !waitable || is_of_subscription(*waitable);
+  };
+  auto waitables = contents.waitables;
+  std::erase_if(waitables, of_subscription);
+  serve_each(group, waitables, changes, [&](const auto& waitable) {
+    auto entity = make_entity(waitable, owner_of(waitable, contents.subscriptions));
+    return is_default_event_handler(*waitable) ? as_internal(std::move(entity))
+                                               : as_callback(group, std::move(entity));
+  });
   for (std::size_t i = before; i < group.served.size(); ++i) {
     if (group.served[i].callback) changes.came.push_back(group.served[i].callback);
   }
@@ -310,8 +315,9 @@ bool RclcppNode::is_of_node(std::string_view service,
 // A node of the user's may have a service of one of these names.
 bool RclcppNode::has_lifecycle_services(const Contents& contents) const {
   const auto has = [&](std::string_view name) {
-    return std::ranges::any_of(contents.services, [&](const auto& service) {
-      return is_of_node(service->get_service_name(), {&name, 1});
+    return std::ranges::any_of(contents.services, [&](const auto& each) {
+      const auto service = each.lock();
+      return service && is_of_node(service->get_service_name(), {&name, 1});
     });
   };
   return std::ranges::all_of(kLifecycleServices, has);
@@ -329,7 +335,7 @@ std::shared_ptr<GroupState> RclcppNode::state_of(Group& group) {
 }
 
 bool RclcppNode::is_leaving(const Group& group, const std::string& logical_id) const {
-  constexpr long kOurs = 2;  // what a run holds, and this look
+  constexpr long kOurs = 1;  // what a run holds
   if (!group.state || group.state->type() == GroupType::reentrant) return false;
   const auto has_id = [&logical_id](const cie::scheduling::Callback& callback) {
     return cie::LogicalId::without_number(callback.logical_id()) == logical_id;

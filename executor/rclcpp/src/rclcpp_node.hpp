@@ -53,15 +53,14 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   bool is_whole() const;
   bool is_empty() const;  // nothing was added, or everything removed
 
-  // What a group has, kept while it is looked at. A handler of events keeps the middleware's reader,
-  // which nobody may keep longer than the subscription: waitables go first.
+  // What a group has. Who drops something meanwhile ends it.
   struct Contents {
     std::weak_ptr<rclcpp::CallbackGroup> group;
-    std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions{};
-    std::vector<rclcpp::ServiceBase::SharedPtr> services{};
-    std::vector<rclcpp::ClientBase::SharedPtr> clients{};
-    std::vector<rclcpp::TimerBase::SharedPtr> timers{};
-    std::vector<rclcpp::Waitable::SharedPtr> waitables{};
+    std::vector<rclcpp::SubscriptionBase::WeakPtr> subscriptions{};
+    std::vector<rclcpp::ServiceBase::WeakPtr> services{};
+    std::vector<rclcpp::ClientBase::WeakPtr> clients{};
+    std::vector<rclcpp::TimerBase::WeakPtr> timers{};
+    std::vector<rclcpp::Waitable::WeakPtr> waitables{};
   };
   // What came and went since the last time. Letting go of it may run users' destructors, and so is the
   // caller's part, without a lock.
@@ -69,7 +68,6 @@ class RclcppNode final : public cie::scheduling::ServedNode {
     Callbacks came;
     Callbacks gone;
     std::vector<std::unique_ptr<InternalEndpoint>> ended;
-    std::vector<Contents> contents;
     bool is_partial = false;  // something that came is told later: look again, within a millisecond
   };
   // `let_go` is called with what has gone, without a lock, before what came gets its logical ids: what
@@ -92,7 +90,7 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   struct Group {
     std::weak_ptr<rclcpp::CallbackGroup> group;
     Added added = Added::with_node;
-    std::shared_ptr<rclcpp::GuardCondition> notice{};      // of a group that was added by hand
+    std::weak_ptr<rclcpp::GuardCondition> notice{};        // of a group that was added by hand
     std::shared_ptr<cie::scheduling::GroupState> state{};  // from its first callback on
     std::vector<Served> served{};
     bool has_own_events = false;  // rclcpp's subscription to /parameter_events was found
@@ -103,8 +101,9 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   void find_groups();
   void find_gone(Changes& changes);
   void serve_new(const Contents& contents, Changes& changes);
-  template <typename EntityPtr, typename Serve>
-  void serve_new(Group& group, const EntityPtr& entity, Changes& changes, Serve serve);
+  // `serve` is given each of the entities that is new and still lives.
+  template <typename Entities, typename Serve>
+  void serve_each(Group& group, const Entities& entities, Changes& changes, Serve serve);
   std::shared_ptr<cie::scheduling::GroupState> state_of(Group& group);
   // Whether a callback of that logical id was dropped and runs still, in a group that runs one at a
   // time: what takes its place cannot run before that has ended, and has its id then.

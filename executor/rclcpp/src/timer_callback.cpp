@@ -55,10 +55,10 @@ TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
     : Callback(std::move(group), std::move(info)),
       timer_(timer),
       handle_(timer->get_timer_handle()),
-      period_ns_(std::max<std::int64_t>(period_of(*handle_), 1)),
+      period_ns_(std::max<std::int64_t>(period_of(*timer->get_timer_handle()), 1)),
       on_gone_(std::move(on_gone)),
       is_steady_(timer->is_steady()),
-      has_expiries_(is_steady_ && period_of(*handle_) > 0),
+      has_expiries_(is_steady_ && period_of(*timer->get_timer_handle()) > 0),
       inbox_(std::make_shared<Inbox>(1, 0)),
       grid_(period_ns_) {
   tells_reset_ = tell_of_reset(
@@ -75,12 +75,13 @@ TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
       nullptr, [inbox = inbox_](const rcl_time_jump_t&) { inbox->wake(); }, any_step);
 }
 
-// kNever: it was cancelled.
 std::int64_t TimerCallback::time_until_next_call() const noexcept {
   bool is_cancelled = false;
   std::int64_t until = 0;
-  if (rcl_timer_is_canceled(handle_.get(), &is_cancelled) != RCL_RET_OK || is_cancelled ||
-      rcl_timer_get_time_until_next_call(handle_.get(), &until) != RCL_RET_OK) {
+  const auto timer = handle_.lock();
+  if (!timer) return kNever;
+  if (rcl_timer_is_canceled(timer.get(), &is_cancelled) != RCL_RET_OK || is_cancelled ||
+      rcl_timer_get_time_until_next_call(timer.get(), &until) != RCL_RET_OK) {
     rcl_reset_error();
     return kNever;
   }
@@ -88,7 +89,8 @@ std::int64_t TimerCallback::time_until_next_call() const noexcept {
 }
 
 std::int64_t TimerCallback::next_due() const noexcept {
-  if (timer_.expired()) {  // rcl's lives on with us
+  const auto timer = handle_.lock();
+  if (!timer) {
     on_gone_();
     return kNever;
   }
@@ -96,7 +98,7 @@ std::int64_t TimerCallback::next_due() const noexcept {
   if (until == kNever) {
     return tells_reset_ ? kNever : monotonic_now() + period_ns_;
   }
-  if (!is_steady_ && is_simulated(*handle_)) return kNever;  // a step of that clock tells
+  if (!is_steady_ && is_simulated(*timer)) return kNever;  // a step of that clock tells
   // Read after rcl read it, so that the thread does not wake too early by what lies between.
   const std::int64_t now = monotonic_now();
   return until < kNever - now ? now + until : kNever;
@@ -137,7 +139,8 @@ void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
 // than it was announced with: its expiries then lie on no grid of that.
 cie::trace::Callback::Release TimerCallback::release(std::int64_t oldest_ns) noexcept {
   if (!has_expiries_) return {.kind = ReleaseKind::timer};
-  if (period_of(*handle_) != period_ns_) {
+  const auto timer = handle_.lock();
+  if (!timer || period_of(*timer) != period_ns_) {
     grid_.forget();
     return {.kind = ReleaseKind::timer};
   }

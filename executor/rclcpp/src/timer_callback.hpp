@@ -37,6 +37,7 @@ class TimerCallback final : public cie::scheduling::Callback {
  private:
   bool run_one() override;
   void dispose() noexcept override;
+  // kNever: it was cancelled, or has gone.
   std::int64_t time_until_next_call() const noexcept;
   std::int64_t measured_next() const noexcept;
   void begin_grid();
@@ -44,7 +45,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   cie::trace::Callback::Release release(std::int64_t oldest_ns) noexcept;
 
   const std::weak_ptr<rclcpp::TimerBase> timer_;
-  const std::shared_ptr<const rcl_timer_t> handle_;
+  const std::weak_ptr<const rcl_timer_t> handle_;
   const std::int64_t period_ns_;
   const OnGone on_gone_;
   const bool is_steady_;

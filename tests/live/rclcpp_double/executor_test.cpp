@@ -327,10 +327,10 @@ TEST_F(ExecutorTest, AnExceptionInACallbackEndsItWithCallbackError) {
 
 class Mute : public rclcpp::Waitable {
  public:
-  void add_to_wait_set(rcl_wait_set_t*) override {}
-  bool is_ready(rcl_wait_set_t*) override { return false; }
+  void add_to_wait_set(rclcpp::ToWaitSet) override {}
+  bool is_ready(rclcpp::OfWaitSet) override { return false; }
   std::shared_ptr<void> take_data() override { return nullptr; }
-  void execute(std::shared_ptr<void>&) override {}
+  void execute(rclcpp::TakenData) override {}
 };
 
 TEST_F(ExecutorTest, SaysOnceThatAWaitableCannotTellAndServesTheRest) {
@@ -368,7 +368,7 @@ class Bell : public Mute {
     --waiting_;
     return std::make_shared<std::size_t>(id);
   }
-  void execute(std::shared_ptr<void>& data) override {
+  void execute(rclcpp::TakenData data) override {
     rung += static_cast<int>(*std::static_pointer_cast<std::size_t>(data));
   }
   void set_on_ready_callback(std::function<void(std::size_t, int)> callback) override {

@@ -12,6 +12,7 @@
 #include <memory>
 #include <stop_token>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <rclcpp/executor.hpp>
@@ -19,6 +20,22 @@
 namespace cie_rclcpp {
 
 class ExecutorState;
+
+namespace detail {
+
+// How rclcpp::Executor passes what is added and removed: until Kilted by value, then by reference.
+template <typename Function>
+struct Parameter;
+template <typename T>
+struct Parameter<void (rclcpp::Executor::*)(T, bool)> {
+  using Type = T;
+};
+template <typename T>
+using Passed = std::conditional_t<std::is_reference_v<typename Parameter<
+                                      decltype(&rclcpp::Executor::remove_callback_group)>::Type>,
+                                  const T&, T>;
+
+}  // namespace detail
 
 // What says how an application's threads run, without a change of it. The spec's file is the ROS
 // parameter `cie_spec` of the command line (`--ros-args -p cie_spec:=FILE`), else the environment's
@@ -56,16 +73,18 @@ class CallbackIsolatedExecutor final : public rclcpp::Executor {
   ~CallbackIsolatedExecutor() override;
 
   using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
+  using PassedNodeBase = detail::Passed<NodeBase::SharedPtr>;
+  using PassedNode = detail::Passed<std::shared_ptr<rclcpp::Node>>;
+  using PassedGroup = detail::Passed<rclcpp::CallbackGroup::SharedPtr>;
 
   // Members, also while spinning. A node's groups, callbacks and timers that are created later are
   // found and served from then on. What a thread of a removed node's is doing is waited for.
-  void add_node(NodeBase::SharedPtr node, bool notify = true) override;
-  void add_node(std::shared_ptr<rclcpp::Node> node, bool notify = true) override;
-  void remove_node(NodeBase::SharedPtr node, bool notify = true) override;
-  void remove_node(std::shared_ptr<rclcpp::Node> node, bool notify = true) override;
-  void add_callback_group(rclcpp::CallbackGroup::SharedPtr group, NodeBase::SharedPtr node,
-                          bool notify = true) override;
-  void remove_callback_group(rclcpp::CallbackGroup::SharedPtr group, bool notify = true) override;
+  void add_node(PassedNodeBase node, bool notify = true) override;
+  void add_node(PassedNode node, bool notify = true) override;
+  void remove_node(PassedNodeBase node, bool notify = true) override;
+  void remove_node(PassedNode node, bool notify = true) override;
+  void add_callback_group(PassedGroup group, PassedNodeBase node, bool notify = true) override;
+  void remove_callback_group(PassedGroup group, bool notify = true) override;
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_all_callback_groups() override;
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_manually_added_callback_groups() override;
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_automatically_added_callback_groups_from_nodes()

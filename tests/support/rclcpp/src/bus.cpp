@@ -40,13 +40,35 @@ void Notice::clear() {
   told_.swap(told);
 }
 
+void Notice::end() {
+  Told told;
+  const std::lock_guard lock{mutex_};
+  told_.swap(told);
+  has_ended_ = true;
+}
+
+bool Notice::is_set() {
+  const std::lock_guard lock{mutex_};
+  return told_ != nullptr;
+}
+
 void Notice::raise() {
   const std::lock_guard lock{mutex_};
+  if (has_ended_) return;
   if (told_) {
     told_(1);
   } else {
     ++missed_;
   }
+}
+
+void Reader::set_on_new(void (*callback)(const void*, std::size_t), const void* user_data) {
+  if (callback == nullptr) {
+    notice.clear();
+    return;
+  }
+  const auto told = [callback, user_data](std::size_t count) { callback(user_data, count); };
+  notice.set(told, bounds_missed_ ? std::optional{bound()} : std::nullopt);
 }
 
 void Reader::store(Sample sample) {

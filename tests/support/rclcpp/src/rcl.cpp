@@ -118,6 +118,15 @@ rcl_ret_t rcl_timer_reset(rcl_timer_t* timer) {
   rcl_clock_get_now(timer->clock, &now);
   timer->next_call_time.store(now + timer->period);
   timer->canceled.store(false);
+  const std::lock_guard lock{timer->mutex};
+  if (timer->on_reset != nullptr) timer->on_reset(timer->on_reset_data, 1);
+  return RCL_RET_OK;
+}
+rcl_ret_t rcl_timer_set_on_reset_callback(rcl_timer_t* timer, rcl_event_callback_t callback,
+                                          const void* user_data) {
+  const std::lock_guard lock{timer->mutex};
+  timer->on_reset = callback;
+  timer->on_reset_data = user_data;
   return RCL_RET_OK;
 }
 rcl_ret_t rcl_timer_is_canceled(const rcl_timer_t* timer, bool* is_canceled) {
@@ -164,6 +173,27 @@ rcl_ret_t rcl_return_loaned_message_from_subscription(const rcl_subscription_t* 
   auto& holder = const_cast<rcl_subscription_t&>(*subscription);
   const std::lock_guard lock{holder.mutex};
   return holder.loans.erase(message) == 1 ? RCL_RET_OK : RCL_RET_ERROR;
+}
+
+// --- who is called of what is new ------------------------------------------------------------------
+
+rcl_ret_t rcl_subscription_set_on_new_message_callback(const rcl_subscription_t* subscription,
+                                                       rcl_event_callback_t callback,
+                                                       const void* user_data) {
+  subscription->reader->set_on_new(callback, user_data);
+  return RCL_RET_OK;
+}
+rcl_ret_t rcl_service_set_on_new_request_callback(const rcl_service_t* service,
+                                                  rcl_event_callback_t callback,
+                                                  const void* user_data) {
+  service->reader->set_on_new(callback, user_data);
+  return RCL_RET_OK;
+}
+rcl_ret_t rcl_client_set_on_new_response_callback(const rcl_client_t* client,
+                                                  rcl_event_callback_t callback,
+                                                  const void* user_data) {
+  client->reader->set_on_new(callback, user_data);
+  return RCL_RET_OK;
 }
 
 // --- requests and responses -----------------------------------------------------------------------

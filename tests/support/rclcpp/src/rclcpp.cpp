@@ -86,6 +86,24 @@ std::chrono::nanoseconds TimerBase::time_until_trigger() const {
              : std::chrono::nanoseconds::max();
 }
 
+#if RCLCPP_VERSION_MAJOR >= 28
+void TimerBase::set_on_reset_callback(const std::function<void(std::size_t)>& callback) {
+  const std::lock_guard lock{on_reset_mutex_};
+  clear_on_reset_callback();
+  on_reset_ = callback;
+  const auto call = [](const void* function, std::size_t count) {
+    (*static_cast<const std::function<void(std::size_t)>*>(function))(count);
+  };
+  rcl_timer_set_on_reset_callback(timer_handle_.get(), call, &on_reset_);
+}
+#endif
+void TimerBase::clear_on_reset_callback() {
+  const std::lock_guard lock{on_reset_mutex_};
+  if (!on_reset_) return;
+  rcl_timer_set_on_reset_callback(timer_handle_.get(), nullptr, nullptr);
+  on_reset_ = nullptr;
+}
+
 std::shared_ptr<void> Waitable::take_data_by_entity_id(std::size_t) {
   throw std::runtime_error{
       "Custom waitables should override take_data_by_entity_id if they want to use it."};
@@ -100,21 +118,28 @@ void Waitable::clear_on_ready_callback() {
       "sure to call it on the waitable destructor."};
 }
 
-QOSEventHandlerBase::SharedPtr make_event_handler(const std::shared_ptr<rmw_double::Event>& event,
-                                                  const EventCallbacks& callbacks, bool use_default,
-                                                  const char* topic) {
+EventHandlerOfDouble::SharedPtr make_event_handler(const std::shared_ptr<rmw_double::Event>& event,
+                                                   const EventCallbacks& callbacks,
+                                                   bool use_default, const char* topic,
+                                                   std::shared_ptr<const void> parent) {
   using Info = QOSRequestedIncompatibleQoSInfo;
+  using Function = QOSRequestedIncompatibleQoSCallbackType;
   if (callbacks.incompatible_qos_callback) {
-    using Function = QOSRequestedIncompatibleQoSCallbackType;
-    return std::make_shared<QOSEventHandler<Function, Info>>(event,
-                                                             callbacks.incompatible_qos_callback);
+    return std::make_shared < RCLCPP_DOUBLE_EVENT_HANDLER() < Function,
+           Info >> (event, callbacks.incompatible_qos_callback, std::move(parent));
   }
   if (!use_default) return nullptr;
-  auto warn = [topic = std::string{topic}](Info&) {
+  const auto warn = [topic = std::string{topic}](Info&) {
     RCLCPP_WARN(get_logger("rclcpp"), "incompatible QoS on topic %s: no messages will be sent",
                 topic.c_str());
   };
-  return std::make_shared<QOSEventHandler<decltype(warn), Info>>(event, warn);
+#if RCLCPP_VERSION_MAJOR < 21
+  using Kept = std::decay_t<decltype(warn)>;
+#else
+  using Kept = Function;
+#endif
+  return std::make_shared < RCLCPP_DOUBLE_EVENT_HANDLER() < Kept,
+         Info >> (event, warn, std::move(parent));
 }
 
 // --- topics and services --------------------------------------------------------------------------
@@ -124,16 +149,17 @@ SubscriptionBase::SubscriptionBase(std::string topic, const QoS& qos,
                                    bool use_default_callbacks, bool is_serialized)
     : topic_(std::move(topic)),
       is_serialized_(is_serialized),
-      handle_(std::make_shared<rcl_subscription_t>()) {
-  handle_->reader = std::make_shared<rmw_double::Reader>(qos.get_rmw_qos_profile());
+      handle_(std::make_shared<rcl_subscription_t>(
+          std::make_shared<rmw_double::Reader>(qos.get_rmw_qos_profile(), true))) {
   const auto event = std::make_shared<rmw_double::Event>();
-  if (auto handler = make_event_handler(event, callbacks, use_default_callbacks, get_topic_name()))
+  if (auto handler =
+          make_event_handler(event, callbacks, use_default_callbacks, get_topic_name(), handle_))
     events_.emplace(RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS, std::move(handler));
   if (callbacks.message_lost_callback) {
-    using Handler = QOSEventHandler<QOSMessageLostCallbackType, QOSMessageLostInfo>;
+    using Handler = RCLCPP_DOUBLE_EVENT_HANDLER()<QOSMessageLostCallbackType, QOSMessageLostInfo>;
     const std::shared_ptr<rmw_double::Event> lost{handle_->reader, &handle_->reader->lost};
     events_.emplace(RCL_SUBSCRIPTION_MESSAGE_LOST,
-                    std::make_shared<Handler>(lost, callbacks.message_lost_callback));
+                    std::make_shared<Handler>(lost, callbacks.message_lost_callback, handle_));
   }
   Bus::get().join(topic_, {.owner = handle_->reader,
                            .reader = handle_->reader,
@@ -141,14 +167,11 @@ SubscriptionBase::SubscriptionBase(std::string topic, const QoS& qos,
                            .incompatible = event});
 }
 SubscriptionBase::~SubscriptionBase() {
+#if RCLCPP_VERSION_MAJOR < 28
   clear_on_new_message_callback();
   for (const auto& [type, event] : events_)
     event->clear_on_ready_callback();
-}
-
-void SubscriptionBase::set_on_new_message_callback(std::function<void(std::size_t)> callback) {
-  if (!callback) throw std::invalid_argument{"The callback passed is not callable."};
-  reader().notice.set(std::move(callback), reader().bound());
+#endif
 }
 
 std::shared_ptr<SerializedMessage> SubscriptionBase::create_serialized_message() {
@@ -179,7 +202,8 @@ PublisherBase::PublisherBase(std::string topic, const QoS& qos,
       qos_(qos.get_rmw_qos_profile()),
       gid_{Bus::get().new_gid()},
       incompatible_(std::make_shared<rmw_double::Event>()) {
-  events_.push_back(make_event_handler(incompatible_, callbacks, true, topic_.c_str()));
+  events_.push_back(
+      make_event_handler(incompatible_, callbacks, true, topic_.c_str(), incompatible_));
   Bus::get().join(topic_, {.owner = incompatible_, .qos = qos_, .incompatible = incompatible_});
   if (use_process_) Bus::get().add_process_publisher(gid_.number);
 }
@@ -198,10 +222,6 @@ void PublisherBase::write(std::shared_ptr<const void> message) {
   Bus::get().write(topic_, qos_, std::move(sample));
 }
 
-void ServiceEnd::set_notice(std::function<void(std::size_t)> callback) {
-  if (!callback) throw std::invalid_argument{"The callback passed is not callable."};
-  reader_->notice.set(std::move(callback));
-}
 void ServiceBase::respond(const rmw_request_id_t& header, std::shared_ptr<const void> response) {
   Bus::get().write("response " + name_, reader_->qos(),
                    {.data = std::move(response), .request = header});
@@ -216,8 +236,7 @@ bool ClientBase::service_is_ready() const {
 
 // --- groups, nodes, executors ---------------------------------------------------------------------
 
-GuardCondition::SharedPtr CallbackGroup::get_notify_guard_condition(
-    const Context::SharedPtr& context) {
+GuardCondition::SharedPtr CallbackGroup::notify_of(const Context::SharedPtr& context) {
   const std::lock_guard lock{notify_mutex_};
   if (!notify_ || notify_->get_context() != context)
     notify_ = std::make_shared<GuardCondition>(context);
@@ -255,13 +274,13 @@ NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string&
       namespace_(name_space.ends_with('/') ? name_space : name_space + '/'),
       full_name_(namespace_ + name_),
       context_(std::move(context)),
-      notify_(context_) {
+      notify_(std::make_shared<GuardCondition>(context_)) {
   if (!context_->is_valid()) throw std::runtime_error{"context is not valid"};
   default_group_ = create_callback_group(CallbackGroupType::MutuallyExclusive, true);
 }
 CallbackGroup::SharedPtr NodeBaseInterface::create_callback_group(CallbackGroupType type,
                                                                   bool automatically_add) {
-  auto group = std::make_shared<CallbackGroup>(type, automatically_add);
+  auto group = std::make_shared<CallbackGroup>(type, context_, automatically_add);
   const std::lock_guard lock{mutex_};
   groups_.push_back(group);
   return group;
@@ -288,7 +307,7 @@ void NodeWaitablesInterface::add_waitable(const Waitable::SharedPtr& waitable,
   if (!base_.callback_group_in_node(in))
     throw std::runtime_error{"Cannot create waitable, group not in node."};
   in->add(waitable);
-  base_.get_notify_guard_condition().trigger();
+  base_.trigger_notify_guard_condition();
   in->trigger_notify_guard_condition();
 }
 
@@ -300,7 +319,7 @@ void Node::place(const CallbackGroup::SharedPtr& group,
   if (!base_->callback_group_in_node(in))
     throw std::runtime_error{"Cannot create it, callback group not in node."};
   function(*in);
-  base_->get_notify_guard_condition().trigger();
+  base_->trigger_notify_guard_condition();
   in->trigger_notify_guard_condition();
 }
 
@@ -353,17 +372,48 @@ std::int64_t Node::get_parameter(const std::string& name) const {
 }
 
 Executor::Executor(const ExecutorOptions& options)
-    : interrupt_guard_condition_(options.context),
+    :
+#if RCLCPP_VERSION_MAJOR < 21
+      interrupt_guard_condition_(options.context),
+#else
+      interrupt_guard_condition_(std::make_shared<GuardCondition>(options.context)),
+#endif
       shutdown_guard_condition_(std::make_shared<GuardCondition>(options.context)),
       context_(options.context),
       shutdown_callback_handle_(context_->add_on_shutdown_callback(
           [condition = std::weak_ptr{shutdown_guard_condition_}] {
             if (const auto alive = condition.lock()) alive->trigger();
-          })) {}
+          })) {
+}
 Executor::~Executor() { context_->remove_on_shutdown_callback(shutdown_callback_handle_); }
 void Executor::cancel() {
   spinning.store(false);
+#if RCLCPP_VERSION_MAJOR < 21
   interrupt_guard_condition_.trigger();
+#else
+  interrupt_guard_condition_->trigger();
+#endif
+}
+
+// One callback after the other, until the future is there.
+FutureReturnCode Executor::spin_until_future_complete_impl(std::chrono::nanoseconds timeout,
+                                                           const WaitForFuture& wait_for_future) {
+  using std::chrono::steady_clock;
+  constexpr std::chrono::nanoseconds kNow{0};
+  if (wait_for_future(kNow) == std::future_status::ready) return FutureReturnCode::SUCCESS;
+  const auto end = steady_clock::now() + std::max(timeout, kNow);
+  if (spinning.exchange(true))
+    throw std::runtime_error{"spin_until_future_complete() called while already spinning"};
+  const std::shared_ptr<void> at_end{nullptr, [this](void*) { spinning.store(false); }};
+  std::chrono::nanoseconds left = timeout;
+  while (ok(context_) && spinning.load()) {
+    spin_once_impl(left);
+    if (wait_for_future(kNow) == std::future_status::ready) return FutureReturnCode::SUCCESS;
+    if (timeout < kNow) continue;
+    left = end - steady_clock::now();
+    if (left <= kNow) return FutureReturnCode::TIMEOUT;
+  }
+  return FutureReturnCode::INTERRUPTED;
 }
 
 }  // namespace rclcpp

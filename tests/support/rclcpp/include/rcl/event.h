@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 
+#include <rcl/event_callback.h>
 #include <rcl/subscription.h>
 #include <rmw/types.h>
 
@@ -13,7 +14,6 @@ enum rcl_subscription_event_type_t {
 struct rcl_event_t {
   std::shared_ptr<rmw_double::Event> impl;
 };
-using rcl_event_callback_t = void (*)(const void* user_data, std::size_t count);
 
 inline rcl_event_t rcl_get_zero_initialized_event() { return {}; }
 // Of lost messages, which is the one that is asked for here.

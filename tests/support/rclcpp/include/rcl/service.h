@@ -3,14 +3,18 @@
 #include <functional>
 #include <memory>
 
+#include <rcl/event_callback.h>
 #include <rcl/types.h>
 #include <rmw/types.h>
 #include <rmw_double/bus.hpp>
 
-struct rcl_service_t {
-  std::shared_ptr<rmw_double::Reader> reader{};
+struct rcl_service_t : rmw_double::OwnedReader {
+  using OwnedReader::OwnedReader;
   std::function<void(const void* from, void* to)> copy{};
 };
 
 rcl_ret_t rcl_take_request_with_info(const rcl_service_t* service, rmw_service_info_t* info,
                                      void* request);
+rcl_ret_t rcl_service_set_on_new_request_callback(const rcl_service_t* service,
+                                                  rcl_event_callback_t callback,
+                                                  const void* user_data);

@@ -22,8 +22,8 @@ enum class CallbackGroupType { MutuallyExclusive, Reentrant };
 class CallbackGroup {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(CallbackGroup)
-  explicit CallbackGroup(CallbackGroupType type, bool automatically_add = true)
-      : type_(type), automatically_add_(automatically_add) {}
+  CallbackGroup(CallbackGroupType type, Context::SharedPtr context, bool automatically_add)
+      : type_(type), automatically_add_(automatically_add), context_(std::move(context)) {}
   CallbackGroup(const CallbackGroup&) = delete;
   CallbackGroup& operator=(const CallbackGroup&) = delete;
   ~CallbackGroup() { trigger_notify_guard_condition(); }
@@ -31,7 +31,13 @@ class CallbackGroup {
   const CallbackGroupType& type() const { return type_; }
   bool automatically_add_to_executor_with_node() const { return automatically_add_; }
   std::atomic_bool& get_associated_with_executor_atomic() { return is_associated_; }
-  GuardCondition::SharedPtr get_notify_guard_condition(const Context::SharedPtr& context);
+#if RCLCPP_VERSION_MAJOR < 21
+  GuardCondition::SharedPtr get_notify_guard_condition(const Context::SharedPtr& context) {
+    return notify_of(context);
+  }
+#else
+  GuardCondition::SharedPtr get_notify_guard_condition() { return notify_of(context_); }
+#endif
   void trigger_notify_guard_condition();
   void collect_all_ptrs(const std::function<void(const SubscriptionBase::SharedPtr&)>& subscription,
                         const std::function<void(const ServiceBase::SharedPtr&)>& service,
@@ -50,9 +56,11 @@ class CallbackGroup {
  private:
   template <typename Entity>
   using All = std::vector<std::weak_ptr<Entity>>;
+  GuardCondition::SharedPtr notify_of(const Context::SharedPtr& context);
 
   const CallbackGroupType type_;
   const bool automatically_add_;
+  const Context::SharedPtr context_;
   std::atomic_bool is_associated_{false};
   mutable std::mutex mutex_;
   std::tuple<All<SubscriptionBase>, All<ServiceBase>, All<ClientBase>, All<TimerBase>,

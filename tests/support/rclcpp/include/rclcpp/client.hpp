@@ -10,22 +10,20 @@
 
 namespace rclcpp {
 
-class ClientBase : public ServiceEnd {
+class ClientBase : public ServiceEnd<rcl_client_t> {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(ClientBase)
   ClientBase(const std::string& name, const rmw_qos_profile_t& profile)
       : ServiceEnd(name, profile), gid_(rmw_double::Bus::get().new_gid()) {
+    handle_->gid = gid_;
     listen("response " + name);  // those for others, too
   }
   QoS get_response_subscription_actual_qos() const { return QoS{reader_->qos()}; }
-  void set_on_new_response_callback(std::function<void(std::size_t)> callback) {
-    set_notice(std::move(callback));
+  void set_on_new_response_callback(const std::function<void(std::size_t)>& callback) {
+    on_new_.set(*reader_, callback);
   }
-  void clear_on_new_response_callback() { reader_->notice.clear(); }
-  std::shared_ptr<rcl_client_t> get_client_handle() {
-    return std::make_shared<rcl_client_t>(
-        rcl_client_t{reader_, gid_, [this](const void* from, void* to) { copy(from, to); }});
-  }
+  void clear_on_new_response_callback() { on_new_.clear(*reader_); }
+  std::shared_ptr<rcl_client_t> get_client_handle() { return handle_; }
   bool service_is_ready() const;
   virtual std::shared_ptr<void> create_response() = 0;
   virtual void handle_response(std::shared_ptr<rmw_request_id_t> header,

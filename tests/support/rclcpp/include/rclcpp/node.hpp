@@ -62,6 +62,17 @@ class NodeWaitablesInterface {
 
 }  // namespace node_interfaces
 
+// Humble takes the middleware's own structure, Iron and later rclcpp's.
+#if RCLCPP_VERSION_MAJOR < 21
+using QosOfServices = rmw_qos_profile_t;
+inline const QosOfServices kServicesDefault = rmw_qos_profile_services_default;
+inline const rmw_qos_profile_t& profile_of(const rmw_qos_profile_t& profile) { return profile; }
+#else
+using QosOfServices = QoS;
+inline const QosOfServices kServicesDefault = ServicesQoS{};
+inline const rmw_qos_profile_t& profile_of(const QoS& qos) { return qos.get_rmw_qos_profile(); }
+#endif
+
 class Node : public std::enable_shared_from_this<Node> {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(Node)
@@ -128,20 +139,19 @@ class Node : public std::enable_shared_from_this<Node> {
     return timer;
   }
   template <typename Type, typename Function>
-  std::shared_ptr<Service<Type>> create_service(
-      const std::string& name, Function&& function,
-      const rmw_qos_profile_t& profile = rmw_qos_profile_services_default,
-      const CallbackGroup::SharedPtr& group = nullptr) {
-    auto service = std::make_shared<Service<Type>>(base_->resolved(name), profile,
+  std::shared_ptr<Service<Type>> create_service(const std::string& name, Function&& function,
+                                                const QosOfServices& qos = kServicesDefault,
+                                                const CallbackGroup::SharedPtr& group = nullptr) {
+    auto service = std::make_shared<Service<Type>>(base_->resolved(name), profile_of(qos),
                                                    std::forward<Function>(function));
     place(group, [&](CallbackGroup& in) { in.add<ServiceBase>(service); });
     return service;
   }
   template <typename Type>
-  std::shared_ptr<Client<Type>> create_client(
-      const std::string& name, const rmw_qos_profile_t& profile = rmw_qos_profile_services_default,
-      const CallbackGroup::SharedPtr& group = nullptr) {
-    auto client = std::make_shared<Client<Type>>(base_->resolved(name), profile);
+  std::shared_ptr<Client<Type>> create_client(const std::string& name,
+                                              const QosOfServices& qos = kServicesDefault,
+                                              const CallbackGroup::SharedPtr& group = nullptr) {
+    auto client = std::make_shared<Client<Type>>(base_->resolved(name), profile_of(qos));
     place(group, [&](CallbackGroup& in) { in.add<ClientBase>(client); });
     return client;
   }

@@ -25,7 +25,7 @@ class PublisherBase {
   const rmw_qos_profile_t qos_;
   const rmw_gid_t gid_;
   const std::shared_ptr<rmw_double::Event> incompatible_;
-  std::vector<QOSEventHandlerBase::SharedPtr> events_;
+  std::vector<EventHandlerOfDouble::SharedPtr> events_;
 };
 
 template <typename Message>

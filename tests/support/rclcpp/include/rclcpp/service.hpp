@@ -7,20 +7,31 @@
 #include <utility>
 
 #include <rcl/service.h>
+#include <rclcpp/double_callback.hpp>
 #include <rclcpp/macros.hpp>
 #include <rclcpp/qos.hpp>
+#include <rclcpp/version.h>
 #include <rmw_double/bus.hpp>
 
 namespace rclcpp {
 
-// What services and clients share: a queue of requests or of responses.
+// What services and clients share: a queue of requests or of responses. `Handle` is rcl's.
+template <typename Handle>
 class ServiceEnd {
  public:
   ServiceEnd(std::string name, const rmw_qos_profile_t& profile)
-      : name_(std::move(name)), reader_(std::make_shared<rmw_double::Reader>(profile)) {}
+      : name_(std::move(name)),
+        reader_(std::make_shared<rmw_double::Reader>(profile)),
+        handle_(std::make_shared<Handle>(reader_)) {
+    handle_->copy = [this](const void* from, void* to) { copy(from, to); };
+  }
   ServiceEnd(const ServiceEnd&) = delete;
   ServiceEnd& operator=(const ServiceEnd&) = delete;
-  virtual ~ServiceEnd() { reader_->notice.clear(); }
+  virtual ~ServiceEnd() {
+#if RCLCPP_VERSION_MAJOR < 28
+    on_new_.clear(*reader_);
+#endif
+  }
   const char* get_service_name() const { return name_.c_str(); }
   std::shared_ptr<rmw_request_id_t> create_request_header() {
     return std::make_shared<rmw_request_id_t>();
@@ -31,14 +42,15 @@ class ServiceEnd {
     rmw_double::Bus::get().join(topic,
                                 {.owner = reader_, .reader = reader_, .qos = reader_->qos()});
   }
-  void set_notice(std::function<void(std::size_t)> callback);
   virtual void copy(const void* from, void* to) const = 0;
 
   const std::string name_;
+  OnNewCallback on_new_;  // goes after its owner's hold on the handle, whoever else has one
   const std::shared_ptr<rmw_double::Reader> reader_;
+  const std::shared_ptr<Handle> handle_;
 };
 
-class ServiceBase : public ServiceEnd {
+class ServiceBase : public ServiceEnd<rcl_service_t> {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(ServiceBase)
   ServiceBase(const std::string& name, const rmw_qos_profile_t& profile)
@@ -46,14 +58,11 @@ class ServiceBase : public ServiceEnd {
     listen("request " + name);
   }
   QoS get_request_subscription_actual_qos() const { return QoS{reader_->qos()}; }
-  void set_on_new_request_callback(std::function<void(std::size_t)> callback) {
-    set_notice(std::move(callback));
+  void set_on_new_request_callback(const std::function<void(std::size_t)>& callback) {
+    on_new_.set(*reader_, callback);
   }
-  void clear_on_new_request_callback() { reader_->notice.clear(); }
-  std::shared_ptr<rcl_service_t> get_service_handle() {
-    return std::make_shared<rcl_service_t>(
-        rcl_service_t{reader_, [this](const void* from, void* to) { copy(from, to); }});
-  }
+  void clear_on_new_request_callback() { on_new_.clear(*reader_); }
+  std::shared_ptr<rcl_service_t> get_service_handle() { return handle_; }
   virtual std::shared_ptr<void> create_request() = 0;
   virtual void handle_request(std::shared_ptr<rmw_request_id_t> header,
                               std::shared_ptr<void> request) = 0;

@@ -22,8 +22,8 @@ class SubscriptionIntraProcess : public SubscriptionIntraProcessBase {
   using Function = std::function<void(std::shared_ptr<Message>)>;
   SubscriptionIntraProcess(std::size_t depth, Function function)
       : depth_(depth), function_(std::move(function)) {}
-  void add_to_wait_set(rcl_wait_set_t*) override {}
-  bool is_ready(rcl_wait_set_t*) override { return false; }
+  void add_to_wait_set(ToWaitSet) override {}
+  bool is_ready(OfWaitSet) override { return false; }
   void provide(std::shared_ptr<Message> message) {
     {
       const std::lock_guard lock{mutex_};
@@ -40,7 +40,7 @@ class SubscriptionIntraProcess : public SubscriptionIntraProcessBase {
     return message;
   }
   std::shared_ptr<void> take_data_by_entity_id(std::size_t) override { return take_data(); }
-  void execute(std::shared_ptr<void>& data) override {
+  void execute(TakenData data) override {
     if (!data) throw std::runtime_error{"'data' is empty"};
     function_(std::static_pointer_cast<Message>(data));
   }

@@ -10,9 +10,10 @@
 #include <rcl/event.h>
 #include <rcl/subscription.h>
 #include <rclcpp/context.hpp>
+#include <rclcpp/double_callback.hpp>
+#include <rclcpp/double_events.hpp>
 #include <rclcpp/message_info.hpp>
 #include <rclcpp/qos.hpp>
-#include <rclcpp/qos_event.hpp>
 #include <rclcpp/waitable.hpp>
 
 namespace rclcpp {
@@ -21,6 +22,8 @@ class SerializedMessage {
  public:
   std::vector<std::byte> bytes{};
 };
+
+enum class DeliveredMessageKind { INVALID, ROS_MESSAGE, SERIALIZED_MESSAGE, DYNAMIC_MESSAGE };
 
 class SubscriptionBase {
  public:
@@ -34,6 +37,12 @@ class SubscriptionBase {
   const char* get_topic_name() const { return topic_.c_str(); }
   QoS get_actual_qos() const { return QoS{reader().qos()}; }
   bool is_serialized() const { return is_serialized_; }
+#if RCLCPP_VERSION_MAJOR >= 21
+  DeliveredMessageKind get_delivered_message_kind() const {
+    return is_serialized_ ? DeliveredMessageKind::SERIALIZED_MESSAGE
+                          : DeliveredMessageKind::ROS_MESSAGE;
+  }
+#endif
   bool can_loan_messages() const { return rmw_double::are_loaned(); }
   std::shared_ptr<rcl_subscription_t> get_subscription_handle() { return handle_; }
   Waitable::SharedPtr get_intra_process_waitable() const { return process_; }
@@ -53,8 +62,10 @@ class SubscriptionBase {
   bool take_type_erased(void* message, MessageInfo& info);
   bool take_serialized(SerializedMessage& message, MessageInfo& info);
 
-  void set_on_new_message_callback(std::function<void(std::size_t)> callback);
-  void clear_on_new_message_callback() { reader().notice.clear(); }
+  void set_on_new_message_callback(const std::function<void(std::size_t)>& callback) {
+    on_new_message_.set(reader(), callback);
+  }
+  void clear_on_new_message_callback() { on_new_message_.clear(reader()); }
 
  protected:
   bool matches_any_intra_process_publishers(const rmw_gid_t* sender) const;
@@ -67,8 +78,9 @@ class SubscriptionBase {
  private:
   const std::string topic_;
   const bool is_serialized_;
+  OnNewCallback on_new_message_;  // goes after its owner's hold on the handle, whoever else has one
   const std::shared_ptr<rcl_subscription_t> handle_;
-  std::unordered_map<rcl_subscription_event_type_t, QOSEventHandlerBase::SharedPtr> events_;
+  std::unordered_map<rcl_subscription_event_type_t, EventHandlerOfDouble::SharedPtr> events_;
 };
 
 }  // namespace rclcpp

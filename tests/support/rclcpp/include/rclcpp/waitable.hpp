@@ -6,8 +6,19 @@
 
 #include <rcl/types.h>
 #include <rclcpp/macros.hpp>
+#include <rclcpp/version.h>
 
 namespace rclcpp {
+
+#if RCLCPP_VERSION_MAJOR < 28
+using ToWaitSet = rcl_wait_set_t*;
+using OfWaitSet = rcl_wait_set_t*;
+using TakenData = std::shared_ptr<void>&;
+#else
+using ToWaitSet = rcl_wait_set_t&;
+using OfWaitSet = const rcl_wait_set_t&;
+using TakenData = const std::shared_ptr<void>&;
+#endif
 
 class Waitable {
  public:
@@ -17,10 +28,10 @@ class Waitable {
   Waitable& operator=(const Waitable&) = delete;
   virtual ~Waitable() = default;
 
-  virtual void add_to_wait_set(rcl_wait_set_t* wait_set) = 0;
-  virtual bool is_ready(rcl_wait_set_t* wait_set) = 0;
+  virtual void add_to_wait_set(ToWaitSet wait_set) = 0;
+  virtual bool is_ready(OfWaitSet wait_set) = 0;
   virtual std::shared_ptr<void> take_data() = 0;
-  virtual void execute(std::shared_ptr<void>& data) = 0;
+  virtual void execute(TakenData data) = 0;
   // These throw where a derived class does not know better.
   virtual std::shared_ptr<void> take_data_by_entity_id(std::size_t id);
   virtual void set_on_ready_callback(std::function<void(std::size_t, int)> callback);

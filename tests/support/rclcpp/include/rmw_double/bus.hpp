@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <rmw/types.h>
@@ -27,12 +28,16 @@ class Notice {
   void set(Told told, std::optional<std::size_t> bound = {});
   // It is not being told when this returns.
   void clear();
+  // The same, for good.
+  void end();
   void raise();
+  bool is_set();
 
  private:
   std::mutex mutex_;  // held while it is told, as by the middleware
   Told told_;
   std::size_t missed_ = 0;
+  bool has_ended_ = false;
 };
 
 struct Sample {
@@ -60,20 +65,37 @@ class Event {
 // The queue of a subscription, service or client; a full one loses its oldest.
 class Reader {
  public:
-  explicit Reader(const rmw_qos_profile_t& qos) : qos_(qos) {}
+  // `bounds_missed`: what was missed is told of up to the depth, as to subscriptions.
+  explicit Reader(const rmw_qos_profile_t& qos, bool bounds_missed = false)
+      : qos_(qos), bounds_missed_(bounds_missed) {}
   const rmw_qos_profile_t& qos() const { return qos_; }
   std::size_t bound() const {
     return qos_.history == rmw_qos_history_policy_t::KeepLast ? qos_.depth : 0;
   }
   void store(Sample sample);
   std::optional<Sample> take();
+  // Who is called when something came; null ends it.
+  void set_on_new(void (*callback)(const void* user_data, std::size_t count),
+                  const void* user_data);
   Notice notice;
   Event lost;
 
  private:
   const rmw_qos_profile_t qos_;
+  const bool bounds_missed_;
   std::mutex mutex_;  // of what follows
   std::deque<Sample> samples_;
+};
+
+// What rcl has of a reader: with it, the middleware's goes, and calls nobody any more.
+class OwnedReader {
+ public:
+  explicit OwnedReader(std::shared_ptr<Reader> read) : reader(std::move(read)) {}
+  OwnedReader(const OwnedReader&) = delete;
+  OwnedReader& operator=(const OwnedReader&) = delete;
+  ~OwnedReader() { reader->notice.end(); }
+
+  const std::shared_ptr<Reader> reader;
 };
 
 // An end of a topic.

@@ -22,7 +22,12 @@ class NodeBaseInterface {
   const char* get_fully_qualified_name() const { return full_name_.c_str(); }
   Context::SharedPtr get_context() { return context_; }
   std::atomic_bool& get_associated_with_executor_atomic() { return is_associated_; }
-  GuardCondition& get_notify_guard_condition() { return notify_; }
+#if RCLCPP_VERSION_MAJOR < 21
+  GuardCondition& get_notify_guard_condition() { return *notify_; }
+#else
+  GuardCondition::SharedPtr get_shared_notify_guard_condition() { return notify_; }
+#endif
+  void trigger_notify_guard_condition() { notify_->trigger(); }
   CallbackGroup::SharedPtr get_default_callback_group() { return default_group_; }
   CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type, bool automatically_add);
   bool callback_group_in_node(const CallbackGroup::SharedPtr& group);
@@ -36,7 +41,7 @@ class NodeBaseInterface {
   const std::string full_name_;
   const Context::SharedPtr context_;
   std::atomic_bool is_associated_{false};
-  GuardCondition notify_;
+  const GuardCondition::SharedPtr notify_;
   std::mutex mutex_;  // of what follows
   std::vector<CallbackGroup::WeakPtr> groups_;
   CallbackGroup::SharedPtr default_group_;

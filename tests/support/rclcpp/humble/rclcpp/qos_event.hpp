@@ -1,0 +1,3 @@
+#pragma once
+
+#include <rclcpp/double_events.hpp>

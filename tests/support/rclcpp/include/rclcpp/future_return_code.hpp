@@ -1,0 +1,7 @@
+#pragma once
+
+namespace rclcpp {
+
+enum class FutureReturnCode { SUCCESS, INTERRUPTED, TIMEOUT };
+
+}  // namespace rclcpp

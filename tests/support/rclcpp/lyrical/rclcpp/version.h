@@ -1,0 +1,5 @@
+#pragma once
+
+#define RCLCPP_VERSION_MAJOR 32
+#define RCLCPP_VERSION_MINOR 0
+#define RCLCPP_VERSION_PATCH 1
