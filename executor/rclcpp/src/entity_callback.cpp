@@ -17,8 +17,9 @@ std::shared_ptr<void> farewell(OnGone on_gone) {
 
 EntityCallback::EntityCallback(std::shared_ptr<cie::scheduling::GroupState> group,
                                cie::trace::CallbackInfo info, std::unique_ptr<Entity> entity,
-                               const OnGone& on_gone)
+                               std::shared_ptr<Admission> admission, const OnGone& on_gone)
     : Callback(std::move(group), std::move(info)),
+      Admitted(std::move(admission)),
       entity_(std::move(entity)),
       inbox_(std::make_shared<Inbox>(entity_->depth(), entity_->process_depth(),
                                      entity_->is_shared())) {
@@ -70,18 +71,22 @@ void EntityCallback::tell_lost() noexcept {
 }
 
 bool EntityCallback::run_one() {
+  Admission::Entry entry = enter();
+  if (!entry) return false;
   struct Running {
     EntityCallback& callback;
+    Admission::Entry& entry;
     std::unique_lock<cie::PriorityMutex> taking;
     Inbox::Taken taken{};
     std::optional<Instance> instance{};
-  } running{.callback = *this, .taking = std::unique_lock{taking_}};
+  } running{.callback = *this, .entry = entry, .taking = std::unique_lock{taking_}};
   tell_lost();
   const Entity::Begin begin = [&running](std::int64_t source_timestamp_ns, std::uint64_t writer) {
     running.callback.inbox_->found(running.taken, writer);
     const auto release = running.callback.release_by(running.taken, source_timestamp_ns);
     running.taking.unlock();
     running.instance.emplace(running.callback, release);
+    running.entry.begin();
   };
   while (const auto taken = inbox_->take()) {
     running.taken = *taken;
@@ -95,6 +100,7 @@ bool EntityCallback::run_one() {
 }
 
 void EntityCallback::dispose() noexcept {
+  leave_share();
   tell_lost();
   entity_->disconnect();
   inbox_->set_trace(nullptr);

@@ -5,6 +5,7 @@
 #include <cie/scheduling/clock.hpp>
 #include <cie/tracepoints/priority_mutex.hpp>
 
+#include "admission.hpp"
 #include "entity.hpp"
 #include "inbox.hpp"
 
@@ -18,16 +19,20 @@ namespace cie_rclcpp {
 // Told, from any thread, that an entity may have gone. It must neither block nor throw.
 using OnGone = std::function<void()>;
 
-class EntityCallback final : public cie::scheduling::Callback {
+class EntityCallback final : public cie::scheduling::Callback, public Admitted {
  public:
   // Listens from now on. Throws what rclcpp throws.
   EntityCallback(std::shared_ptr<cie::scheduling::GroupState> group, cie::trace::CallbackInfo info,
-                 std::unique_ptr<Entity> entity, const OnGone& on_gone);
+                 std::unique_ptr<Entity> entity, std::shared_ptr<Admission> admission,
+                 const OnGone& on_gone);
   ~EntityCallback() override { end(); }
 
   std::int64_t next_due() const noexcept override { return cie::scheduling::kNever; }
   void serve(cie::scheduling::ReadySink* sink) override;
-  std::uint64_t queued() const noexcept override { return inbox_->queued(); }
+  std::uint64_t queued() const noexcept override { return is_admitted() ? inbox_->queued() : 0; }
+  std::uint64_t waiting() const noexcept override { return inbox_->waiting(); }
+  std::int64_t ready_at() const noexcept override { return inbox_->ready_at(); }
+  void wake() noexcept override { inbox_->wake(); }
 
  private:
   bool run_one() override;

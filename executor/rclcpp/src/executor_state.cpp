@@ -25,30 +25,13 @@ std::shared_ptr<ExecutorCore> make_core(cie::ExecutorOptions options) {
                                         });
 }
 
-// What rclcpp serves for itself is served for as long as this lives.
-class Open {
- public:
-  explicit Open(InternalServer& server) : server_(server) {
-    server_.is_open.store(true);
-    server_.thread.wakeup().notify();
-  }
-  Open(const Open&) = delete;
-  Open& operator=(const Open&) = delete;
-  ~Open() {
-    server_.is_open.store(false);
-    server_.thread.wait_until_idle();
-  }
-
- private:
-  InternalServer& server_;
-};
-
 }  // namespace
 
 ExecutorState::ExecutorState(cie::ExecutorOptions options)
     : changed_(std::make_shared<cie::scheduling::Wakeup>()),
       core_(make_core(std::move(options))),
-      server_(std::make_shared<InternalServer>()) {
+      server_(std::make_shared<InternalServer>()),
+      session_(core_, admission_) {
   server_->on_failure = [core = std::weak_ptr{core_}](std::exception_ptr failure) {
     if (const auto alive = core.lock()) {
       alive->on_failure({.callback = cie::kNoCallback,
@@ -59,7 +42,8 @@ ExecutorState::ExecutorState(cie::ExecutorOptions options)
 }
 
 ExecutorState::~ExecutorState() {
-  core_->cancel();
+  session_.abandon();
+  cancel()();
   core_->end_spawned_threads();
   core_->drop_all_nodes();
   core_->wait_until_idle();
@@ -199,19 +183,17 @@ void ExecutorState::watch(const std::stop_token& stop) {
                          .logical_id = kWatcher,
                          .exception = std::current_exception()});
     }
+    admission_->wake();  // who waits for what may have come
     changed_->wait_until(is_whole ? cie::scheduling::kNever
                                   : cie::scheduling::monotonic_now() + kSoon);
   }
 }
 
-void ExecutorState::spin(std::int64_t deadline_ns) {
+void ExecutorState::prepare() {
   std::call_once(watching_, [this] {
     core_->spawn_thread(kWatcher, [this](const std::stop_token& stop) { watch(stop); });
   });
   look_at_all();
-  changed_->notify();  // what is created from here on is found by the watcher, once it serves
-  const Open open{*server_};
-  core_->spin(deadline_ns);
 }
 
 }  // namespace cie_rclcpp

@@ -6,13 +6,20 @@
 
 #include "internal_endpoint.hpp"
 #include "rclcpp_node.hpp"
+#include "session.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <stop_token>
+#include <utility>
 #include <vector>
+
+#include <rclcpp/future_return_code.hpp>
 
 namespace cie_rclcpp {
 
@@ -31,6 +38,17 @@ class ExecutorState {
   std::vector<rclcpp::CallbackGroup::WeakPtr> groups(RclcppNode::Added added) const;
 
   void spin(std::int64_t deadline_ns);
+  // Callbacks run on their threads here as well; none does when these return. What waited at the call;
+  // whether there was something, and who serves goes on.
+  bool spin_some(std::int64_t deadline_ns);
+  // Again and again, until nothing waits.
+  void spin_all(std::int64_t deadline_ns);
+  // One instance of what waits longest, or of what comes first.
+  void spin_once(std::int64_t deadline_ns);
+  // Everything, until `wait_for_future` says so.
+  using WaitForFuture = std::function<std::future_status(std::chrono::nanoseconds)>;
+  rclcpp::FutureReturnCode spin_until(std::int64_t deadline_ns,
+                                      const WaitForFuture& wait_for_future);
   // A caller that is inside uses the executor until it has left.
   class Inside {
    public:
@@ -50,9 +68,8 @@ class ExecutorState {
       inside_.wait(inside);
   }
   cie::scheduling::ExecutorCore& core() noexcept { return *core_; }
-  const std::shared_ptr<cie::scheduling::ExecutorCore>& shared_core() const noexcept {
-    return core_;
-  }
+  // What ends a spin, also when the executor has gone. No callback begins when it has returned.
+  std::function<void()> cancel() const;
 
  private:
   using NodePtr = std::shared_ptr<RclcppNode>;
@@ -67,14 +84,23 @@ class ExecutorState {
   // Whether nothing is left to look at again.
   bool look_at_all();
   void watch(const std::stop_token& stop);
+  // Finds what there is, and has what comes found.
+  void prepare();
+  std::vector<std::shared_ptr<Admitted>> all_admitted() const;
+  void wake_all();
+  // Lets these in, and waits until they have run. False: somebody cancelled.
+  bool run_round(const std::vector<std::pair<std::shared_ptr<Admitted>, std::uint64_t>>& waiting,
+                 std::int64_t deadline_ns);
 
   const std::shared_ptr<cie::scheduling::Wakeup> changed_;
   const std::shared_ptr<cie::scheduling::ExecutorCore> core_;
   const std::shared_ptr<InternalServer> server_;
+  const std::shared_ptr<Admission> admission_ = server_->admission;
   mutable std::mutex mutex_;  // of what follows
   std::vector<NodePtr> nodes_;
   std::once_flag watching_;
   std::atomic<int> inside_{0};
+  Session session_;
 };
 
 }  // namespace cie_rclcpp

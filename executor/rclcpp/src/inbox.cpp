@@ -172,6 +172,14 @@ std::uint64_t Inbox::queued() const noexcept {
   return middleware_.queued() + (process_ ? process_->queued() : 0);
 }
 
+std::int64_t Inbox::ready_at() const noexcept {
+  if (has_earlier_.load()) return 0;
+  const auto first = [](const std::optional<std::int64_t>& arrival) {
+    return arrival.value_or(cie::scheduling::kNever);
+  };
+  return std::min(first(middleware_.oldest()), first(process_ ? process_->oldest() : std::nullopt));
+}
+
 std::uint64_t Inbox::overwritten() const noexcept {
   return overwritten_.count(middleware_.overwritten()) + (process_ ? process_->overwritten() : 0);
 }

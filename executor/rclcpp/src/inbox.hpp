@@ -120,6 +120,9 @@ class Inbox {
     return has_lost_.load(std::memory_order_relaxed) && has_lost_.exchange(false);
   }
   std::uint64_t queued() const noexcept;
+  // With those that nobody counted as one; and since when the first waits, kNever: none does.
+  std::uint64_t waiting() const noexcept { return queued() + (has_earlier_.load() ? 1 : 0); }
+  std::int64_t ready_at() const noexcept;
   std::uint64_t overwritten() const noexcept;
 
  private:

@@ -6,8 +6,7 @@ namespace cie_rclcpp {
 
 InternalEndpoint::InternalEndpoint(std::shared_ptr<InternalServer> server,
                                    std::unique_ptr<Entity> entity, const OnGone& on_gone)
-    : state_(std::make_shared<State>()) {
-  state_->server = std::move(server);
+    : state_(std::make_shared<State>(std::move(server))) {
   state_->entity = std::move(entity);
   // Weakly: the state ends with the endpoint, not with the entity.
   state_->entity->connect([weak = std::weak_ptr{state_}, gone = farewell(on_gone)](
@@ -23,6 +22,7 @@ InternalEndpoint::InternalEndpoint(std::shared_ptr<InternalServer> server,
 InternalEndpoint::~InternalEndpoint() {
   state_->has_ended.store(true);
   state_->server->thread.remove(*this);
+  state_->leave_share();
   state_->entity->disconnect();
 }
 
@@ -34,10 +34,12 @@ void InternalEndpoint::serve() noexcept {
 
 void InternalEndpoint::serve(State& state, Inbox::Source source,
                              std::atomic<std::uint64_t>& waiting) noexcept {
-  while (waiting.load() > 0 && state.server->is_open.load() && !state.has_ended.load()) {
+  while (waiting.load() > 0 && !state.has_ended.load()) {
+    Admission::Entry entry = state.enter();
+    if (!entry) return;
     waiting.fetch_sub(1);
     try {
-      state.entity->run_next(source, 0, [](std::int64_t, std::uint64_t) {});
+      state.entity->run_next(source, 0, [&entry](std::int64_t, std::uint64_t) { entry.begin(); });
     } catch (...) {
       state.server->on_failure(std::current_exception());
     }

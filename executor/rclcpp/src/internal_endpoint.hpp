@@ -3,6 +3,7 @@
 
 #include <cie/scheduling/background_server.hpp>
 
+#include "admission.hpp"
 #include "entity.hpp"
 #include "entity_callback.hpp"
 
@@ -11,6 +12,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <utility>
 
 namespace cie_rclcpp {
 
@@ -18,7 +20,7 @@ namespace cie_rclcpp {
 struct InternalServer {
   // Told of what a function of the user's threw there, such as a parameter's.
   std::function<void(std::exception_ptr)> on_failure;
-  std::atomic<bool> is_open{false};  // while the executor spins
+  const std::shared_ptr<Admission> admission = std::make_shared<Admission>();  // of callbacks, too
   cie::scheduling::BackgroundServer thread{"cie-rclcpp"};
 };
 
@@ -31,11 +33,22 @@ class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoin
   ~InternalEndpoint() override;
 
   void serve() noexcept override;
+  std::shared_ptr<Admitted> admitted() const noexcept { return state_; }
 
  private:
   // Shared with the notice, and with a serve() in which the endpoint goes.
-  struct State {
-    std::shared_ptr<InternalServer> server;
+  struct State final : Admitted {
+    explicit State(std::shared_ptr<InternalServer> internal)
+        : Admitted(internal->admission), server(std::move(internal)) {}
+    using Admitted::enter;
+    using Admitted::leave_share;
+    std::uint64_t waiting() const noexcept override { return from_middleware + from_process; }
+    std::int64_t ready_at() const noexcept override {
+      return waiting() > 0 ? 0 : cie::scheduling::kNever;
+    }
+    void wake() noexcept override { server->thread.wakeup().notify(); }
+
+    const std::shared_ptr<InternalServer> server;
     std::unique_ptr<Entity> entity;
     std::atomic<std::uint64_t> from_middleware{0};  // how many wait
     std::atomic<std::uint64_t> from_process{0};

@@ -76,6 +76,20 @@ Callbacks RclcppNode::callbacks() const {
   return all;
 }
 
+std::vector<std::shared_ptr<Admitted>> RclcppNode::admitted() const {
+  const std::lock_guard lock{mutex_};
+  std::vector<std::shared_ptr<Admitted>> all;
+  for (const Group& group : groups_) {
+    for (const Served& served : group.served) {
+      if (auto callback = std::dynamic_pointer_cast<Admitted>(served.callback)) {
+        all.push_back(std::move(callback));
+      }
+      if (served.internal) all.push_back(served.internal->admitted());
+    }
+  }
+  return all;
+}
+
 std::vector<cie::scheduling::AnnouncedThread> RclcppNode::workers() const {
   return {{.name = "cie-rclcpp", .trace = server_->thread.thread()}};
 }
@@ -361,8 +375,8 @@ std::optional<RclcppNode::Served> RclcppNode::as_callback(Group& group,
   info.logical_id = cie::trace::unique_logical_id(id);
   info.source = name;
   info.queue_depth = static_cast<std::uint32_t>(entity->depth());
-  return Served{.callback = std::make_shared<EntityCallback>(state, std::move(info),
-                                                             std::move(entity), on_change_)};
+  return Served{.callback = std::make_shared<EntityCallback>(
+                    state, std::move(info), std::move(entity), server_->admission, on_change_)};
 }
 
 std::optional<RclcppNode::Served> RclcppNode::as_timer(Group& group,
@@ -375,8 +389,8 @@ std::optional<RclcppNode::Served> RclcppNode::as_timer(Group& group,
   if (is_leaving(group, id)) return std::nullopt;
   info.logical_id = cie::trace::unique_logical_id(id);
   info.period_ns = static_cast<std::uint64_t>(period);
-  return Served{.callback =
-                    std::make_shared<TimerCallback>(state, std::move(info), timer, on_change_)};
+  return Served{.callback = std::make_shared<TimerCallback>(state, std::move(info), timer,
+                                                            server_->admission, on_change_)};
 }
 
 std::optional<RclcppNode::Served> RclcppNode::as_internal(std::unique_ptr<Entity> entity) {

@@ -74,6 +74,8 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   // takes the place of something may have the same.
   using LetGo = std::function<void(const Callbacks& gone)>;
   Changes look(const LetGo& let_go = {});
+  // All that is served here, in which instances may wait.
+  std::vector<std::shared_ptr<Admitted>> admitted() const;
   // Those that look() told as gone and that still live: they may run until now.
   Callbacks leaving() const;
 

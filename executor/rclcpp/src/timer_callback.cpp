@@ -18,7 +18,6 @@ namespace cie_rclcpp {
 namespace {
 
 using cie::ReleaseKind;
-using cie::scheduling::kNever;
 using cie::scheduling::monotonic_now;
 
 // A timer's clock is a protected member of its base.
@@ -51,8 +50,10 @@ std::int64_t period_of(const rcl_timer_t& timer) {
 
 TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
                              cie::trace::CallbackInfo info,
-                             const rclcpp::TimerBase::SharedPtr& timer, OnGone on_gone)
+                             const rclcpp::TimerBase::SharedPtr& timer,
+                             std::shared_ptr<Admission> admission, OnGone on_gone)
     : Callback(std::move(group), std::move(info)),
+      Admitted(std::move(admission)),
       timer_(timer),
       handle_(timer->get_timer_handle()),
       period_ns_(std::max<std::int64_t>(period_of(*timer->get_timer_handle()), 1)),
@@ -88,7 +89,7 @@ std::int64_t TimerCallback::time_until_next_call() const noexcept {
   return until;
 }
 
-std::int64_t TimerCallback::next_due() const noexcept {
+std::int64_t TimerCallback::ready_at() const noexcept {
   const auto timer = handle_.lock();
   if (!timer) {
     on_gone_();
@@ -98,7 +99,9 @@ std::int64_t TimerCallback::next_due() const noexcept {
   if (until == kNever) {
     return tells_reset_ ? kNever : monotonic_now() + period_ns_;
   }
-  if (!is_steady_ && is_simulated(*timer)) return kNever;  // a step of that clock tells
+  if (until > 0 && !is_steady_ && is_simulated(*timer)) {
+    return kNever;  // a step of that clock tells
+  }
   // Read after rcl read it, so that the thread does not wake too early by what lies between.
   const std::int64_t now = monotonic_now();
   return until < kNever - now ? now + until : kNever;
@@ -156,6 +159,8 @@ cie::trace::Callback::Release TimerCallback::release(std::int64_t oldest_ns) noe
 bool TimerCallback::run_one() {
   const auto timer = timer_.lock();
   if (!timer) return false;
+  Admission::Entry entry = enter();
+  if (!entry) return false;
   std::optional<Instance> instance;
   std::unique_lock lock{mutex_};
   if (time_until_next_call() > 0) return false;
@@ -164,10 +169,12 @@ bool TimerCallback::run_one() {
     const auto released = release(oldest);
     lock.unlock();
     instance.emplace(*this, released);
+    entry.begin();
   });
 }
 
 void TimerCallback::dispose() noexcept {
+  leave_share();
   inbox_->set_target(nullptr, nullptr);
   jumps_.reset();
   if (const auto timer = timer_.lock()) end_telling_of_reset(*timer);

@@ -22,19 +22,25 @@ std::int64_t period_of(const rcl_timer_t& timer);
 
 // Releases are the expiries of a steady timer, exactly. Those of a timer on ROS or system time are
 // not known on CLOCK_MONOTONIC, and a timer that is always due has none: these are not said.
-class TimerCallback final : public cie::scheduling::Callback {
+class TimerCallback final : public cie::scheduling::Callback, public Admitted {
  public:
   TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group, cie::trace::CallbackInfo info,
-                const rclcpp::TimerBase::SharedPtr& timer, OnGone on_gone);
+                const rclcpp::TimerBase::SharedPtr& timer, std::shared_ptr<Admission> admission,
+                OnGone on_gone);
   ~TimerCallback() override { end(); }
 
-  // Of a timer that was cancelled: a period from now, where its reset() would not tell us.
-  std::int64_t next_due() const noexcept override;
+  std::int64_t next_due() const noexcept override { return is_admitted() ? ready_at() : kNever; }
   void serve(cie::scheduling::ReadySink* sink) override;
   bool has_queue() const noexcept override { return false; }
   bool has_timer() const noexcept override { return true; }
+  std::uint64_t waiting() const noexcept override { return time_until_next_call() <= 0 ? 1 : 0; }
+  // Of a timer that was cancelled: a period from now, where its reset() would not tell us.
+  std::int64_t ready_at() const noexcept override;
+  void wake() noexcept override { inbox_->wake(); }
 
  private:
+  static constexpr std::int64_t kNever = cie::scheduling::kNever;
+
   bool run_one() override;
   void dispose() noexcept override;
   // kNever: it was cancelled, or has gone.

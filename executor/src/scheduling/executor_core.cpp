@@ -254,7 +254,7 @@ void ExecutorCore::count_spins(int more) {
   run_.set_status(unreturned_spins_ == 0 ? 0 : 1);
 }
 
-void ExecutorCore::spin(std::int64_t deadline_ns) {
+void ExecutorCore::spin(std::int64_t deadline_ns, const WhileServing& while_serving) {
   {
     const Spin spin{*this};
     const std::string name = thread_name(current_tid());
@@ -285,7 +285,11 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
     if (options_.audit_period > std::chrono::nanoseconds::zero()) {
       audit.emplace(configurator_, options_.audit_period);
     }
-    placement_->run(deadline_ns, cancellation_);
+    if (while_serving) {
+      while_serving(cancellation_);
+    } else {
+      placement_->run(deadline_ns, cancellation_);
+    }
     wait_for_cancelling();
   }
   std::optional<CallbackFailure> failure;

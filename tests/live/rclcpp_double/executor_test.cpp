@@ -299,18 +299,6 @@ TEST_F(ExecutorTest, SpinsOnceAtATime) {
   EXPECT_TRUE(comes([&] { return runs > until_now; })) << "the first one goes on";
 }
 
-TEST_F(ExecutorTest, HasNoSomeAndNoOnce) {
-  EXPECT_THROW(executor_.spin_some(), std::logic_error);
-  EXPECT_THROW(executor_.spin_all(1s), std::logic_error);
-  EXPECT_THROW(executor_.spin_once(), std::logic_error);
-  EXPECT_THROW(executor_.spin_until_future_complete(), std::logic_error);
-  try {
-    executor_.spin_some();
-  } catch (const std::logic_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("CallbackIsolatedExecutor::spin_some()"));
-  }
-}
-
 TEST_F(ExecutorTest, AnExceptionInACallbackEndsItWithCallbackError) {
   const auto failing = node("failing");
   const auto timer =

@@ -22,6 +22,12 @@ using cie::scheduling::GroupState;
 using cie::scheduling::monotonic_now;
 using test::releases_of;
 
+std::shared_ptr<Admission> open_admission() {
+  auto admission = std::make_shared<Admission>();
+  admission->open([] { return false; });
+  return admission;
+}
+
 std::int64_t realtime_now() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -102,6 +108,7 @@ class EntityCallbackTest : public testing::Test {
       {.kind = cie::CallbackKind::subscription,
        .logical_id = cie::trace::unique_logical_id("/t@Subscription(/x)")},
       std::make_unique<QueueEntity>(queue_),
+      open_admission(),
       [] {}};
 };
 
@@ -240,6 +247,7 @@ TEST_F(KeepAllTest, RunsWhatCameBeforeAndWasNotCounted) {
       {.kind = cie::CallbackKind::subscription,
        .logical_id = cie::trace::unique_logical_id("/t@Subscription(/all)")},
       std::make_unique<QueueEntity>(queue_),
+      open_admission(),
       [] {}};
   for (int i = 0; i < 3; ++i)
     EXPECT_TRUE(callback.execute_one()) << i;

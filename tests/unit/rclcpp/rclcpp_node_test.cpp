@@ -26,6 +26,7 @@ class RclcppNodeTest : public WithContext {
     return all;
   }
   std::shared_ptr<RclcppNode> serve(const rclcpp::Node::SharedPtr& node) {
+    server_->admission->open([] { return false; });
     auto served = std::make_shared<RclcppNode>(node->get_node_base_interface(), server_, [this] {
       ++changes_;
       on_change_();

@@ -13,6 +13,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -47,7 +48,10 @@ class ExecutorCore final : public FailureHandler,
   // spinning, and if the node belongs here. Throws SchedulingRefused.
   void configure_new_workers(const ServedNode& node);
 
-  void spin(std::int64_t deadline_ns);
+  // What the calling thread does while the callbacks are served: by default it waits for cancel() and
+  // for the deadline.
+  using WhileServing = std::function<void(Cancellation& cancellation)>;
+  void spin(std::int64_t deadline_ns, const WhileServing& while_serving = {});
   void cancel() noexcept;
   // Not in spin().
   void wait_until_idle() const noexcept;

@@ -8,14 +8,18 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <future>
 #include <memory>
+#include <ratio>
 #include <stop_token>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include <rclcpp/executor.hpp>
+#include <rclcpp/version.h>
 
 namespace cie_rclcpp {
 
@@ -94,11 +98,24 @@ class CallbackIsolatedExecutor final : public rclcpp::Executor {
   void spin() override;
   // The same for at most `duration`. Threads begin and end with each call.
   void spin_for(std::chrono::nanoseconds duration);
-  // Callbacks have threads of their own here, so there is no "one" or "some" that a caller could
-  // run: these throw std::logic_error. Wait for a future on another thread instead.
+  // These run callbacks on their own threads, too, those of different groups at once, and return as
+  // rclcpp's do: when all that waited at the call has run, when nothing waits any more, when one has.
+  // None runs then. Their threads stay for the next such call, until spin(), cancel() or the end.
   void spin_some(std::chrono::nanoseconds max_duration = std::chrono::nanoseconds{0}) override;
   void spin_all(std::chrono::nanoseconds max_duration) override;
   void spin_once(std::chrono::nanoseconds timeout = std::chrono::nanoseconds{-1}) override;
+#if RCLCPP_VERSION_MAJOR < 28
+  // Instead of rclcpp's, which is no virtual function in Humble and serves one callback at a time; so
+  // it does where it is called by a reference to rclcpp::Executor.
+  template <typename Future, typename Rep = std::int64_t, typename Period = std::milli>
+  rclcpp::FutureReturnCode spin_until_future_complete(
+      const Future& future,
+      std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>{-1}) {
+    return spin_until_future_complete_impl(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(timeout),
+        [&future](std::chrono::nanoseconds time) { return future.wait_for(time); });
+  }
+#endif
 
   // A thread of the user's, configured by the spec's entry for `name` (at most 15 bytes), told to
   // stop by the executor's destructor. Throws as spin() does, and std::invalid_argument.
@@ -110,9 +127,18 @@ class CallbackIsolatedExecutor final : public rclcpp::Executor {
 
  protected:
   void spin_once_impl(std::chrono::nanoseconds timeout) override;
+  rclcpp::FutureReturnCode spin_until_future_complete_impl(
+      std::chrono::nanoseconds timeout,
+      const std::function<std::future_status(std::chrono::nanoseconds wait_time)>& wait_for_future)
+#if RCLCPP_VERSION_MAJOR < 28
+      ;
+#else
+      override;
+#endif
 
  private:
-  void spin_until(std::int64_t deadline_ns);
+  template <typename Spin>
+  void spin_as(const char* function, Spin serve);
 
   std::shared_ptr<ExecutorState> state_;
 };

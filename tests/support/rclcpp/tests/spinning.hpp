@@ -1,6 +1,8 @@
 // A context of its own for each test, and an executor that spins beside it.
 #pragma once
 
+#include "admission.hpp"
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -49,6 +51,12 @@ inline std::string name_of_this_thread() {
   std::array<char, 16> name{};
   pthread_getname_np(pthread_self(), name.data(), name.size());
   return name.data();
+}
+
+inline std::shared_ptr<Admission> open_admission() {
+  auto admission = std::make_shared<Admission>();
+  admission->open([] { return false; });
+  return admission;
 }
 
 class WithContext : public testing::Test {
