@@ -404,13 +404,19 @@ class WaitableEntity final : public Entity {
  private:
   static constexpr std::size_t kMostEntities = 5;  // an action client's
 
-  // One of them is ready, and it is not known which: an action's ignore a take that brings nothing.
+  // One of them is ready, and it is not known which: an action's ignore a take that brings nothing. One that
+  // has nothing to take has something to do.
   static bool run_all(rclcpp::Waitable& waitable, const Begin& begin) {
     begin(0, 0);
+    bool has_data = false;
+    std::shared_ptr<void> data;
     for (std::size_t each = 0; each < kMostEntities; ++each) {
-      auto data = waitable.take_data_by_entity_id(each);
-      if (data) execute_waitable(waitable, data);
+      data = waitable.take_data_by_entity_id(each);
+      if (!data) continue;
+      has_data = true;
+      execute_waitable(waitable, data);
     }
+    if (!has_data) execute_waitable(waitable, data);
     return true;
   }
 

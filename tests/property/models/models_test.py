@@ -37,8 +37,8 @@ def errors(printed):
 class Models(unittest.TestCase):
     def test_there_is_one_of_each_protocol(self):
         self.assertEqual({model.stem for model in MODELS},
-                         {"arrival_log", "arrival_queue", "callback", "cancel", "events_loop", "executor_core", "queue_count",
-                          "service_clients", "team", "wakeup"})
+                         {"admission", "arrival_log", "arrival_queue", "callback", "cancel", "events_loop",
+                          "executor_core", "queue_count", "service_clients", "team", "wakeup"})
 
     def test_nothing_goes_wrong_in_any_interleaving(self):
         for model in MODELS:
