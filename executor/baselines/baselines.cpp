@@ -20,8 +20,8 @@ class Baseline final : public Executor {
       : Executor(std::make_shared<scheduling::ExecutorCore>(kind, std::move(options), placement)) {}
 };
 
-std::unique_ptr<Loop> new_wait_set_loop(GroupType, FailureHandler& failures) {
-  return std::make_unique<WaitSetLoop>(failures);
+std::unique_ptr<Loop> new_wait_set_loop(GroupType, const LoopParts& parts) {
+  return std::make_unique<WaitSetLoop>(parts);
 }
 
 }  // namespace
@@ -31,7 +31,7 @@ std::unique_ptr<Executor> make_baseline(std::string_view name, ExecutorOptions o
   if (name == "single-waitset") {
     return std::make_unique<Baseline>(ExecutorKind::single_threaded, std::move(options),
                                       [](const PlacementParts& parts) {
-                                        return std::make_unique<WaitSetOnOwnThread>(parts.failures);
+                                        return std::make_unique<WaitSetOnOwnThread>(parts.loops);
                                       });
   }
   if (name == "multi-waitset") {

@@ -53,8 +53,8 @@ struct WaitSetLoop::Slot final : ReadySink {
   int running = 0;
 };
 
-WaitSetLoop::WaitSetLoop(FailureHandler& failures)
-    : failures_(failures),
+WaitSetLoop::WaitSetLoop(const LoopParts& parts)
+    : parts_(parts),
       interrupt_(new_guard()),
       wait_set_(dds_create_waitset(DDS_CYCLONEDDS_HANDLE), "creating the wait set", "an executor"),
       results_(1) {
@@ -139,7 +139,7 @@ bool WaitSetLoop::is_on_own_thread() const noexcept {
 }
 
 bool WaitSetLoop::is_over(std::int64_t deadline_ns) const noexcept {
-  return is_stopped_.load(std::memory_order_acquire) ||
+  return is_stopped_.load(std::memory_order_acquire) || parts_.cancellation.is_cancelled() ||
          (deadline_ns != kNever && monotonic_now() >= deadline_ns);
 }
 
@@ -274,7 +274,7 @@ void WaitSetLoop::run(std::int64_t deadline_ns) {
       changed_.wait(lock, [this] { return changing_ == 0; });
     }
     Slot* const slot = next(deadline_ns);
-    if (slot != nullptr) finish(*slot, execute(*slot->callback, failures_));
+    if (slot != nullptr) finish(*slot, execute(*slot->callback, parts_));
   }
   const std::lock_guard lock{mutex_};
   std::erase(runners_, self);

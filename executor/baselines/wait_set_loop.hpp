@@ -26,7 +26,7 @@ namespace cie::executor {
 class WaitSetLoop final : public Loop {
  public:
   // Throws dds::Error.
-  explicit WaitSetLoop(FailureHandler& failures);
+  explicit WaitSetLoop(const LoopParts& parts);
   ~WaitSetLoop() override;
 
   void add(std::shared_ptr<Callback> callback) override;
@@ -34,7 +34,7 @@ class WaitSetLoop final : public Loop {
   void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks) override;
   void run(std::int64_t deadline_ns) override;
   void stop() noexcept override;  // takes locks of DDS
-  void resume() noexcept override { is_stopped_.store(false, std::memory_order_release); }
+  void wake() noexcept override { interrupt(); }
   bool is_on_own_thread() const noexcept override;
 
  private:
@@ -60,7 +60,7 @@ class WaitSetLoop final : public Loop {
   void interrupt() noexcept;
   bool is_over(std::int64_t deadline_ns) const noexcept;
 
-  FailureHandler& failures_;
+  const LoopParts parts_;
   dds::Entity interrupt_;
   dds::Entity wait_set_;
   std::atomic<bool> is_stopped_{false};

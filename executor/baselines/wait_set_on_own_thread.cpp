@@ -8,15 +8,15 @@
 
 namespace cie::executor {
 
-WaitSetOnOwnThread::WaitSetOnOwnThread(FailureHandler& failures)
-    : OwnThread(std::make_unique<WaitSetLoop>(failures)) {}
+WaitSetOnOwnThread::WaitSetOnOwnThread(const LoopParts& parts)
+    : OwnThread(std::make_unique<WaitSetLoop>(parts)) {}
 
 // cancel() may be called where DDS must not be: somebody else tells the wait set. So does rclcpp.
 void WaitSetOnOwnThread::run(std::int64_t deadline_ns, Cancellation& cancellation) {
   std::jthread canceller{[this, &cancellation] {
     set_current_thread_name("cie-cancel");
     cancellation.wait_until(kNever);
-    loop().stop();
+    loop().wake();
   }};
   try {
     loop().run(deadline_ns);

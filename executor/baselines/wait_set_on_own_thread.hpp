@@ -10,7 +10,7 @@ namespace cie::executor {
 class WaitSetOnOwnThread final : public OwnThread {
  public:
   // Throws dds::Error.
-  explicit WaitSetOnOwnThread(FailureHandler& failures);
+  explicit WaitSetOnOwnThread(const LoopParts& parts);
 
   void run(std::int64_t deadline_ns, Cancellation& cancellation) override;
   void cancel() noexcept override {}

@@ -69,7 +69,7 @@ std::optional<ClientCallback::Request> ClientCallback::remove(std::int64_t seq) 
 }
 
 std::optional<ClientCallback::Request> ClientCallback::remove_overdue() {
-  if (next_due() > monotonic_now()) return std::nullopt;
+  if (next_due_ns_.load(std::memory_order_relaxed) > monotonic_now()) return std::nullopt;
   const std::lock_guard lock{mutex_};
   const auto first = requests_.begin();
   if (first == requests_.end() || first->second.deadline_ns > monotonic_now()) return std::nullopt;
@@ -90,7 +90,7 @@ bool ClientCallback::run_one() {
     return true;
   });
   if (has_run) return true;
-  const auto request = remove_overdue();
+  const auto request = may_begin() ? remove_overdue() : std::nullopt;
   if (!request) return false;
   const Instance instance{*this, {.kind = ReleaseKind::timer, .release_ns = request->deadline_ns}};
   request->completion(nullptr);

@@ -8,6 +8,7 @@
 #include "reader_callback.hpp"
 #include "services/service_ends.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +35,7 @@ class ClientCallback final : public ReaderCallback {
   const std::string& service() const noexcept { return service_; }
 
   std::int64_t next_due() const noexcept override {
-    return next_due_ns_.load(std::memory_order_relaxed);
+    return std::min(ReaderCallback::next_due(), next_due_ns_.load(std::memory_order_relaxed));
   }
   bool has_timer() const noexcept override { return true; }
 

@@ -28,7 +28,7 @@ std::unique_ptr<scheduling::Placement> shared_pool(const PlacementParts& parts) 
 
 template <typename Loop>
 std::unique_ptr<scheduling::Placement> own_thread(const PlacementParts& parts) {
-  return std::make_unique<executor::OwnThread>(std::make_unique<Loop>(parts.failures));
+  return std::make_unique<executor::OwnThread>(std::make_unique<Loop>(parts.loops));
 }
 
 std::shared_ptr<scheduling::ExecutorCore> make_core(ExecutorKind kind, ExecutorOptions options,

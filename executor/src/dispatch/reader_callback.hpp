@@ -3,9 +3,11 @@
 
 #include <cie/executor/message.hpp>
 #include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/clock.hpp>
 
 #include "dds/message_pool.hpp"
 #include "dds/reader.hpp"
+#include "kept_messages.hpp"
 #include "scheduling_names.hpp"
 
 #include <cstdint>
@@ -20,7 +22,8 @@ class ReaderCallback : public Callback {
     reader_->delivery().set_target(sink, this);
     if (sink != nullptr) sink->on_ready(*this);  // for what arrived before
   }
-  std::uint64_t queued() const noexcept final { return reader_->queued(); }
+  std::uint64_t queued() const noexcept final { return reader_->queued() + kept_.size(); }
+  std::int64_t next_due() const noexcept override { return kept_.size() > 0 ? kAtOnce : kNever; }
   const Reader& reader() const noexcept { return *reader_; }
 
  protected:
@@ -37,7 +40,11 @@ class ReaderCallback : public Callback {
   bool run_next(Run run) {
     MessagePool::Loan message{messages_};
     MessageInfo info;
-    while (reader_->take(message, info)) {
+    while (kept_.take(message, info) || reader_->take(message, info)) {
+      if (!may_begin()) {
+        kept_.add(message, info);
+        return false;
+      }
       if (run(message, info)) return true;
     }
     // An empty queue tells exactly what it lost; the arrivals before it may have been too early to.
@@ -58,8 +65,11 @@ class ReaderCallback : public Callback {
   Reader& reader() noexcept { return *reader_; }
 
  private:
+  static constexpr std::int64_t kAtOnce = 0;
+
   std::unique_ptr<Reader> reader_;
   MessagePool messages_;
+  KeptMessages kept_;
 };
 
 }  // namespace cie::executor

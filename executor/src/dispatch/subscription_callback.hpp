@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cie/executor/subscription.hpp>
-#include <cie/scheduling/clock.hpp>
 
 #include "reader_callback.hpp"
 
@@ -21,7 +20,6 @@ class SubscriptionCallback final : public ReaderCallback {
         function_(std::move(function)) {}
   ~SubscriptionCallback() override { end(); }
 
-  std::int64_t next_due() const noexcept override { return kNever; }
   // The callbacks of its events, which end with it. Set before it is served.
   void set_events(std::vector<std::shared_ptr<Callback>> events) { events_ = std::move(events); }
   const std::vector<std::shared_ptr<Callback>>& events() const noexcept { return events_; }

@@ -9,8 +9,12 @@ namespace cie::scheduling {
 
 // An instance of a callback, or its end, on the stack of a thread.
 struct Callback::Frame {
-  Frame(const Callback* entered, const Frame*& innermost_frame) noexcept
-      : callback(entered), outer(innermost_frame), innermost(innermost_frame) {
+  Frame(const Callback* entered, const Cancellation* cancelled,
+        const Frame*& innermost_frame) noexcept
+      : callback(entered),
+        cancellation(cancelled),
+        outer(innermost_frame),
+        innermost(innermost_frame) {
     innermost = this;
   }
   Frame(const Frame&) = delete;
@@ -18,6 +22,7 @@ struct Callback::Frame {
   ~Frame() { innermost = outer; }
 
   const Callback* callback;
+  const Cancellation* cancellation;  // null: it cannot be cancelled
   const Frame* outer;
   const Frame*& innermost;
 };
@@ -63,12 +68,17 @@ bool waits_for(const Callback* target, const Callback::Frame* frames) {
 
 bool Callback::is_in_instance() noexcept { return innermost_of_thread != nullptr; }
 
+bool Callback::may_begin() noexcept {
+  const Cancellation* const cancellation = innermost_of_thread->cancellation;
+  return cancellation == nullptr || !cancellation->is_cancelled();
+}
+
 // Counts the instance for as long as it may use what the callback holds.
 class Callback::Execution {
  public:
-  explicit Execution(Callback& callback) noexcept
+  Execution(Callback& callback, const Cancellation* cancellation) noexcept
       : callback_(callback),
-        frame_(&callback, innermost_of_thread),
+        frame_(&callback, cancellation, innermost_of_thread),
         is_open_((callback.life_.fetch_add(kRunning) & kClosed) == 0) {}
   Execution(const Execution&) = delete;
   Execution& operator=(const Execution&) = delete;
@@ -83,9 +93,9 @@ class Callback::Execution {
   bool is_open_;
 };
 
-bool Callback::execute_one() {
-  const Execution execution{*this};
-  return execution.is_open() && run_one();
+bool Callback::execute_one(const Cancellation* cancellation) {
+  const Execution execution{*this, cancellation};
+  return execution.is_open() && may_begin() && run_one();
 }
 
 void Callback::move_to(ThreadsId threads) {
@@ -97,7 +107,7 @@ void Callback::try_dispose() noexcept {
   std::uint32_t unused = kClosed;
   if (!life_.compare_exchange_strong(unused, kClosed | kDisposing)) return;
   {
-    const Frame frame{this, innermost_of_thread};
+    const Frame frame{this, nullptr, innermost_of_thread};
     serve(nullptr);  // who makes it ready just now has done so
     dispose();
     trace_.reset();

@@ -31,7 +31,7 @@ ExecutorCore::ExecutorCore(ExecutorKind kind, ExecutorOptions options,
                            const PlacementFactory& placement)
     : options_(std::move(options)),
       run_(kind, options_.spec ? options_.spec->sha256() : std::string{}),
-      placement_(placement({options_, configurator_, *this})) {}
+      placement_(placement({options_, configurator_, {*this, cancellation_}})) {}
 
 // --- membership -------------------------------------------------------------------------------
 
@@ -227,6 +227,7 @@ class ExecutorCore::Spin {
   Spin& operator=(const Spin&) = delete;
 
   ~Spin() {
+    const bool is_cancelled = core_.cancellation_.is_cancelled();  // what comes later ends the next
     Placement::Waiting wait_for_callbacks;
     {
       const std::lock_guard lock{core_.mutex_};
@@ -235,7 +236,7 @@ class ExecutorCore::Spin {
     }
     wait_for_callbacks();
     core_.join_departed(Departed::all);  // nobody is left to stop more
-    core_.cancellation_.reset();
+    if (is_cancelled) core_.cancellation_.reset();
     {
       const std::lock_guard lock{core_.mutex_};
       core_.placement_->clear();

@@ -108,7 +108,7 @@ void OneThreadLoop::run(std::int64_t deadline_ns) {
     const std::lock_guard lock{mutex_};
     runner_.store(std::this_thread::get_id(), std::memory_order_release);
   }
-  while (!is_stopped_.load(std::memory_order_acquire)) {
+  while (!is_over()) {
     if (has_changed()) adopt_changes();
     const bool has_run = pass();
     if (deadline_ns != kNever && monotonic_now() >= deadline_ns) break;
@@ -117,7 +117,7 @@ void OneThreadLoop::run(std::int64_t deadline_ns) {
     trace::thread_wait(until);
     const WaitResult result = wakeup_.wait_until(until);
     if (result == WaitResult::not_waited) continue;
-    const bool is_guard = is_stopped_.load(std::memory_order_acquire) || has_changed();
+    const bool is_guard = is_interrupted();
     trace::thread_wakeup(served_.size() == 1 ? served_.front()->id() : kNoCallback,
                          reason_of(result, is_guard));
   }

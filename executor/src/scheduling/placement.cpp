@@ -7,9 +7,9 @@
 
 namespace cie::scheduling {
 
-std::unique_ptr<Loop> make_lean_loop(GroupType type, FailureHandler& failures) {
-  if (type == GroupType::reentrant) return std::make_unique<PoolLoop>(failures);
-  return std::make_unique<SerialLoop>(failures);
+std::unique_ptr<Loop> make_lean_loop(GroupType type, const LoopParts& parts) {
+  if (type == GroupType::reentrant) return std::make_unique<PoolLoop>(parts);
+  return std::make_unique<SerialLoop>(parts);
 }
 
 Placement::Teams Placement::serve(const Callbacks& callbacks) {

@@ -75,9 +75,9 @@ void PoolLoop::stop() noexcept {
   work_.notify_all();
 }
 
-void PoolLoop::resume() noexcept {
-  const std::lock_guard lock{mutex_};
-  is_stopped_ = false;
+void PoolLoop::wake() noexcept {
+  { const std::lock_guard lock{mutex_}; }  // whoever looked before it sleeps
+  work_.notify_all();
 }
 
 bool PoolLoop::is_on_own_thread() const noexcept {
@@ -155,7 +155,7 @@ void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns
   }
   --idle_;
   if (is_leader) has_leader_ = false;
-  trace::thread_wakeup(kNoCallback, is_stopped_                         ? WakeupReason::guard
+  trace::thread_wakeup(kNoCallback, is_over()                           ? WakeupReason::guard
                                     : status == std::cv_status::timeout ? WakeupReason::timer
                                                                         : WakeupReason::data);
 }
@@ -163,7 +163,7 @@ void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns
 void PoolLoop::run(std::int64_t deadline_ns) {
   std::unique_lock lock{mutex_};
   runners_.push_back(std::this_thread::get_id());
-  while (!is_stopped_ && (deadline_ns == kNever || monotonic_now() < deadline_ns)) {
+  while (!is_over() && (deadline_ns == kNever || monotonic_now() < deadline_ns)) {
     Served* const served = pick();
     if (served == nullptr) {
       wait(lock, deadline_ns);
@@ -173,7 +173,7 @@ void PoolLoop::run(std::int64_t deadline_ns) {
     const bool can_share = may_overlap(*served) && served->callback->queued() > 1;
     if (idle_ > 0 && (!has_leader_ || can_share)) work_.notify_one();
     lock.unlock();
-    const bool has_run = execute(*served->callback, failures_);
+    const bool has_run = execute(*served->callback, parts_);
     lock.lock();
     if (ServedPtr gone = finish(*served, has_run)) {
       lock.unlock();

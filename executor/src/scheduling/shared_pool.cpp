@@ -28,7 +28,7 @@ Placement::TeamPtr SharedPool::start_team() {
     const std::string name = fmt::format("cie-pool-{}", i);
     plans.push_back({.role = ThreadRole::pool, .name = name});
   }
-  auto team = std::make_shared<LoopTeam>(new_loop_(GroupType::reentrant, parts_.failures), plans,
+  auto team = std::make_shared<LoopTeam>(new_loop_(GroupType::reentrant, parts_.loops), plans,
                                          parts_.configurator);
   parts_.configurator.refuse_if_any(team->wait_configured());
   return team;

@@ -29,7 +29,7 @@ Placement::TeamPtr ThreadPerGroup::team_of(const Callback& callback) const {
 Placement::TeamPtr ThreadPerGroup::start_team(const GroupState& group, const ThreadPlan& plan) {
   const unsigned threads =
       group.type() == GroupType::reentrant ? std::max(parts_.options.reentrant_threads, 1U) : 1U;
-  return std::make_shared<LoopTeam>(new_loop_(group.type(), parts_.failures),
+  return std::make_shared<LoopTeam>(new_loop_(group.type(), parts_.loops),
                                     std::vector<ThreadPlan>(threads, plan), parts_.configurator);
 }
 

@@ -129,7 +129,34 @@ TYPED_TEST_P(AnyLoop, TakesACallbackBackThatWasReadyWhenItWent) {
   EXPECT_EQ(runs, 1);
 }
 
-REGISTER_TYPED_TEST_SUITE_P(AnyLoop, AbandonsWhatRunsWithoutWaiting,
+// The thread has found something to run, and comes to it when cancel() has returned.
+TYPED_TEST_P(AnyLoop, BeginsNothingOnceItIsCancelled) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> taking{0};
+  std::atomic<bool> has_cancelled{false};
+  std::atomic<int> runs{0};
+  const auto callback = std::make_shared<Counted>(
+      group(GroupType::mutually_exclusive), [&] { ++runs; },
+      [&] {
+        ++taking;
+        while (!has_cancelled)
+          std::this_thread::yield();
+      });
+  callback->release();
+  loop.add(callback);
+  std::thread runner{[&] { loop.run(kNever); }};
+  wait_for(taking, 1);
+  failures.cancellation.cancel();
+  loop.wake();
+  has_cancelled = true;
+  runner.join();  // of itself
+  EXPECT_EQ(runs, 0);
+  EXPECT_EQ(callback->queued(), 1U);
+  loop.remove({callback});
+}
+
+REGISTER_TYPED_TEST_SUITE_P(AnyLoop, AbandonsWhatRunsWithoutWaiting, BeginsNothingOnceItIsCancelled,
                             WaitsForTheRunningInstanceBeforeRemoveReturns,
                             ReportsAnExceptionAndGoesOn, RunsEveryReleaseOfEveryCallbackOnce,
                             TakesACallbackBackThatWasReadyWhenItWent);

@@ -13,16 +13,25 @@
 
 namespace cie::scheduling {
 
-// Released as often as release() was called.
+// Released as often as release() was called. `taking` is what it does before each instance.
 class Counted final : public Callback {
  public:
-  Counted(std::shared_ptr<GroupState> group, std::function<void()> function)
-      : Callback(std::move(group), info()), function_(std::move(function)) {}
+  Counted(
+      std::shared_ptr<GroupState> group, std::function<void()> function,
+      std::function<void()> taking = [] {})
+      : Callback(std::move(group), info()),
+        function_(std::move(function)),
+        taking_(std::move(taking)) {}
   bool run_one() override {
     int left = left_.load();
     do {
       if (left == 0) return false;
     } while (!left_.compare_exchange_weak(left, left - 1));
+    taking_();
+    if (!may_begin()) {
+      ++left_;
+      return false;
+    }
     function_();
     return true;
   }
@@ -47,6 +56,7 @@ class Counted final : public Callback {
     return info;
   }
   std::function<void()> function_;
+  std::function<void()> taking_;
   std::atomic<int> left_{0};
   std::atomic<ReadySink*> sink_{nullptr};
 };
@@ -54,7 +64,9 @@ class Counted final : public Callback {
 class NoFailures final : public FailureHandler {
  public:
   void on_failure(CallbackFailure) noexcept override { ++count; }
+  operator LoopParts() noexcept { return {*this, cancellation}; }
   std::atomic<int> count{0};
+  Cancellation cancellation;
 };
 
 inline std::shared_ptr<GroupState> group(GroupType type) {

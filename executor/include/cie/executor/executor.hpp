@@ -52,7 +52,10 @@ class Executor {
   // callback or a worker threw and ExecutorOptions::on_exception does not handle it.
   void spin();
   void spin_for(std::chrono::nanoseconds duration);
-  // Async-signal-safe. CancelOnSignals calls it at SIGINT and SIGTERM.
+  // Async-signal-safe, and waits for nothing; CancelOnSignals calls it at SIGINT and SIGTERM. Once it
+  // has returned no callback begins before the next spin(), the one that called it included; those
+  // that run, run on. A callback begins when its thread finds, last before the user's function, that
+  // nobody has cancelled. The message of one that does not begin is the first of the next spin.
   void cancel() noexcept;
 
   // Starts a thread outside DDS: a driver's, a logger's. It is named, announced (role worker) and,

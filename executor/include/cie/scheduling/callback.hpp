@@ -2,6 +2,7 @@
 // due, and somebody who is told that it became ready.
 #pragma once
 
+#include <cie/scheduling/cancellation.hpp>
 #include <cie/scheduling/threads.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/schema.hpp>
@@ -58,9 +59,10 @@ class Callback {
   Callback& operator=(const Callback&) = delete;
   virtual ~Callback() = default;
 
-  // Runs one instance if one is released and the callback is not closed, and says whether it did.
-  // What the user's function throws passes through, after the instance ended with status exception.
-  bool execute_one();
+  // Runs one instance if one is released, the callback is not closed and nobody cancelled, and says
+  // whether it did. What the user's function throws passes through, after the instance ended with
+  // status exception.
+  bool execute_one(const Cancellation* cancellation = nullptr);
   // CLOCK_MONOTONIC of the next timer expiry; kNever for what is not a timer.
   virtual std::int64_t next_due() const noexcept = 0;
   // Begins to be served: readiness goes to `sink`, which is told at once, because what came before
@@ -119,6 +121,9 @@ class Callback {
  protected:
   // What execute_one() says, of a callback that is not closed.
   virtual bool run_one() = 0;
+  // In run_one(): whether the instance may begin, nobody having cancelled meanwhile. Asked last
+  // before the instance; if not, what was taken for it is kept for the next spin.
+  static bool may_begin() noexcept;
   // Lets go of what only instances need: the user's function. Called once, by end() or the last
   // instance, when none runs or will.
   virtual void dispose() noexcept {}

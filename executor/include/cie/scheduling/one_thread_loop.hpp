@@ -19,14 +19,14 @@ namespace cie::scheduling {
 // loop's.
 class OneThreadLoop : public Loop, public ReadySink {
  public:
-  explicit OneThreadLoop(FailureHandler& failures) : failures_(failures) {}
+  explicit OneThreadLoop(const LoopParts& parts) : parts_(parts) {}
 
   void add(std::shared_ptr<Callback> callback) final;
   void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) final;
   void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks) final;
   void run(std::int64_t deadline_ns) final;
   void stop() noexcept final;
-  void resume() noexcept final { is_stopped_.store(false, std::memory_order_release); }
+  void wake() noexcept final { wakeup_.notify(); }
   bool is_on_own_thread() const noexcept final;
 
  protected:
@@ -42,14 +42,14 @@ class OneThreadLoop : public Loop, public ReadySink {
   virtual void forget(const Callbacks&) {}
 
   const Callbacks& served() const noexcept { return served_; }
-  bool run_instance(Callback& callback) noexcept { return execute(callback, failures_); }
+  bool run_instance(Callback& callback) noexcept { return execute(callback, parts_); }
   // A pass should end, because the loop is to stop or to change.
-  bool is_interrupted() const noexcept {
-    return is_stopped_.load(std::memory_order_acquire) || has_changed();
-  }
-  void wake() noexcept { wakeup_.notify(); }
+  bool is_interrupted() const noexcept { return is_over() || has_changed(); }
 
  private:
+  bool is_over() const noexcept {
+    return is_stopped_.load(std::memory_order_acquire) || parts_.cancellation.is_cancelled();
+  }
   // Makes the thread's copy current.
   void adopt_changes();
   // With mutex_ held. take_out() returns the version without them; forget_gone() what nothing
@@ -58,7 +58,7 @@ class OneThreadLoop : public Loop, public ReadySink {
   [[nodiscard]] Callbacks forget_gone();
   bool has_changed() const noexcept;
 
-  FailureHandler& failures_;
+  const LoopParts parts_;
   Wakeup wakeup_;
   std::atomic<bool> is_stopped_{false};
 

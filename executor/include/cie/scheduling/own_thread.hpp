@@ -18,15 +18,12 @@ class OwnThread : public Placement {
   Waiting stop() override;
   bool is_on_spinning_thread() const noexcept override { return true; }
   void run(std::int64_t deadline_ns, Cancellation&) override { loop_->run(deadline_ns); }
-  void cancel() noexcept override { loop_->stop(); }
+  void cancel() noexcept override { loop_->wake(); }
 
  protected:
   Teams place(const Callbacks& callbacks) override;
   Vacating take_off(const Callbacks& callbacks) override;
-  void reset() override {
-    spinning_.reset();
-    loop_->resume();
-  }
+  void reset() override { spinning_.reset(); }
   Loop& loop() noexcept { return *loop_; }
 
  private:

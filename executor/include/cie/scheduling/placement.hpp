@@ -21,13 +21,13 @@ namespace cie::scheduling {
 struct PlacementParts {
   const ExecutorOptions& options;
   ThreadConfigurator& configurator;
-  FailureHandler& failures;
+  LoopParts loops;
 };
 
 // The loop that serves callbacks of groups of this type. A reentrant one also serves several groups.
-using LoopFactory = std::function<std::unique_ptr<Loop>(GroupType type, FailureHandler& failures)>;
+using LoopFactory = std::function<std::unique_ptr<Loop>(GroupType type, const LoopParts& parts)>;
 // On futex words, and for several threads on one queue.
-std::unique_ptr<Loop> make_lean_loop(GroupType type, FailureHandler& failures);
+std::unique_ptr<Loop> make_lean_loop(GroupType type, const LoopParts& parts);
 
 // What becomes of an instance that runs as its callback is taken off its thread.
 enum class Running : std::uint8_t { awaited, left_alone };

@@ -19,7 +19,7 @@ namespace cie::scheduling {
 // threads at once as there are messages for it.
 class PoolLoop final : public Loop, public ReadySink {
  public:
-  explicit PoolLoop(FailureHandler& failures) : failures_(failures) {}
+  explicit PoolLoop(const LoopParts& parts) : parts_(parts) {}
 
   void on_ready(Callback& callback) noexcept override;
   void add(std::shared_ptr<Callback> callback) override;
@@ -27,7 +27,7 @@ class PoolLoop final : public Loop, public ReadySink {
   void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks) override;
   void run(std::int64_t deadline_ns) override;
   void stop() noexcept override;
-  void resume() noexcept override;
+  void wake() noexcept override;
   bool is_on_own_thread() const noexcept override;
 
  private:
@@ -40,6 +40,7 @@ class PoolLoop final : public Loop, public ReadySink {
   using ServedPtr = std::unique_ptr<Served>;
 
   // All with the lock held.
+  bool is_over() const noexcept { return is_stopped_ || parts_.cancellation.is_cancelled(); }
   static bool may_overlap(const Served& served) noexcept;
   Served* pick();
   bool is_blocked(const Served& served) const;
@@ -49,7 +50,7 @@ class PoolLoop final : public Loop, public ReadySink {
   std::int64_t next_due() const;
   void wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns);
 
-  FailureHandler& failures_;
+  const LoopParts parts_;
   mutable std::mutex mutex_;  // of everything below
   std::condition_variable work_;
   std::condition_variable finished_;
