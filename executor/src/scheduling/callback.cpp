@@ -1,7 +1,8 @@
 #include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/event_count.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include <algorithm>
-#include <condition_variable>
 #include <mutex>
 #include <vector>
 
@@ -39,8 +40,8 @@ struct Wait {
 };
 
 struct Ends {
-  std::mutex mutex;  // of what follows
-  std::condition_variable disposed;
+  PriorityMutex mutex;  // of what follows
+  EventCount disposed;
   std::vector<Wait> waits;
 };
 

@@ -1,24 +1,13 @@
 #include <cie/scheduling/one_thread_loop.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "wakeup_reason.hpp"
+
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 namespace cie::scheduling {
-namespace {
-
-WakeupReason reason_of(WaitResult result, bool is_guard) noexcept {
-  switch (result) {
-    case WaitResult::timeout:
-      return WakeupReason::timer;
-    case WaitResult::signalled:
-      return is_guard ? WakeupReason::guard : WakeupReason::data;
-    default:
-      return WakeupReason::spurious;
-  }
-}
-
-}  // namespace
 
 void OneThreadLoop::add(std::shared_ptr<Callback> callback) {
   Callback& added = *callback;

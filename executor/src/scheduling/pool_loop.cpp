@@ -2,26 +2,31 @@
 #include <cie/scheduling/pool_loop.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "wakeup_reason.hpp"
+
 #include <algorithm>
-#include <chrono>
+#include <mutex>
+#include <utility>
 
 namespace cie::scheduling {
 
 void PoolLoop::on_ready(Callback& callback) noexcept {
-  {
-    const std::lock_guard lock{mutex_};
-    callback.mark_ready();
-  }
+  callback.mark_ready();
   work_.notify_one();
 }
 
 void PoolLoop::add(std::shared_ptr<Callback> callback) {
-  Callback& added = *callback;
-  added.serve(this);
+  auto served = std::make_unique<Served>();
+  served->callback = std::move(callback);
+  served->callback->serve(this);
   {
     const std::lock_guard lock{mutex_};
-    served_.push_back(std::make_unique<Served>());
-    served_.back()->callback = std::move(callback);
+    const auto same_group =
+        std::ranges::find(served_, &served->callback->group(),
+                          [](const ServedPtr& each) { return &each->callback->group(); });
+    served->running_of_group =
+        same_group == served_.end() ? std::make_shared<int>(0) : (*same_group)->running_of_group;
+    served_.push_back(std::move(served));
   }
   work_.notify_all();  // the leader's timer may be another one now
 }
@@ -68,17 +73,11 @@ std::vector<PoolLoop::ServedPtr> PoolLoop::take_idle_removed() {
 }
 
 void PoolLoop::stop() noexcept {
-  {
-    const std::lock_guard lock{mutex_};
-    is_stopped_ = true;
-  }
+  is_stopped_.store(true);
   work_.notify_all();
 }
 
-void PoolLoop::wake() noexcept {
-  { const std::lock_guard lock{mutex_}; }  // whoever looked before it sleeps
-  work_.notify_all();
-}
+void PoolLoop::wake() noexcept { work_.notify_all(); }
 
 bool PoolLoop::is_on_own_thread() const noexcept {
   const std::lock_guard lock{mutex_};
@@ -89,10 +88,8 @@ bool PoolLoop::may_overlap(const Served& served) noexcept {
   return served.callback->group().type() == GroupType::reentrant;
 }
 
-bool PoolLoop::is_blocked(const Served& served) const {
-  if (may_overlap(served)) return false;
-  const auto found = running_of_group_.find(&served.callback->group());
-  return found != running_of_group_.end() && found->second > 0;
+bool PoolLoop::is_blocked(const Served& served) noexcept {
+  return !may_overlap(served) && *served.running_of_group > 0;
 }
 
 PoolLoop::Served* PoolLoop::pick() {
@@ -106,7 +103,7 @@ PoolLoop::Served* PoolLoop::pick() {
     if (!callback.take_ready_mark() && !has_more && callback.next_due() > now) continue;
     turn_ = (turn_ + i + 1) % served_.size();
     ++served.running;
-    ++running_of_group_[&callback.group()];
+    ++*served.running_of_group;
     return &served;
   }
   return nullptr;
@@ -115,8 +112,7 @@ PoolLoop::Served* PoolLoop::pick() {
 PoolLoop::ServedPtr PoolLoop::finish(Served& served, bool has_run) {
   Callback& callback = *served.callback;
   if (has_run && callback.has_queue()) callback.mark_ready();  // there may be more in it
-  const auto group = running_of_group_.find(&callback.group());
-  if (--group->second == 0) running_of_group_.erase(group);
+  --*served.running_of_group;
   if (--served.running == 0 && served.is_removed) finished_.notify_all();
   // The leader may have gone to sleep while this timer was blocked by its own instance.
   if (has_leader_ && next_due() < leader_until_ns_) work_.notify_all();
@@ -138,35 +134,33 @@ std::int64_t PoolLoop::next_due() const {
   return next;
 }
 
-void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns) {
+void PoolLoop::wait(std::unique_lock<PriorityMutex>& lock, EventCount::Ticket ticket,
+                    std::int64_t deadline_ns) {
   const bool is_leader = !has_leader_;
   const std::int64_t until = is_leader ? std::min(next_due(), deadline_ns) : deadline_ns;
   if (is_leader) leader_until_ns_ = until;
   has_leader_ = true;
   ++idle_;
+  lock.unlock();
   trace::thread_wait(until);
-  auto status = std::cv_status::no_timeout;
-  if (until == kNever) {
-    work_.wait(lock);
-  } else {
-    // steady_clock is CLOCK_MONOTONIC.
-    using Time = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
-    status = work_.wait_until(lock, Time{std::chrono::nanoseconds{until}});
-  }
+  const WaitResult result = work_.wait_until(ticket, until);
+  if (result != WaitResult::not_waited)
+    trace::thread_wakeup(kNoCallback, reason_of(result, is_over()));
+  lock.lock();
   --idle_;
   if (is_leader) has_leader_ = false;
-  trace::thread_wakeup(kNoCallback, is_over()                           ? WakeupReason::guard
-                                    : status == std::cv_status::timeout ? WakeupReason::timer
-                                                                        : WakeupReason::data);
 }
 
+// What comes to pass after the ticket ends the wait: so it is taken before the thread looks.
 void PoolLoop::run(std::int64_t deadline_ns) {
   std::unique_lock lock{mutex_};
   runners_.push_back(std::this_thread::get_id());
-  while (!is_over() && (deadline_ns == kNever || monotonic_now() < deadline_ns)) {
+  for (;;) {
+    const EventCount::Ticket ticket = work_.ticket();
+    if (is_over() || (deadline_ns != kNever && monotonic_now() >= deadline_ns)) break;
     Served* const served = pick();
     if (served == nullptr) {
-      wait(lock, deadline_ns);
+      wait(lock, ticket, deadline_ns);
       continue;
     }
     // Somebody idle takes over the lead, and with it whatever else is ready.

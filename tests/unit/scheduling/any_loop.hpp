@@ -4,6 +4,7 @@
 #include "loop_support.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -156,7 +157,34 @@ TYPED_TEST_P(AnyLoop, BeginsNothingOnceItIsCancelled) {
   loop.remove({callback});
 }
 
+// The loop looks for work, and stands still there until somebody else was notified.
+TYPED_TEST_P(AnyLoop, IsNotifiedWhileItLooksForWork) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> looks{0};
+  std::atomic<bool> is_notified{false};
+  std::atomic<bool> has_given_up{false};
+  const auto slow = std::make_shared<SlowToAsk>([&] {
+    ++looks;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{5};
+    while (!is_notified && !has_given_up) {
+      if (std::chrono::steady_clock::now() > end) has_given_up = true;
+      std::this_thread::yield();
+    }
+  });
+  const auto other = std::make_shared<Counted>(group(GroupType::mutually_exclusive), [] {});
+  loop.add(other);
+  loop.add(slow);
+  const RunningLoop running{loop, 1};
+  wait_for(looks, 1);
+  other->release();
+  is_notified = true;
+  loop.remove({slow, other});
+  EXPECT_FALSE(has_given_up);
+}
+
 REGISTER_TYPED_TEST_SUITE_P(AnyLoop, AbandonsWhatRunsWithoutWaiting, BeginsNothingOnceItIsCancelled,
+                            IsNotifiedWhileItLooksForWork,
                             WaitsForTheRunningInstanceBeforeRemoveReturns,
                             ReportsAnExceptionAndGoesOn, RunsEveryReleaseOfEveryCallbackOnce,
                             TakesACallbackBackThatWasReadyWhenItWent);

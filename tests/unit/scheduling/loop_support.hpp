@@ -13,13 +13,20 @@
 
 namespace cie::scheduling {
 
+inline trace::CallbackInfo waitable_info() {
+  trace::CallbackInfo info;
+  info.logical_id = trace::unique_logical_id("/test@Waitable(x)");
+  info.kind = CallbackKind::waitable;
+  return info;
+}
+
 // Released as often as release() was called. `taking` is what it does before each instance.
 class Counted final : public Callback {
  public:
   Counted(
       std::shared_ptr<GroupState> group, std::function<void()> function,
       std::function<void()> taking = [] {})
-      : Callback(std::move(group), info()),
+      : Callback(std::move(group), waitable_info()),
         function_(std::move(function)),
         taking_(std::move(taking)) {}
   bool run_one() override {
@@ -49,16 +56,29 @@ class Counted final : public Callback {
   }
 
  private:
-  static trace::CallbackInfo info() {
-    trace::CallbackInfo info;
-    info.logical_id = trace::unique_logical_id("/test@Waitable(x)");
-    info.kind = CallbackKind::waitable;
-    return info;
-  }
   std::function<void()> function_;
   std::function<void()> taking_;
   std::atomic<int> left_{0};
   std::atomic<ReadySink*> sink_{nullptr};
+};
+
+// Asked when it is due, it does something.
+class SlowToAsk final : public Callback {
+ public:
+  explicit SlowToAsk(std::function<void()> asked)
+      : Callback(std::make_shared<GroupState>(kNoNode, GroupType::mutually_exclusive),
+                 waitable_info()),
+        asked_(std::move(asked)) {}
+  bool run_one() override { return false; }
+  std::int64_t next_due() const noexcept override {
+    asked_();
+    return kNever;
+  }
+  bool has_timer() const noexcept override { return true; }
+  void serve(ReadySink*) override {}
+
+ private:
+  std::function<void()> asked_;
 };
 
 class NoFailures final : public FailureHandler {

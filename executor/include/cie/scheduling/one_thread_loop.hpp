@@ -1,14 +1,14 @@
 // What the loops have in common whose callbacks are served by one thread.
 #pragma once
 
+#include <cie/scheduling/event_count.hpp>
 #include <cie/scheduling/loop.hpp>
 #include <cie/scheduling/wakeup.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -62,8 +62,8 @@ class OneThreadLoop : public Loop, public ReadySink {
   Wakeup wakeup_;
   std::atomic<bool> is_stopped_{false};
 
-  std::mutex mutex_;  // of what follows
-  std::condition_variable adopted_;
+  PriorityMutex mutex_;  // of what follows
+  EventCount adopted_;
   Callbacks wanted_;
   Callbacks gone_;  // removed, not yet forgotten
   std::atomic<std::uint64_t> wanted_version_{0};

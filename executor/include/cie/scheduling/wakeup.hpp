@@ -34,11 +34,8 @@ class Wakeup {
   static constexpr std::uint32_t kWaiting = 2;
 
   void wake() noexcept;
-  std::uint32_t* address() noexcept { return reinterpret_cast<std::uint32_t*>(&word_); }
 
   std::atomic<std::uint32_t> word_{kIdle};
-  static_assert(sizeof(word_) == sizeof(std::uint32_t) &&
-                std::atomic<std::uint32_t>::is_always_lock_free);
 };
 
 }  // namespace cie::scheduling
