@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cie/scheduling/failure.hpp>
-#include <cie/scheduling/team.hpp>
+#include <cie/scheduling/thread_configurator.hpp>
 
 #include <functional>
 #include <memory>
@@ -13,6 +13,7 @@
 
 namespace cie::scheduling {
 
+// A thread that returns lets go of its function, and its stack goes when the next one returns.
 // Thread-safe. end() comes before destruction.
 class SpawnedThreads {
  public:
@@ -29,13 +30,19 @@ class SpawnedThreads {
   void end();
 
  private:
-  void run(const std::string& name, const Function& function, std::stop_token stop) noexcept;
+  struct Spawned;
+  using SpawnedPtr = std::shared_ptr<Spawned>;
+
+  void run(Spawned& spawned) noexcept;
+  // The calling thread is that one, and about to return.
+  void retire(Spawned& spawned) noexcept;
 
   ThreadConfigurator& configurator_;
   FailureHandler& failures_;
   std::mutex mutex_;  // of what follows
   bool has_ended_ = false;
-  std::vector<std::shared_ptr<Team>> threads_;
+  std::vector<SpawnedPtr> threads_;  // that have not returned
+  SpawnedPtr returned_;              // the last one, not joined yet
 };
 
 }  // namespace cie::scheduling
