@@ -73,11 +73,11 @@ FileDescriptor take_lock(const Directory& directory) {
   return file;
 }
 
-// Of a process that has the lock; 0: none has.
-pid_t owner_of(const FileDescriptor& lock_file) {
+// Of the process that has the lock; empty: none has. 0: it cannot be seen from this PID namespace.
+std::optional<pid_t> owner_of(const FileDescriptor& lock_file) {
   struct flock lock = whole_file(F_RDLCK);
   if (fcntl(lock_file.get(), F_GETLK, &lock) != 0) throw system_error("fcntl", errno);
-  return lock.l_type == F_UNLCK ? 0 : std::max(lock.l_pid, 0);
+  return lock.l_type == F_UNLCK ? std::nullopt : std::optional(std::max(lock.l_pid, 0));
 }
 
 RecordError nobody_keeps(const fs::path& directory, const std::string& why) {
@@ -94,10 +94,15 @@ class Recorder {
     const FileDescriptor lock(
         openat(directory.get(), kLockFile, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (!lock.is_open()) throw nobody_keeps(directory.path(), kStartOne);
-    pid_ = owner_of(lock);
-    if (pid_ > 0) process_ = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
+    const auto owner = owner_of(lock);
+    pid_ = owner.value_or(0);
+    if (owner && pid_ == 0) {
+      throw RecordError("the recorder that keeps snapshots in " + in_quotes(directory.path()) +
+                        " is in another PID namespace: ask it there");
+    }
+    if (owner) process_ = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
     // Whoever has it after the process was opened is that process.
-    if (!process_.is_open() || owner_of(lock) != pid_) {
+    if (!process_.is_open() || owner_of(lock) != owner) {
       throw nobody_keeps(directory.path(), "the recorder that did was killed");
     }
   }

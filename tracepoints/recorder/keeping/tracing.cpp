@@ -118,7 +118,9 @@ void Tracing::abandon() noexcept {
 
 bool Tracing::poll_processes() {
   if (!processes_ || is_daemon_lost_) return false;
-  return ending_ ? processes_->catch_up() : processes_->poll();
+  const bool is_any = ending_ ? processes_->catch_up() : processes_->poll();
+  told_ = processes_->count();
+  return is_any;
 }
 
 void Tracing::note_processes() {
@@ -203,10 +205,8 @@ void Tracing::check_space() {
 
 void Tracing::end_tick(Target& target) {
   if (const auto news = target.take_news()) console.warn(*news);
-  const auto told =
-      processes_ ? processes_->count() : 0;  // chunks and snapshots have their own lists
   console.show_progress(target.age(),
-                        std::max({registration_.count(), manifest.processes.size(), told}),
+                        std::max({registration_.count(), manifest.processes.size(), told_}),
                         target.is_command());
   if ((is_daemon_lost_ || is_consumer_lost_) && !target.is_command()) {
     target.interrupt(SIGTERM);

@@ -16,6 +16,7 @@
 #include "target/target.hpp"
 
 #include <chrono>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -109,6 +110,7 @@ class Tracing {
   Registration registration_;
   std::optional<Instant> ending_;  // empty: it goes on
   bool has_noted_first_ = false;   // of those that registered
+  std::size_t told_ = 0;           // how many processes LTTng told of when it was asked last
   bool is_daemon_lost_ = false;
   bool is_consumer_lost_ = false;  // the session daemon still answers
   bool has_warned_of_space_ = false;

@@ -29,7 +29,8 @@ using TemporaryListener = std::function<void(const std::filesystem::path&)>;
 
 // A result being written. Until commit() a regular target keeps its old content; destruction
 // without commit() leaves nothing behind. "-" is standard output; devices and pipes are written
-// directly. Not thread-safe.
+// directly. Links of this user and of root are followed; those of others, and FIFOs of others, are
+// refused: they could lead anywhere. Not thread-safe.
 class OutputFile {
  public:
   // Throws WriteError when the target cannot be written.
