@@ -33,10 +33,10 @@ namespace {
 // Of the calling thread; null outside of all callbacks.
 thread_local const Callback::Frame* innermost_of_thread = nullptr;
 
-// A thread that waits in end(), for `target`.
+// A thread that waits for instances of a callback, or for those that are run under a cancellation.
 struct Wait {
   const Callback::Frame* frames;
-  const Callback* target;
+  const void* target;
 };
 
 struct Ends {
@@ -51,21 +51,47 @@ Ends& ends() {
   return ends;
 }
 
-bool is_on(const Callback::Frame* frames, const Callback* callback) noexcept {
+bool is_on(const Callback::Frame* frames, const void* target) noexcept {
   for (; frames != nullptr; frames = frames->outer) {
-    if (frames->callback == callback) return true;
+    if (frames->callback == target || frames->cancellation == target) return true;
   }
   return false;
 }
 
 // Whether `target` cannot end before the thread of `frames` goes on. With the mutex held.
-bool waits_for(const Callback* target, const Callback::Frame* frames) {
+bool waits_for(const void* target, const Callback::Frame* frames) {
   return is_on(frames, target) || std::ranges::any_of(ends().waits, [&](const Wait& wait) {
            return is_on(wait.frames, target) && waits_for(wait.target, frames);
          });
 }
 
 }  // namespace
+
+// Outside of all instances nobody can wait for the calling thread: nothing is written down.
+Callback::Waiting::Waiting(const std::vector<std::shared_ptr<Callback>>& callbacks,
+                           const Cancellation* cancellation)
+    : is_in_vain_(false) {
+  const Frame* const frames = innermost_of_thread;
+  if (frames == nullptr) return;
+  std::vector<const void*> targets;
+  for (const auto& callback : callbacks)
+    targets.push_back(callback.get());
+  if (cancellation != nullptr) targets.push_back(cancellation);
+  const std::lock_guard lock{ends().mutex};
+  is_in_vain_ = std::ranges::any_of(
+      targets, [frames](const void* target) { return waits_for(target, frames); });
+  if (is_in_vain_) return;
+  for (const void* const target : targets)
+    ends().waits.push_back({frames, target});
+}
+
+// A thread is in one wait at a time.
+Callback::Waiting::~Waiting() {
+  const Frame* const frames = innermost_of_thread;
+  if (frames == nullptr || is_in_vain_) return;
+  const std::lock_guard lock{ends().mutex};
+  std::erase_if(ends().waits, [frames](const Wait& wait) { return wait.frames == frames; });
+}
 
 bool Callback::is_in_instance() noexcept { return innermost_of_thread != nullptr; }
 

@@ -1,7 +1,7 @@
 /* Promela model of callback.cpp: the word in which a callback counts its instances and ends.
  *
  * Callback A is in a reentrant group with two threads, B has one thread. Each thread runs an instance
- * that may end either callback; a thread outside of all callbacks ends both; and what A's function
+ * that may end either callback, or take it off its threads as remove_node() does; a thread outside of all callbacks ends both; and what A's function
  * holds may end B as it is destroyed. The stack of a thread is the set of callbacks on it. What happens
  * under the mutex of the ends is one step; so is each atomic operation on the word.
  *
@@ -11,6 +11,7 @@
  * -DBUG_COUNT: an instance looks whether the callback is closed before it counts itself.
  * -DBUG_LAST: the last instance leaves disposal to end().
  * -DBUG_WAIT: end() waits without asking who waits for whom.
+ * -DBUG_REMOVE: remove_node() does.
  */
 #define A 0
 #define B 1
@@ -72,6 +73,22 @@ inline await(me, callback) {
   assert(stack[me] || (life[callback] & DISPOSED))
 }
 
+/* Refused, or returns when no instance of it runs; its thread takes up no other meanwhile. */
+inline remove(me, callback) {
+  atomic {
+    find_cycle(me, callback);
+#ifdef BUG_REMOVE
+    has_cycle = false;
+#endif
+    if
+    :: has_cycle -> has_cycle = false
+    :: else -> target[me] = callback
+    fi
+  }
+  target[me] == NOBODY || inside[callback] == 0;
+  target[me] = NOBODY
+}
+
 /* Begins a disposal if it is this thread's, and saves the thread's stack in `held`. */
 inline begin_disposal(me, callback, held) {
   atomic {
@@ -124,6 +141,7 @@ inline end(me, callback) {
 
 /* execute_one() */
 proctype Thread(byte me; byte callback) {
+  byte other = 1 - callback;
   byte before, i, outer, inner;
   bool is_open, is_last, is_mine, has_cycle;
 #ifdef BUG_COUNT
@@ -142,6 +160,7 @@ proctype Thread(byte me; byte callback) {
      if
      :: end(me, A)
      :: end(me, B)
+     :: remove(me, other)
      :: true
      fi;
      inside[callback]--

@@ -103,6 +103,7 @@ void ExecutorCore::join_departed(Departed which) {
 }
 
 void ExecutorCore::remove_node(ServedNode& node) {
+  std::optional<Callback::Waiting> waiting;
   Placement::Vacating vacating;
   {
     const std::lock_guard lock{mutex_};
@@ -110,7 +111,9 @@ void ExecutorCore::remove_node(ServedNode& node) {
       throw std::logic_error{"node \"" + node.name() + "\" is not in this executor"};
     }
     const Callbacks callbacks = node.callbacks();
-    if (placement_->is_on_thread_of(callbacks)) {
+    const bool is_on_one_thread = placement_->is_on_spinning_thread();
+    waiting.emplace(callbacks, is_on_one_thread ? &cancellation_ : nullptr);
+    if (placement_->is_on_thread_of(callbacks) || waiting->is_in_vain()) {
       throw std::logic_error{"remove_node(\"" + node.name() +
                              "\") was called by a callback that it would have to wait for: do it "
                              "from another thread"};

@@ -8,10 +8,13 @@
 
 #include "loop_support.hpp"
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -129,6 +132,49 @@ TEST_P(EveryCore, RunsNothingInASpinThatWasCancelledBefore) {
   core->cancel();
   core->spin(kNever);
   EXPECT_EQ(runs, 0);
+}
+
+// Both are inside before the first removes the other's node: the second would wait for ever.
+TEST_P(EveryCore, RefusesToRemoveTheNodeOfACallbackThatWaitsForTheCaller) {
+  struct Side {
+    std::shared_ptr<ExecutorCore> core;
+    std::shared_ptr<TestNode> node;
+    std::shared_ptr<Counted> callback;
+  };
+  std::array<Side, 2> sides;
+  std::atomic<int> inside{0};
+  std::atomic<int> removed{0};
+  std::atomic<int> refused{0};
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    Side& side = sides.at(i);
+    const Side& other = sides.at(1 - i);
+    side.callback = std::make_shared<Counted>(own_group(), [&] {
+      ++inside;
+      wait_for(inside, 2);
+      try {
+        other.core->remove_node(*other.node);
+        ++removed;
+      } catch (const std::logic_error&) {
+        ++refused;
+      }
+    });
+    side.node = std::make_shared<TestNode>(Placement::Callbacks{side.callback});
+    side.core = core();
+    side.core->add_node(side.node);
+    side.callback->release();
+  }
+  std::vector<std::thread> spinning;
+  for (const Side& side : sides)
+    spinning.emplace_back([core = side.core] { core->spin(kNever); });
+  wait_for(inside, 2);
+  while (removed + refused < 2)
+    std::this_thread::yield();
+  for (const Side& side : sides)
+    side.core->cancel();
+  for (std::thread& each : spinning)
+    each.join();
+  EXPECT_EQ(removed, 1);
+  EXPECT_EQ(refused, 1);
 }
 
 // Spins until the deadline, and is told when the spin ends.

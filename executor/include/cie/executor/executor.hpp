@@ -33,7 +33,8 @@ concept WorkerFunction = std::invocable<F&, std::stop_token> || std::invocable<F
 
 // What all executors share. Every function may be called from any thread. Wrong use throws
 // std::logic_error: a node in two executors or twice in one, spin() while spinning, remove_node()
-// of a stranger or from a callback that it would have to wait for.
+// of a stranger or from a callback that it would have to wait for: one on the thread of the node's
+// callbacks, or one that such a callback waits for, in remove_node() of its own for example.
 class Executor {
  public:
   // Cancels, and waits until spin() has returned on whichever thread; in a callback of its own it

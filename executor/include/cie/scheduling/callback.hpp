@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cie::scheduling {
 
@@ -90,6 +91,22 @@ class Callback {
   // Whether the calling thread is in an instance of a callback, of whichever executor.
   static bool is_in_instance() noexcept;
   struct Frame;
+  // That the instances on the calling thread wait for others, for as long as it lives. Of those that
+  // wait for each other, the one that began last is seen to wait in vain.
+  class Waiting {
+   public:
+    // For every instance of these callbacks, and for all that are run under that cancellation.
+    Waiting(const std::vector<std::shared_ptr<Callback>>& callbacks,
+            const Cancellation* cancellation);
+    Waiting(const Waiting&) = delete;
+    Waiting& operator=(const Waiting&) = delete;
+    ~Waiting();
+    // None of these can return before the calling thread goes on.
+    bool is_in_vain() const noexcept { return is_in_vain_; }
+
+   private:
+    bool is_in_vain_;
+  };
 
   // Whether there may be more to run after an instance without a further on_ready().
   virtual bool has_queue() const noexcept { return true; }

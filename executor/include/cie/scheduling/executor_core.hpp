@@ -29,7 +29,8 @@ class ExecutorCore final : public FailureHandler,
   ExecutorCore(ExecutorKind kind, ExecutorOptions options, const PlacementFactory& placement);
 
   void add_node(const std::shared_ptr<ServedNode>& node);
-  // Throws std::logic_error for a stranger, and in a callback that it would have to wait for.
+  // Throws std::logic_error for a stranger, and in a callback that it would have to wait for, or that
+  // one which it would have to wait for waits for.
   void remove_node(ServedNode& node);
   // Likewise for a node that goes: a stranger is ignored, and its callbacks' end() waits for them.
   void drop_node(ServedNode& node);
