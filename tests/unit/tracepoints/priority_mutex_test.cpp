@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <mutex>
 #include <sstream>
@@ -11,12 +13,36 @@
 
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/syscall.h>
 #include <unistd.h>
+
+namespace {
+
+std::atomic<std::int64_t> clock_is_ahead_by_s{0};
+
+}  // namespace
+
+// In place of libc's: a settable clock that is set back while somebody waits.
+extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  const auto status = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
+  if (clock == CLOCK_REALTIME) time->tv_sec += clock_is_ahead_by_s;
+  return status;
+}
 
 namespace cie {
 namespace {
 
 using namespace std::chrono_literals;
+
+TEST(PriorityMutex, WaitsByTheClockThatNobodySets) {
+  PriorityMutex mutex;
+  const std::lock_guard lock{mutex};
+  clock_is_ahead_by_s = 60;
+  const auto begin = std::chrono::steady_clock::now();
+  std::thread{[&] { EXPECT_FALSE(mutex.try_lock_for(1ms)); }}.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s) << "it waited until the time had come";
+  clock_is_ahead_by_s = 0;
+}
 
 TEST(PriorityMutex, IsHeldByOne) {
   PriorityMutex mutex;
