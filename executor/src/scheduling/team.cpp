@@ -1,6 +1,10 @@
 #include <cie/scheduling/team.hpp>
 #include <cie/scheduling/threads.hpp>
 
+#include "signals_blocked.hpp"
+
+#include <array>
+#include <csignal>
 #include <cstddef>
 #include <string>
 #include <system_error>
@@ -9,6 +13,11 @@
 namespace cie::scheduling {
 
 namespace {
+
+// What a thread does wrong itself, and what counts its time. All else is for the process: its handler
+// would run at a callback's priority, and cut its system calls short.
+constexpr std::array kOfTheThread{SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,    SIGTRAP,
+                                  SIGSYS,  SIGABRT, SIGPROF, SIGVTALRM, SIGXCPU};
 
 // "cannot start the thread "plan", of callback "/planner@Timer(10)" (why)": the exception adds what the errno says.
 std::string no_thread(const ThreadPlan& plan, const std::string& why) {
@@ -25,6 +34,7 @@ Team::Team(TeamBody body, const std::vector<ThreadPlan>& plans, ThreadConfigurat
       configurator_(configurator),
       present_(plans.size()),
       unconfigured_(plans.size()) {
+  const SignalsBlocked while_starting{kOfTheThread};
   const ThreadPlan* starting = nullptr;
   try {
     for (const ThreadPlan& plan : plans) {
