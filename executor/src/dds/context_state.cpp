@@ -1,6 +1,6 @@
 #include "context_state.hpp"
 
-#include <cie/scheduling/threads.hpp>
+#include <cie/scheduling/started_threads.hpp>
 
 #include "base/file_descriptor.hpp"
 #include "dds_qos.hpp"
@@ -131,7 +131,7 @@ ContextState::ContextState(const Context::Options& options)
     : options_((validate(options), options)),
       warnings_(std::make_shared<Warnings>(options.on_warning)),
       claim_(options.domain) {
-  const auto before = thread_ids();
+  const StartedThreads started;
   const std::string domain = fmt::format("domain {}", options_.domain);
   if (options_.shared_memory) check_for_roudi();
   if (const std::string xml = configuration(options_); !xml.empty()) {
@@ -145,7 +145,7 @@ ContextState::ContextState(const Context::Options& options)
   participant_ = dds::Entity{dds_create_participant(options_.domain, qos.get(), nullptr),
                              "creating the DDS participant", domain};
   graph_.emplace(participant_.get(), options_.ros_graph);
-  for (const auto& [tid, name] : new_named_threads(before)) {
+  for (const auto& [tid, name] : started.named()) {
     workers_.push_back({name, std::make_shared<trace::Thread>(ThreadRole::worker, kNoCallback,
                                                               kNoGroup, name, tid)});
     workers_.back().trace->emit_sched(SchedMoment::initial, 0);

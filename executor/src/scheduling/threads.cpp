@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
-#include <thread>
 
 #include <fmt/format.h>
 #include <pthread.h>
@@ -61,41 +59,7 @@ std::string_view event_or_name(const trace::CallbackInfo& info) {
   return kind;
 }
 
-// Runs, or would if it had a CPU or its memory: a thread that has not come to its first instructions.
-bool is_runnable(std::uint32_t tid) {
-  std::ifstream file{fmt::format("/proc/self/task/{}/stat", tid)};
-  std::string line;
-  std::getline(file, line);
-  const std::size_t name_end = line.rfind(") ");
-  if (name_end == std::string::npos || name_end + 2 >= line.size()) return false;
-  const char state = line[name_end + 2];
-  return state == 'R' || state == 'D';
-}
-
 }  // namespace
-
-std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
-    const std::set<std::uint32_t>& before) {
-  using namespace std::chrono_literals;
-  using std::chrono::steady_clock;
-  const auto begin = steady_clock::now();
-  const std::string own = thread_name(current_tid());
-  std::vector<std::pair<std::uint32_t, std::string>> found;
-  const auto may_name_itself = [&](const auto& thread) {
-    const auto waited = steady_clock::now() - begin;
-    return thread.second == own && (waited < 50ms || (waited < 10s && is_runnable(thread.first)));
-  };
-  while (true) {
-    found.clear();
-    for (const std::uint32_t tid : thread_ids()) {
-      if (!before.contains(tid)) found.emplace_back(tid, thread_name(tid));
-    }
-    std::erase_if(found, [](const auto& thread) { return thread.second.empty(); });
-    if (std::ranges::none_of(found, may_name_itself)) break;
-    std::this_thread::sleep_for(1ms);
-  }
-  return found;
-}
 
 std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(gettid()); }
 

@@ -1,9 +1,9 @@
+#include <cie/scheduling/started_threads.hpp>
 #include <cie/scheduling/threads.hpp>
 
 #include <chrono>
 #include <cstdint>
 #include <future>
-#include <set>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -18,14 +18,14 @@ using ::testing::ElementsAre;
 using ::testing::Pair;
 
 // A sanitizer's own thread comes with the first one.
-std::set<std::uint32_t> ids_before() {
+StartedThreads after_the_first() {
   std::thread{[] {}}.join();
-  return thread_ids();
+  return StartedThreads{};
 }
 
 // Busy threads stand for threads that wait for a CPU.
-TEST(NewNamedThreads, AreWaitedForUntilTheyComeToNameThemselves) {
-  const auto before = ids_before();
+TEST(ThreadsThatAreStarted, AreWaitedForUntilTheyComeToNameThemselves) {
+  const StartedThreads started = after_the_first();
   std::promise<void> end;
   std::promise<std::uint32_t> tid;
   std::thread late{[&] {
@@ -36,17 +36,47 @@ TEST(NewNamedThreads, AreWaitedForUntilTheyComeToNameThemselves) {
     end.get_future().wait();
   }};
   const auto expected = tid.get_future().get();
-  EXPECT_THAT(new_named_threads(before), ElementsAre(Pair(expected, "late")));
+  EXPECT_THAT(started.named(), ElementsAre(Pair(expected, "late")));
   end.set_value();
   late.join();
 }
 
-TEST(NewNamedThreads, ThatSleepUnderTheirCreatorsNameKeepIt) {
-  const auto before = ids_before();
+TEST(ThreadsThatAreStarted, AreNotThoseThatOthersStartMeanwhile) {
+  std::promise<void> begin;
+  std::promise<void> has_begun;
+  std::promise<void> end;
+  const auto ended = end.get_future().share();
+  std::thread other{[&] {
+    begin.get_future().wait();
+    std::thread stranger{[&] {
+      set_current_thread_name("stranger");
+      has_begun.set_value();
+      ended.wait();
+    }};
+    stranger.join();
+  }};
+  const StartedThreads started = after_the_first();
+  begin.set_value();
+  has_begun.get_future().wait();
+  std::promise<std::uint32_t> tid;
+  std::thread own{[&] {
+    set_current_thread_name("own");
+    tid.set_value(current_tid());
+    ended.wait();
+  }};
+  const auto expected = tid.get_future().get();
+  EXPECT_THAT(started.named(), ElementsAre(Pair(expected, "own")));
+  end.set_value();
+  own.join();
+  other.join();
+}
+
+TEST(ThreadsThatAreStarted, ThatSleepUnderTheirCreatorsNameKeepIt) {
+  const StartedThreads started = after_the_first();
   std::promise<void> end;
   std::thread nameless{[&] { end.get_future().wait(); }};
   const auto begin = steady_clock::now();
-  const auto found = new_named_threads(before);
+  const auto found = started.named();
   const auto took = steady_clock::now() - begin;
   end.set_value();
   nameless.join();

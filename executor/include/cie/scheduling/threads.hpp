@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <set>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace cie::scheduling {
 
@@ -16,12 +14,6 @@ std::set<std::uint32_t> thread_ids();
 
 // The name (comm) of a thread of this process; empty when it is gone.
 std::string thread_name(std::uint32_t tid);
-
-// The threads that are not in `before`. A new thread names itself when it comes to run; this waits
-// for those that still carry the caller's name: ten seconds for one that lacks a CPU, briefly for
-// one that sleeps under that name.
-std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
-    const std::set<std::uint32_t>& before);
 
 std::uint32_t current_tid() noexcept;
 
