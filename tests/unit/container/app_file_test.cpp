@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{std::string{kGood} + "executor: magic\n", "unknown executor \"magic\""},
         BadFile{std::string{kGood} + "on_error: ignore\n", "app.yaml:5: \"on_error\""},
         BadFile{std::string{kGood} + "loopback: yes\n", "write true or false"},
-        BadFile{std::string{kGood} + "domain: 231\n", "from 0 to 230"},
+        BadFile{std::string{kGood} + "domain: 233\n", "from 0 to 232"},
         BadFile{std::string{kGood} + "    period: 5\n",
                 "app.yaml:5: entry \"a\": unknown key \"period\""},
         BadFile{std::string{kGood} + "    remaps: {a: [b]}\n", "entry \"a\": \"a\" is a list"},

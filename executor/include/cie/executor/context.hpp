@@ -24,7 +24,7 @@ enum class RosGraph : std::uint8_t {
 // alive too). A second one of the same domain while the first lives throws std::logic_error.
 class Context {
  public:
-  static constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
+  static constexpr std::uint32_t kMostDomain = 232;  // of UDP's ports none is left for another
 
   struct Options {
     std::uint32_t domain = 0;  // 0..kMostDomain
