@@ -125,7 +125,7 @@ int events_command(const Arguments& arguments) {
       .progress = bar.begin("reading", ProgressUnit::bytes)};
   analysis::MissingEvents missing;
   bool has_event = false;
-  write_data(output, [&](std::ostream& out) {
+  const auto write = [&](std::ostream& out) {
     const auto read_into = [&](const auto& use) {
       missing = analysis::read_recorded_events(traces, options, [&](const auto& event) {
         has_event = true;
@@ -143,7 +143,8 @@ int events_command(const Arguments& arguments) {
       viewer_export::RecordedEventWriter writer(out, event_format);
       read_into([&writer](const auto& event) { writer.write(event); });
     }
-  });
+  };
+  write_data(output, write, event_format == viewer_export::EventFormat::csv);
   if (!has_event && !reader.is_quiet() && !globs.empty())
     tell(fmt::format("note: 0 events of {}", fmt::join(globs, ", ")));
   if (const auto text = told(missing); !reader.is_quiet() && !text.empty()) tell(text);

@@ -32,7 +32,7 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
       analyze_until_exit(traces, options, bar, has_instances ? &instances : nullptr);
   tell_of_damage(result.report);
   instances.show_progress(begin_writing(bar, output));
-  write_data(output, [&](std::ostream& out) {
+  const auto write = [&](std::ostream& out) {
     if (is_database) {
       viewer_export::write_sqlite(out, result, instances, spill_directory(target));
     } else if (has_instances) {
@@ -41,7 +41,8 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
     } else {
       viewer_export::write_table(out, table, table_format_of("--to", name), result);
     }
-  });
+  };
+  write_data(output, write, name == "csv");
   return ok;
 }
 

@@ -48,7 +48,8 @@ int instances_command(const Arguments& arguments) {
   const auto& result = analyze_until_exit(traces, options, bar, &writer);
   tell_of_damage(result.report);
   writer.show_progress(begin_writing(bar, output));
-  write_data(output, [&](std::ostream& out) { writer.write(out, table_format, result.report); });
+  const auto write = [&](std::ostream& out) { writer.write(out, table_format, result.report); };
+  write_data(output, write, format == "csv");
   return ok;
 }
 

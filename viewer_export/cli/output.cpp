@@ -18,7 +18,6 @@
 #include <exception>
 #include <filesystem>
 #include <new>
-#include <streambuf>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -90,32 +89,6 @@ void remember_temporary(const std::filesystem::path& path) {
   }
 }
 
-// Passes on whole lines, made printable.
-class PrintableLines final : public std::streambuf {
- public:
-  explicit PrintableLines(std::ostream& out) : out_(out) {}
-  void finish() {
-    out_ << printable(line_);
-    line_.clear();
-  }
-
- protected:
-  int_type overflow(int_type c) override {
-    const char letter = traits_type::to_char_type(c);
-    if (letter == '\n') {
-      finish();
-      out_ << '\n';
-    } else {
-      line_ += letter;
-    }
-    return traits_type::not_eof(c);
-  }
-
- private:
-  std::ostream& out_;
-  std::string line_;
-};
-
 }  // namespace
 
 void end_with_a_message_instead_of_aborting() noexcept { std::set_terminate(end_with_a_message); }
@@ -160,19 +133,6 @@ viewer_export::TextStyle screen_style(const OutputFile& output) {
   style.lines = std::max(kFewestLines, style.lines - std::min(style.lines, told_lines()));
   style.unicode = is_utf8_locale();
   return style;
-}
-
-void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write) {
-  if (output.is_terminal()) {
-    PrintableLines lines(output.stream());
-    std::ostream stream(&lines);
-    stream.exceptions(std::ios::badbit | std::ios::failbit);
-    write(stream);
-    lines.finish();
-  } else {
-    write(output.stream());
-  }
-  output.commit();
 }
 
 analysis::Progress* begin_writing(ProgressBar& bar, const OutputFile& output) {

@@ -7,8 +7,6 @@
 
 #include "progress_bar.hpp"
 
-#include <functional>
-#include <ostream>
 #include <string>
 #include <string_view>
 
@@ -29,10 +27,6 @@ viewer_export::TextStyle text_style(bool is_terminal);
 bool is_utf8_locale();
 // The same as wide as the terminal, with symbols where its locale has them.
 viewer_export::TextStyle screen_style(const viewer_export::OutputFile& output);
-
-// Calls write(stream) and commits. On a terminal control characters of the data are made visible;
-// a file or a pipe gets the data as they are.
-void write_data(viewer_export::OutputFile& output, const std::function<void(std::ostream&)>& write);
 
 // Where to count the instances written to `output`; null if nothing is drawn: `output` may be the
 // terminal itself.

@@ -140,11 +140,13 @@ int report_command(const Arguments& arguments) {
       page.write(out, result, options.spec, input, given.is_isolation_expected());
     });
   } else {
-    if (given.format == "csv") tell_of_damage(result.report);
-    write_data(output, [&](std::ostream& out) {
-      (given.format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(
-          out, result.report);
-    });
+    const bool is_csv = given.format == "csv";
+    if (is_csv) tell_of_damage(result.report);
+    const auto write = [&](std::ostream& out) {
+      (is_csv ? viewer_export::write_report_csv : viewer_export::write_report_json)(out,
+                                                                                    result.report);
+    };
+    write_data(output, write, is_csv);
   }
   return ok;
 }

@@ -4,6 +4,7 @@
 #include <cie/viewer_export/report_writers.hpp>
 
 #include <exception>
+#include <ostream>
 #include <stdexcept>
 #include <string_view>
 
@@ -97,15 +98,17 @@ void ReportSink::finish() {
   result.report.trace.complete = false;
   const bool is_told = result.verdicts.verdict != analysis::Verdict::pass;
   OutputFile file(output_.empty() ? "-" : output_);
-  if (format_ == "json") {
-    write_report_json(file.stream(), result.report);
-  } else if (format_ == "csv") {
-    write_report_csv(file.stream(), result.report);
-  } else {
-    write_report_text(file.stream(), result.report, is_told ? &result.verdicts : nullptr,
-                      TextStyle{});
-  }
-  file.commit();
+  const bool is_csv = format_ == "csv";
+  const auto write = [&](std::ostream& out) {
+    if (format_ == "json") {
+      write_report_json(out, result.report);
+    } else if (is_csv) {
+      write_report_csv(out, result.report);
+    } else {
+      write_report_text(out, result.report, is_told ? &result.verdicts : nullptr, TextStyle{});
+    }
+  };
+  write_data(file, write, is_csv);
 }
 
 }  // namespace cie::viewer_export

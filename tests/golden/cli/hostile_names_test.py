@@ -8,11 +8,15 @@ import csv
 import io
 import json
 import os
+import pathlib
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from on_terminal import on_terminal  # pylint: disable=wrong-import-position
 
 CIE = os.path.abspath(sys.argv[1])
 EXAMPLE = os.path.join(os.path.abspath(sys.argv[2]), "multi_threaded_fails")
@@ -82,6 +86,17 @@ class HostileNames(unittest.TestCase):
         lines = self.cie("instances", "--format", "jsonl").decode().split("\n")
         self.assertEqual(lines.pop(), "")
         self.assertEqual(sum(json.loads(line)["logical_id"] == SEEN for line in lines), 7)
+
+    def test_a_terminal_obeys_nothing_in_tables(self):
+        for arguments in (["instances"], ["report", "-f", "csv"], ["events", "-f", "csv"], ["export", "--to", "csv"]):
+            exact = self.cie(*arguments).decode()
+            rows = list(csv.reader(io.StringIO(exact, newline="")))
+            code, lines = on_terminal([CIE, arguments[0], self.trace, *arguments[1:]], os.environ, 200)
+            # Progress and notes come before.
+            shown = lines[len(lines) - len(rows):]
+            self.assertEqual((code, shown[0].split(",")), (0, rows[0]), "a line for each row")
+            for control in "\x1b\x07\r\t\x9b\u202e":
+                self.assertNotIn(control, "".join(shown))
 
     def test_perfetto_gets_valid_text(self):
         exported = self.cie("export", "--to", "perfetto")

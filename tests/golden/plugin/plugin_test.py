@@ -2,6 +2,7 @@
 import csv
 import io
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -14,6 +15,7 @@ import unittest
 TESTS = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
 from cie import Cie  # pylint: disable=wrong-import-position
+from on_terminal import on_terminal  # pylint: disable=wrong-import-position
 from other_host import on_host  # pylint: disable=wrong-import-position
 
 cie = Cie(sys.argv[1])
@@ -58,6 +60,24 @@ def report_of(text):
 
 
 class ReportSink(unittest.TestCase):
+    def test_a_terminal_obeys_nothing_in_a_table(self):
+        good, evil = b"/a/plan@Timer(20000000)", b"\x1b[2J\x1b]0;x\x07\",\n\r\t\xc2\x9b\xe2\x80\xaeabc"
+        with tempfile.TemporaryDirectory() as folder:
+            trace = pathlib.Path(folder, "trace")
+            shutil.copytree(MULTI, trace)
+            for file in filter(pathlib.Path.is_file, trace.rglob("*")):
+                file.chmod(0o644)
+                file.write_bytes(file.read_bytes().replace(good, evil))
+            command = ["babeltrace2", f"--plugin-path={PLUGINS}", str(trace), "--component=sink.cie.report",
+                       '--params=format="csv"']
+            exact = subprocess.run(command, capture_output=True, check=True, timeout=200).stdout
+            self.assertIn(evil.replace(b'"', b'""'), exact)
+            code, lines = on_terminal(command, os.environ, 200)
+        lines = [line for line in lines if line.replace("\x1b[0m", "")]  # babeltrace2 ends with that
+        self.assertEqual((code, len(lines)), (0, len(list(csv.reader(io.StringIO(exact.decode(), newline=""))))))
+        for control in "\x1b\x07\r\t\x9b\u202e":
+            self.assertNotIn(control, "".join(lines))
+
     def test_says_what_the_command_says(self):
         for trace in ISOLATED, MULTI, f"{ROS2}/isolated", f"{ROS2}/multi_threaded":
             told = babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"')

@@ -1,3 +1,4 @@
+#include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/output_file.hpp>
 
 #include "base/directory.hpp"
@@ -9,7 +10,9 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <functional>
 #include <optional>
+#include <ostream>
 #include <streambuf>
 #include <string>
 #include <system_error>
@@ -83,6 +86,35 @@ Place place_of(const fs::path& target, const std::string& object) {
 }
 
 constexpr int kMostAttempts = 100;
+
+// Passes on whole lines, made printable.
+class PrintableLines final : public std::streambuf {
+ public:
+  PrintableLines(std::ostream& out, bool is_csv) : out_(out), is_csv_(is_csv) {}
+  void finish() {
+    out_ << printable(line_);
+    line_.clear();
+  }
+
+ protected:
+  int_type overflow(int_type c) override {
+    const char letter = traits_type::to_char_type(c);
+    if (is_csv_ && letter == '"') is_quoted_ = !is_quoted_;
+    if (letter == '\n' && !is_quoted_) {
+      finish();
+      out_ << '\n';
+    } else {
+      line_ += letter;
+    }
+    return traits_type::not_eof(c);
+  }
+
+ private:
+  std::ostream& out_;
+  bool is_csv_;
+  bool is_quoted_ = false;
+  std::string line_;
+};
 
 }  // namespace
 
@@ -243,6 +275,19 @@ void OutputFile::commit() {
   if (state_->place) {
     state_->put_in_place();
   }
+}
+
+void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write, bool is_csv) {
+  if (output.is_terminal()) {
+    PrintableLines lines(output.stream(), is_csv);
+    std::ostream stream(&lines);
+    stream.exceptions(std::ios::badbit | std::ios::failbit);
+    write(stream);
+    lines.finish();
+  } else {
+    write(output.stream());
+  }
+  output.commit();
 }
 
 }  // namespace cie::viewer_export

@@ -52,4 +52,9 @@ class OutputFile {
   std::unique_ptr<State> state_;
 };
 
+// Calls write(stream) and commits. On a terminal control characters of the data are made visible; a file
+// or a pipe gets the data as they are. `is_csv`: a line break between quotation marks is no end of a line.
+void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write,
+                bool is_csv = false);
+
 }  // namespace cie::viewer_export
