@@ -52,6 +52,9 @@ class RecordedEvents {
                             const auto stream = static_cast<std::size_t>(event.head.stream);
                             if (hosts_.size() <= stream) hosts_.resize(stream + 1);
                             hosts_[stream] = e.host;
+                            missing_.malformed += e.malformed_classes;
+                            if (missing_.why_malformed.empty())
+                              missing_.why_malformed = e.malformed;
                             if (window_) require_one_clock(event.head, e);
                           },
                           [&](const Discarded& e) {

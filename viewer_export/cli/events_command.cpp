@@ -89,6 +89,8 @@ std::string told(const analysis::MissingEvents& missing) {
   add(missing.packets, "packet", " lost by the tracer");
   add(missing.damaged, "place", " that cannot be read");
   add(missing.foreign, "stream", " read with other metadata");
+  add(missing.malformed, "class", " of events that cannot be understood");
+  if (missing.malformed > 0) text += " (" + missing.why_malformed + ')';
   return text;
 }
 

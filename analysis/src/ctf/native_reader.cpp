@@ -307,6 +307,7 @@ class TraceReader::Streams {
       StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams.size())},
                               .channel = static_cast<std::uint32_t>(channels.size()),
                               .trace = static_cast<std::uint32_t>(traces.size()),
+                              .is_first_of_trace = !traces.contains(key.trace),
                               .merge_offset_ns = 0,
                               .progress = progress_,
                               .window = window_,

@@ -76,6 +76,8 @@ struct StreamFacts {
   std::optional<bool> has_inheritance{};  // see StreamBegin
   bool has_callback_events = true;        // likewise, unless it is known not to
   bool has_client_events = true;          // likewise
+  std::uint32_t malformed_classes = 0;    // likewise, as the next one
+  std::string malformed{};
 };
 
 // Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams that

@@ -21,7 +21,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 40> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 41> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -30,6 +30,7 @@ constexpr std::array<std::string_view, 40> kLabels{"damaged-manifest",
                                                    "begins-late",
                                                    "damaged-packets",
                                                    "foreign-metadata",
+                                                   "malformed-classes",
                                                    "discarded-events",
                                                    "discarded-packets",
                                                    "streams-left-out",
@@ -225,6 +226,15 @@ void add_tracer_losses(const Model& model, std::vector<TraceDefect>& defects) {
   add_defect(defects, DefectKind::foreign_metadata, Severity::error,
              count_losses(model, LossKind::foreign_metadata),
              "read with metadata that is not its own: right only as far as both agree");
+  const auto malformed =
+      std::ranges::find_if(model.streams, [](const auto& s) { return s.malformed_classes > 0; });
+  if (malformed != model.streams.end()) {
+    add_defect(
+        defects, DefectKind::malformed_classes, Severity::error,
+        total_of(model.streams, [](const auto& s) { return s.malformed_classes; }),
+        "classes of events that cannot be understood; packets without such events were read: " +
+            malformed->malformed);
+  }
   add_defect(defects, DefectKind::discarded_events, Severity::loss,
              count_losses(model, LossKind::discarded_events),
              "the tracer's buffers were full: record with " +

@@ -42,6 +42,8 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.is_descriptive = event.is_descriptive;
   facts.is_left_out = event.is_left_out;
   facts.has_inheritance = event.has_inheritance;
+  facts.malformed_classes = event.malformed_classes;
+  facts.malformed = event.malformed;
   facts.has_callback_events = event.has_callback_events.value_or(true);
   facts.has_client_events = event.has_client_events.value_or(true);
   coverage_.begin(head, event, host);

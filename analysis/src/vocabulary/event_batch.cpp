@@ -16,7 +16,7 @@ class Keeper {
  public:
   explicit Keeper(std::pmr::memory_resource& memory) : memory_(memory) {}
 
-  void keep(StreamBegin& event) { keep(event.host, event.clock_uuid, event.path); }
+  void keep(StreamBegin& event) { keep(event.host, event.clock_uuid, event.path, event.malformed); }
   void keep(PacketBegin& event) { keep(event.file); }
   void keep(DamagedPacket& event) { keep(event.reason); }
   void keep(RunBegin& event) {

@@ -8,10 +8,11 @@
 
 namespace cie::test {
 
-// "none" if it can be read.
+// Of a class of events alone, too. "none" if all can be read.
 inline std::string error_of(const std::string& text) {
   try {
     const analysis::ctf::TracePlan plan(analysis::ctf::parse_metadata(text));
+    if (!plan.malformed.empty()) return plan.malformed;
   } catch (const analysis::ctf::MetadataError& error) {
     return error.what();
   }

@@ -39,10 +39,12 @@ struct RecordedEventOptions {
 
 // What is not among the events that were passed on.
 struct MissingEvents {
-  std::uint64_t events = 0;   // thrown away by the tracer
-  std::uint64_t packets = 0;  // the same
-  std::uint64_t damaged = 0;  // places of files that cannot be read
-  std::uint64_t foreign = 0;  // nothing is missing, but others' metadata were used
+  std::uint64_t events = 0;     // thrown away by the tracer
+  std::uint64_t packets = 0;    // the same
+  std::uint64_t damaged = 0;    // places of files that cannot be read
+  std::uint64_t foreign = 0;    // nothing is missing, but others' metadata were used
+  std::uint64_t malformed = 0;  // classes of events that cannot be understood
+  std::string why_malformed{};  // the first one
   friend bool operator==(const MissingEvents&, const MissingEvents&) = default;
 };
 

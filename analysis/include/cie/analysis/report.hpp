@@ -31,6 +31,7 @@ enum class DefectKind : std::uint8_t {
   begins_late,
   damaged_packets,
   foreign_metadata,
+  malformed_classes,
   discarded_events,
   discarded_packets,
   streams_left_out,

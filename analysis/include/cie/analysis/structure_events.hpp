@@ -41,6 +41,10 @@ struct StreamBegin {
   std::optional<bool> has_client_events{};
   // It declares none itself, but its trace does: it describes objects and clocks, as far as a reader knows.
   bool is_descriptive = false;
+  // Classes of events of its trace that cannot be understood, and the first one with the reason; told by
+  // the trace's first stream.
+  std::uint32_t malformed_classes = 0;
+  std::string_view malformed{};
 };
 struct StreamEnd {
   static constexpr EventCategory kCategory = EventCategory::structure;

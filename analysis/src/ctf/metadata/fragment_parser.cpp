@@ -155,8 +155,12 @@ class FragmentParser {
     event.id = unsigned_property(fragment, "id", 0);
     event.stream = unsigned_property(fragment, "data-stream-class-id", 0);
     event.name = text_property(fragment, "name", "");
-    event.context = types_.structure_of(fragment, "specific-context-field-class");
-    event.fields = types_.structure_of(fragment, "payload-field-class");
+    try {
+      event.context = types_.structure_of(fragment, "specific-context-field-class");
+      event.fields = types_.structure_of(fragment, "payload-field-class");
+    } catch (const MetadataError& error) {
+      event.malformed = error.what();  // the rest of the metadata can be understood
+    }
     if (!metadata_.streams.contains(event.stream)) {
       throw MetadataError("event \"" + event.name.substr(0, kShown) + "\" is of stream " +
                           std::to_string(event.stream) + ", which is not declared");

@@ -91,8 +91,45 @@ class MetadataParser {
   void read_now(EventClass& event) {
     if (event.unread_fields.empty()) return;
     const auto here = tokens_;
-    event.fields = text_->read(std::exchange(event.unread_fields, {}));
+    try {
+      event.fields = text_->read(std::exchange(event.unread_fields, {}));
+    } catch (const MetadataError& error) {
+      event.malformed = error.what();
+    }
     tokens_ = here;
+  }
+
+  // Of an event's class. What cannot be understood is stepped over: the rest of the metadata can.
+  void read_type(const std::string& name, EventClass& event) {
+    const auto here = tokens_;
+    const auto depth = types_.depth();
+    try {
+      auto type = types_.type();
+      if (type->kind != Type::Kind::structure) tokens_.fail("expected a structure before this");
+      if (!tokens_.peek().is(";") && !tokens_.peek().is("}")) tokens_.expect(";");
+      if (name == "context") {
+        event.context = std::move(type);
+      } else if (name == "fields") {
+        event.fields = std::move(type);
+      }
+    } catch (const MetadataError& error) {
+      event.malformed = error.what();
+      types_.leave_to(depth);
+      tokens_ = here;
+      if (!skip_type()) throw;
+    }
+  }
+
+  // To the end of what a name stands for. False: there is none.
+  bool skip_type() {
+    std::size_t depth = 0;
+    while (depth > 0 || !(tokens_.peek().is(";") || tokens_.peek().is("}"))) {
+      if (tokens_.peek().kind == Token::Kind::end) return false;
+      if (tokens_.peek().is("{")) ++depth;
+      if (tokens_.peek().is("}")) --depth;
+      tokens_.take();
+    }
+    return true;
   }
 
   // Leaves a structure unread if it may be read alone.
@@ -219,19 +256,14 @@ class MetadataParser {
           if (name == "id") event.id = value.number;
           if (name == "stream_id") event.stream = value.number;
         },
-        [&event](const std::string& name, TypeRef type) {
-          if (name == "context") {
-            event.context = std::move(type);
-          } else if (name == "fields") {
-            event.fields = std::move(type);
-          }
-        },
+        [](const std::string& /*name*/, const TypeRef& /*type*/) {},
         [this, &event](const std::string& name) {
-          if (name != "fields" || event.name.empty() || event.fields) return false;
-          if (!event.unread_fields.empty()) return false;  // twice: the last ones count
-          if (!is_wanted_ || is_wanted_(event.name)) return false;
-          event.unread_fields = accept_unread();
-          return !event.unread_fields.empty();
+          const bool may_wait = name == "fields" && !event.name.empty() && !event.fields &&
+                                event.unread_fields.empty() &&  // twice: the last ones count
+                                is_wanted_ && !is_wanted_(event.name);
+          if (may_wait) event.unread_fields = accept_unread();
+          if (!may_wait || event.unread_fields.empty()) read_type(name, event);
+          return true;
         });
     if (event.fields) event.unread_fields = {};
     if (event.context) read_now(event);

@@ -4,6 +4,7 @@
 #include "tokens.hpp"
 #include "types.hpp"
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -30,11 +31,13 @@ class TypeParser {
   void leave() { scopes_.pop_back(); }
   // Names were declared in the block or structure itself.
   bool has_own_names() const noexcept { return !scopes_.back().empty(); }
-  // Leaves whatever an error ended in.
-  void leave_all() {
-    scopes_.resize(1);
+  // Leaves whatever an error ended in, but for what had been entered when it was so deep.
+  std::size_t depth() const noexcept { return scopes_.size(); }
+  void leave_to(std::size_t depth) {
+    scopes_.resize(depth);
     nesting_ = 0;
   }
+  void leave_all() { leave_to(1); }
 
   // "typealias…;", "typedef…;", "struct name {…};" and the like, if one stands here.
   bool accept_declaration();

@@ -138,6 +138,7 @@ struct EventClass {
   // Instead of `fields`, if not empty: of the reader's text. They refer to nothing outside, and the
   // class has no context of its own.
   std::string_view unread_fields{};
+  std::string malformed{};  // why its context or fields cannot be understood; empty: they can
 };
 
 struct StreamClass {

@@ -2,6 +2,10 @@
 
 #include "ctf/metadata/tokens.hpp"
 #include "ctf/metadata/type_limits.hpp"
+#include "wants.hpp"
+
+#include <string_view>
+#include <unordered_map>
 
 namespace cie::analysis::ctf {
 
@@ -13,6 +17,22 @@ void check_selectors(const std::vector<ScopeNames*>& tags) {
         is_boolean != (first.kind == Type::Kind::boolean)) {
       throw MetadataError("the selector \"" + tag->name.substr(0, 100) +
                           "\" is no integer, or now one with a sign and now one without");
+    }
+  }
+}
+
+void add_labelled(Op& op, const Type& type, const Type& tag,
+                  const std::vector<std::shared_ptr<const Sequence>>& bodies, ProgramWriter& out) {
+  std::unordered_multimap<std::string_view, const EnumerationRange*> by_label;
+  for (const auto& range : tag.ranges)
+    by_label.emplace(plain_name(range.label), &range);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    auto [next, end] = by_label.equal_range(plain_name(type.members[i].name));
+    for (; next != end; ++next) {
+      out.count(1);
+      const auto& range = *next->second;
+      op.choices.push_back(
+          {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = bodies[i]});
     }
   }
 }

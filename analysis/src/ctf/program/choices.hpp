@@ -3,6 +3,7 @@
 
 #include "ctf/metadata/types.hpp"
 #include "program.hpp"
+#include "program_writer.hpp"
 #include "scope_names.hpp"
 
 #include <cstdint>
@@ -19,6 +20,11 @@ constexpr std::uint64_t bias_of(const Type& type) noexcept {
 // All that one tag can be must be alike: integers with or without a sign, or booleans. Throws
 // MetadataError.
 void check_selectors(const std::vector<ScopeNames*>& tags);
+
+// Adds the choices of CTF 1.8 between `bodies`: ranges of `tag` whose label is an option's name. `out`
+// counts them.
+void add_labelled(Op& op, const Type& type, const Type& tag,
+                  const std::vector<std::shared_ptr<const Sequence>>& bodies, ProgramWriter& out);
 
 // Adds what CTF 2 says of `type`, a variant or optional, as choices between `bodies`, as far as a
 // value of `tag` can be so.

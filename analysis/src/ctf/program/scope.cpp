@@ -309,15 +309,9 @@ class ScopeBuilder {
     for (const auto& member : type.members) {
       bodies.push_back(option(names, member, before, called));
       after = after ? common(*after, out_.place()) : out_.place();
-      if (type.location) continue;
-      for (const auto& range : tag.ranges) {
-        if (plain_name(range.label) != plain_name(member.name)) continue;
-        out_.count(1);
-        op.choices.push_back(
-            {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = bodies.back()});
-      }
     }
     references_.leave();
+    if (!type.location) add_labelled(op, type, tag, bodies, out_);
     out_.count(type.selections.size());
     add_selections(op, type, tag, bodies);
     out_.emit(std::move(op));

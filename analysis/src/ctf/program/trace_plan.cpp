@@ -22,6 +22,7 @@ constexpr std::size_t kDenseIds = 65'536;
 // Each takes some two KiB, however short its declaration is.
 constexpr std::size_t kMaxStreams = 10'000;
 constexpr std::size_t kMaxEvents = 100'000;
+constexpr std::uint32_t kMostMalformed = 100;
 constexpr std::size_t kMaxDenseIds = 16 * kDenseIds;  // of all streams together
 
 const std::vector<FieldRequest> kPacketHeader{"magic", "uuid", "stream_id", "stream_instance_id"};
@@ -179,12 +180,8 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
 
   const auto first_event = events_.size();
   for (const auto* event : events) {
-    try {
-      const bool is_shown = shown_context != nullptr && choice_->number(event->name);
-      add_event(plan, *event, is_shown ? before_shown : earlier);
-    } catch (const MetadataError& error) {
-      throw MetadataError("event \"" + event->name.substr(0, 100) + "\": " + error.what());
-    }
+    const bool is_shown = shown_context != nullptr && choice_->number(event->name);
+    add_event_or_malformed(plan, *event, is_shown ? before_shown : earlier);
   }
   plan.starts_callbacks = std::ranges::any_of(
       events, [](const EventClass* event) { return is_callback_start(event->name); });
@@ -215,7 +212,8 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
   // Now that every reference is known.
   plan.header_layout = header_layout_of(plan.event_header);
   for (auto i = first_event; i < events_.size(); ++i) {
-    if (events_[i]->unread_fields.empty()) find_layouts(plan, *events_[i]);
+    if (events_[i]->unread_fields.empty() && !events_[i]->is_malformed)
+      find_layouts(plan, *events_[i]);
   }
   if (plan.header_layout) {
     plan.most_fixed_bytes_ = plan.header_layout->most_bytes + FixedField::kSlack;
@@ -318,6 +316,7 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   if (choice_ != nullptr) choose(*result);
   const bool is_unread = !event.unread_fields.empty();
   if (is_unread && result->is_other()) {
+    reader_->read(event.unread_fields);  // throws if they cannot be read
     result->unread_fields = event.unread_fields;
     enter(plan, event.id, std::move(result));
     return;
@@ -355,6 +354,25 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   if (context) result->context = keep_program(*context);
   result->fields = keep_program(*fields);
   enter(plan, event.id, std::move(result));
+}
+
+void TracePlan::add_event_or_malformed(StreamPlan& plan, const EventClass& event,
+                                       const std::vector<Scope*>& earlier) {
+  try {
+    if (!event.malformed.empty()) throw MetadataError(event.malformed);
+    add_event(plan, event, earlier);
+  } catch (const MetadataError& error) {
+    auto reason = "event \"" + event.name.substr(0, kShown) + "\": " + error.what();
+    // Each is looked for in the text.
+    if (++malformed_classes > kMostMalformed) throw MetadataError(reason);
+    if (malformed.empty()) malformed = std::move(reason);
+    auto result = std::make_unique<EventPlan>();
+    result->number = static_cast<std::uint32_t>(events_.size());
+    result->name = event.name;
+    result->is_malformed = true;
+    result->other.name = result->name;
+    enter(plan, event.id, std::move(result));
+  }
 }
 
 void TracePlan::enter(StreamPlan& stream, std::uint64_t event_id,

@@ -57,6 +57,8 @@ struct ClockPlan {
   Timestamp time_of(std::uint64_t cycles) const noexcept {
     return time_of_cycles(cycles, frequency);
   }
+  // Behind them there are no times.
+  std::uint64_t last_cycles() const noexcept { return most_cycles(frequency); }
 };
 
 // One class of events.
@@ -71,7 +73,7 @@ struct EventPlan {
   bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
   bool has_own_tid = false;
   bool is_shown = false;      // all of its fields are
-  bool is_malformed = false;  // its fields were read late, and cannot be understood
+  bool is_malformed = false;  // it cannot be understood
   // They are read, and the programs made, when its class is asked for.
   std::string_view unread_fields{};
   OtherEvent other{};  // what it becomes without a translation, but for its fields
@@ -167,6 +169,8 @@ class TracePlan {
   bool has_header_uuid = false;
   bool has_stream_id = false;
   ByteOrder byte_order = ByteOrder::little;
+  std::uint32_t malformed_classes = 0;  // of events
+  std::string malformed;                // the first one, and why; empty: there is none
 
   std::size_t event_classes() const noexcept { return events_.size(); }
   const EventPlan& event_class(std::size_t number) const noexcept { return *events_[number]; }
@@ -186,6 +190,9 @@ class TracePlan {
                   std::span<const EventClass* const> events);
   static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
+  // Packets can be read as far as none of its events is there.
+  void add_event_or_malformed(StreamPlan& plan, const EventClass& event,
+                              const std::vector<Scope*>& earlier);
   void enter(StreamPlan& stream, std::uint64_t event_id, std::unique_ptr<EventPlan> event);
   void complete(StreamPlan& stream, EventPlan& event);
   void choose(EventPlan& plan) const;

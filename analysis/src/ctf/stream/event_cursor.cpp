@@ -17,6 +17,7 @@ void EventCursor::begin(const Packet& packet, std::uint64_t clock) {
   packet_ = &packet;
   clock_ = packet.begin.value_or(clock);
   plan_ = nullptr;
+  event_begin_ = packet.events_begin;
   frame_->order = packet.order;
   frame_->steps = kFreeSteps + packet.content_end / 8 * kStepsPerByte;
   base_ = 0;
@@ -90,7 +91,7 @@ bool EventCursor::is_good(Outcome outcome) {
 std::string EventCursor::reason() const {
   std::string text = reason_;
   if (plan_ != nullptr) return text + " (event " + plan_->name.substr(0, 100) + ")";
-  return text;
+  return unknown_id_ ? text + " (id " + std::to_string(*unknown_id_) + ")" : text;
 }
 
 bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& id) {
@@ -112,6 +113,7 @@ bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& i
 
 EventCursor::Step EventCursor::next() {
   plan_ = nullptr;
+  unknown_id_.reset();
   event_begin_ = position();
   if (event_begin_ >= packet_->content_end) return Step::end;
   const auto& stream = *packet_->stream;
@@ -132,7 +134,10 @@ EventCursor::Step EventCursor::next() {
     }
   }
   plan_ = stream.find(id);
-  if (plan_ == nullptr) return fail("an event's id is not in the metadata");
+  if (plan_ == nullptr) {
+    unknown_id_ = id;
+    return fail("an event's id is not in the metadata");
+  }
   return plan_->is_malformed ? fail("its class in the metadata is malformed") : Step::event;
 }
 

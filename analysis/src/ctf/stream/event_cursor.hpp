@@ -85,6 +85,8 @@ class EventCursor {
   // After `damaged`: why, and where in the packet.
   std::string reason() const;
   std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }
+  // Bits of the packet before the event that next() looked at last.
+  std::uint64_t event_begin() const noexcept { return event_begin_; }
 
  private:
   // `read` finds an event's header from where it begins and the clock before it.
@@ -105,6 +107,7 @@ class EventCursor {
   std::uint64_t base_ = 0;  // bytes of the packet before bits_.data
   std::uint64_t clock_ = 0;
   std::uint64_t event_begin_ = 0;
+  std::optional<std::uint64_t> unknown_id_;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
   std::array<Field, 3> context_{};

@@ -29,6 +29,7 @@ struct Packet {
   const StreamPlan* stream = nullptr;
   std::uint64_t offset = 0;        // bytes in the file
   std::uint64_t size = 0;          // bytes
+  bool has_size = true;            // as it tells; otherwise it is the rest of its file
   std::uint64_t events_begin = 0;  // bits in the packet
   std::uint64_t content_end = 0;   // bits in the packet
   std::optional<std::uint64_t> instance;

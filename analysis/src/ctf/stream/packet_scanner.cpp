@@ -10,6 +10,7 @@
 namespace cie::analysis::ctf {
 namespace {
 
+constexpr const char* kBeyondTime = "a time is 2^63 nanoseconds or more";
 constexpr std::uint64_t kSearchPiece = 64U << 10U;
 constexpr std::uint64_t kMaxHeader = 1U << 20U;
 constexpr std::uint64_t kHeaderSteps = 100'000;
@@ -118,13 +119,17 @@ std::optional<Packet> PacketScanner::describe(std::uint64_t offset, const Stream
                                               const Field* header, const Field* context,
                                               std::uint64_t events_begin) {
   const auto rest = window_.file().size() - offset;
-  const auto size_bits = number(at(context, PacketContextSlot::packet_size)).value_or(rest * 8);
+  const auto content_bits = number(at(context, PacketContextSlot::content_size));
+  const auto told_bits = number(at(context, PacketContextSlot::packet_size));
+  // Without a size of its own it is as large as its content, or all that is left of the file.
+  const auto size_bits = told_bits.value_or(content_bits.value_or(rest * 8));
   Packet packet;
   packet.stream = &stream;
   packet.offset = offset;
   packet.size = size_bits / 8;
+  packet.has_size = told_bits || content_bits;
   packet.events_begin = events_begin;
-  packet.content_end = number(at(context, PacketContextSlot::content_size)).value_or(size_bits);
+  packet.content_end = content_bits.value_or(size_bits);
   if (size_bits % 8 != 0 || packet.size == 0 || packet.content_end > size_bits ||
       packet.content_end < events_begin) {
     reason_ = "a packet's sizes contradict each other";
@@ -141,6 +146,11 @@ std::optional<Packet> PacketScanner::describe(std::uint64_t offset, const Stream
   packet.begin = number(begin);
   if (const auto value = number(end)) {
     packet.end = packet.begin ? extend_clock(*packet.begin, *value, end.length) : *value;
+  }
+  const auto last = stream.clock.last_cycles();
+  if (packet.begin.value_or(0) > last || packet.end.value_or(0) > last) {
+    reason_ = kBeyondTime;
+    return std::nullopt;
   }
   // What a crash left behind ends at 0.
   if (packet.begin && packet.end.value_or(0) != 0 && *packet.end < *packet.begin) {
@@ -190,28 +200,40 @@ bool PacketScanner::is_outside(const Packet& packet) const {
 
 bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& last_clock,
                                         NotedEvents* noted) {
+  probe_.begin(packet, last_clock);
   if (is_mostly_hole(packet)) return false;
   examined_ += packet.content_end / 8;
-  probe_.begin(packet, last_clock);
   if (noted != nullptr) noted->begin(packet, window_);
+  const auto last = packet.stream->clock.last_cycles();
   for (;;) {
     const bool are_noted = noted != nullptr && noted->walk(probe_);
     // Every event of a packet passes here or there once more than it must: nothing but sizes and times
     // is looked at. Behind one that cannot be noted others may be.
     bool has_passed = false;
-    probe_.walk_fixed([are_noted, &has_passed](const EventCursor::Fixed& /*event*/) {
-      return !are_noted || !std::exchange(has_passed, true);
+    probe_.walk_fixed([are_noted, last, &has_passed](const EventCursor::Fixed& event) {
+      return event.clock <= last && (!are_noted || !std::exchange(has_passed, true));
     });
     if (has_passed) continue;
+    last_clock = probe_.clock();
     const auto step = probe_.next();
-    if (step == EventCursor::Step::end) break;
+    if (step == EventCursor::Step::end) return true;
     if (step == EventCursor::Step::damaged || !probe_.read_body()) {
       reason_ = probe_.reason();
       return false;
     }
+    if (probe_.clock() > last) {
+      reason_ = kBeyondTime;
+      return false;
+    }
   }
-  last_clock = probe_.clock();
-  return true;
+}
+
+// What is no packet of a tracer but all of a file is read as far as it goes.
+void PacketScanner::cut(Packet& packet) {
+  rest_ = Damage{.offset = packet.offset + probe_.event_begin() / 8, .reason = reason_};
+  packet.content_end = probe_.event_begin();
+  packet.size = (packet.content_end + 7) / 8;
+  offset_ = window_.file().size();
 }
 
 // Where the next packet may begin at or after `from`; the file's end if nowhere.
@@ -332,7 +354,7 @@ std::optional<std::uint64_t> PacketScanner::last_clock_with_room(const Found& fo
 }
 
 PacketScanner::Found PacketScanner::next(NotedEvents* noted) {
-  Found found;
+  Found found{.damage = std::exchange(rest_, std::nullopt), .packet = {}};
   const auto note = [&](std::uint64_t offset) {
     if (!found.damage) found.damage = Damage{.offset = offset, .reason = reason_};
   };
@@ -353,6 +375,14 @@ PacketScanner::Found PacketScanner::next(NotedEvents* noted) {
     auto clock = packet->begin.value_or(0);
     const bool is_skipped = is_outside(*packet);
     if (!is_skipped && !has_readable_events(*packet, clock, noted)) {
+      if (!packet->has_size && probe_.event_begin() > packet->events_begin) {
+        if (noted != nullptr) noted->clear();
+        cut(*packet);
+        found.packet = packet;
+        found.last_clock = clock;
+        break;
+      }
+      reason_ += ", in byte " + std::to_string(packet->offset + probe_.event_begin() / 8);
       note(packet->offset);
       offset_ = after_bad_content(*packet);
       continue;

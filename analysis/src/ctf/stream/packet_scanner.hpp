@@ -83,6 +83,7 @@ class PacketScanner {
   bool is_mostly_hole(const Packet& packet);
   bool has_readable_events(const Packet& packet, std::uint64_t& last_clock,
                            NotedEvents* noted = nullptr);
+  void cut(Packet& packet);
   std::uint64_t find_magic(std::uint64_t from, Window& window);
   std::uint64_t after_bad_content(const Packet& packet);
 
@@ -95,6 +96,7 @@ class PacketScanner {
   Frame ahead_frame_;
   std::optional<Packet> packet_ahead_;  // the one that was looked for last, if there is any
   EventCursor probe_;
+  std::optional<Damage> rest_;  // behind the packet found last
   std::uint64_t offset_ = 0;
   std::uint64_t examined_ = 0;  // bytes of content looked at, to bound looking again
   std::uint64_t holes_ = 0;     // bytes of holes in them

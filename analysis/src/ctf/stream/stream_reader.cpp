@@ -79,6 +79,11 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .has_client_events = trace.has_client_events,
                            .is_descriptive = trace.has_callback_events == true && first &&
                                              !first->stream->starts_callbacks};
+  if (identity_.is_first_of_trace) {
+    auto& begin = std::get<StreamBegin>(event.body);
+    begin.malformed_classes = trace.malformed_classes;
+    begin.malformed = trace.malformed;
+  }
   writer.keep(event);
 }
 

@@ -40,6 +40,7 @@ struct StreamIdentity {
   StreamIndex index{};
   std::uint32_t channel = 0;
   std::uint32_t trace = 0;
+  bool is_first_of_trace = false;
   std::int64_t merge_offset_ns = 0;  // added to its times to compare them with other streams'
   Progress* progress = nullptr;      // null: nobody looks
   bool is_idle = false;              // these two: see StreamBegin
