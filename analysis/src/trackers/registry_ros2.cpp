@@ -75,10 +75,10 @@ void Registry::apply(const EventHead& head, const UntracedEntity& event) {
   if (facts.what.empty()) {
     facts.made = ref(head);
     facts.what = event.what;
-    facts.node = event.node;
     facts.is_client = event.is_client;
     facts.is_action = event.is_action;
   }
+  if (!event.node.empty()) facts.node = event.node;  // which may be told last
   if (event.group != kNoGroup) facts.group = event.group;
   if (event.is_pooled) facts.is_pooled = true;
 }

@@ -45,6 +45,28 @@ void Directory::add_node(Address handle, std::string_view name, std::string_view
   } else {
     nodes.assign(1, {.made = telling.made, .node = id});
   }
+  end_awaiting(handle);
+}
+
+void Directory::end_awaiting(Address node) {
+  const auto awaiting = awaiting_nodes_.extract(node);
+  if (!awaiting) return;
+  for (const auto handle : awaiting.mapped().entities) {
+    auto& entity = entities_[handle];
+    if (entity.awaited_node != node) continue;
+    entity.awaited_node = 0;
+    entity.node = node_of(node, entity.node_made);
+    entity.is_node_unknown = false;
+    refresh(entity);
+    if (!entity.hidden) continue;
+    hidden_[*entity.hidden].node = entity.node;
+    news_of_hidden_.push_back(*entity.hidden);
+  }
+  for (auto* publisher : awaiting.mapped().publishers) {
+    if (publisher->awaited_node != node) continue;
+    publisher->awaited_node = 0;
+    publisher->node = node_of(node, publisher->made);
+  }
 }
 
 std::optional<NodeId> Directory::node_of(Address handle, const Made& made) const {
@@ -57,13 +79,24 @@ std::optional<NodeId> Directory::node_of(Address handle, const Made& made) const
   return (later == nodes.begin() ? *later : *std::prev(later)).node;
 }
 
-void Directory::set_node(Entity& entity, Address node, const Telling& telling) {
+void Directory::set_node(Address handle, Entity& entity, Address node, const Telling& telling) {
   if (is_former(telling, entity.node_made)) return;
   entity.node = node_of(node, telling.made);
   entity.is_node_unknown = !entity.node;
   entity.node_made = telling.made;
   entity.node_handle = telling.repeats ? node : 0;
   links_late_ = links_late_ || telling.repeats;
+  const bool is_awaited = entity.is_node_unknown && !telling.repeats && is_told_whole();
+  entity.awaited_node = is_awaited ? node : 0;
+  if (is_awaited) awaiting_nodes_[node].entities.push_back(handle);
+}
+
+// Publishers stay where they are.
+void Directory::set_node(Publisher& publisher, Address node) {
+  publisher.node = node_of(node, publisher.made);
+  if (publisher.node || !is_told_whole()) return;
+  publisher.awaited_node = node;
+  awaiting_nodes_[node].publishers.push_back(&publisher);
 }
 
 void Directory::find_node(Callback& callback) const {
@@ -89,10 +122,10 @@ void Directory::add_publisher(const AnnouncedPublisher& init, std::uint64_t gid,
   auto& entry = publishers_[init.handle];
   if (!is_renewed(entry, init.topic, telling)) return;
   entry = Publisher{.id = id_of<PublisherId>(publishers_made_++),
-                    .node = node_of(init.node, telling.made),
                     .topic = std::string(init.topic),
                     .gid = gid,
                     .made = telling.made};
+  set_node(entry, init.node);
   if (init.rmw_handle != 0) publishers_of_rmw_[init.rmw_handle] = init.handle;
 }
 
@@ -101,10 +134,10 @@ bool Directory::add_caller(Address rmw_handle, Address node, std::string_view to
   auto& entry = callers_[rmw_handle];
   if (is_renewed(entry, topic, telling)) {
     entry = Publisher{.id = PublisherId{kFirstCallerId + callers_made_++},
-                      .node = node_of(node, telling.made),
                       .topic = std::string(topic),
                       .gid = gid,
                       .made = telling.made};
+    set_node(entry, node);
   }
   return entry.topic == topic;
 }
@@ -138,9 +171,12 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
   const bool is_same = is_repeated(telling, entity.made) && entity.is_announced &&
                        entity.kind == described.kind && entity.source == described.source &&
                        entity.period_ns == described.period_ns;
-  // A tracer that repeats nothing tells of what is made now, before it says anything else of that.
-  const bool is_first = telling.repeats && !entity.is_announced;
+  // What ran at a handle that was never announced is not what is announced there now, but for a tracer
+  // that repeats.
+  const bool has_run = entity.callback != nullptr && is_seen(*entity.callback);
+  const bool is_first = !entity.is_announced && (telling.repeats || !has_run);
   if (!is_same) leave_former(handle, entity, telling, is_first);
+  if (is_first && !telling.repeats) note_told_before(entity);
   entity.kind = described.kind;
   entity.source = described.source;
   entity.period_ns = described.period_ns;
@@ -154,15 +190,20 @@ Directory::Entity* Directory::renew(Address handle, const Entity& described,
   return &entity;
 }
 
+void Directory::note_told_before(Entity& entity) {
+  entity.told_before = entity.node_made;
+  if (!entity.addresses.empty()) entity.told_before = bindings_[entity.addresses.front()].made;
+}
+
 // What was told of a handle belongs to what is told to have it now if it was made since; where that is
 // not told, if nothing had the handle before.
 void Directory::leave_former(Address handle, Entity& entity, const Telling& telling,
                              bool is_first) {
   touch(handle, entity);
+  const auto former = std::exchange(entity, {});
   const auto is_its = [&telling, is_first](const Made& made) {
     return telling.repeats && telling.made && made ? *made >= *telling.made : is_first;
   };
-  const auto former = std::exchange(entity, {});
   if (is_its(former.group_made)) {
     entity.group = former.group;
     entity.group_made = former.group_made;
@@ -171,9 +212,15 @@ void Directory::leave_former(Address handle, Entity& entity, const Telling& tell
     entity.node = former.node;
     entity.node_made = former.node_made;
     entity.is_node_unknown = former.is_node_unknown;
+    entity.awaited_node = former.awaited_node;
     entity.node_handle = former.node_handle;
   }
-  const auto is_bound_since = [&](Address address) { return is_its(bindings_[address].made); };
+  const auto is_bound_since = [&](Address address) {
+    const auto& made = bindings_[address].made;
+    // One after the other is told in the same order.
+    const bool is_told_before = former.told_before && made && former.made && *made > *former.made;
+    return is_its(made) || is_told_before;
+  };
   if (is_first && std::ranges::all_of(former.addresses, is_bound_since)) {
     entity.callback = former.callback;
     entity.bound_after = former.bound_after;
@@ -214,7 +261,7 @@ void Directory::add_subscription(const SubscriptionInit& init, const Telling& te
                    .node_handle = init.node};
   auto* entity = renew(init.handle, described, telling);
   if (entity == nullptr) return;
-  set_node(*entity, init.node, telling);
+  set_node(init.handle, *entity, init.node, telling);
   entity->queue_depth = init.queue_depth;
   entity->rmw_subscription = init.rmw_handle;
   refresh(*entity);
@@ -226,7 +273,7 @@ void Directory::add_service(Address handle, Address node, std::string_view servi
       .kind = CallbackKind::service, .source = std::string(service), .node_handle = node};
   auto* entity = renew(handle, described, telling);
   if (entity == nullptr) return;
-  set_node(*entity, node, telling);
+  set_node(handle, *entity, node, telling);
   refresh(*entity);
   if (service.ends_with(kActionGoal))
     hide(*entity, {.what = "the action server of " + action_of(service), .is_action = true});
@@ -237,7 +284,7 @@ void Directory::add_client(Address handle, Address node, std::string_view servic
   Entity described{.kind = CallbackKind::client, .source = std::string(service)};
   auto* entity = renew(handle, described, telling);
   if (entity == nullptr) return;
-  set_node(*entity, node, telling);
+  set_node(handle, *entity, node, telling);
   if (!is_of_action(service)) {
     hide(*entity, {.what = "the client of " + std::string(service), .is_client = true});
     auto& client = clients_[rmw_handle];
@@ -285,7 +332,13 @@ void Directory::link_timer(Address handle, Address node, const Telling& telling)
     return;
   }
   touch(handle, entity);
-  set_node(entity, node, telling);
+  const bool is_of_next = !telling.repeats && entity.is_announced && entity.told_before &&
+                          entity.node_made && *entity.node_made < *entity.made;
+  if (is_of_next) {
+    entity.told_before.reset();
+    leave_former(handle, entity, telling, false);
+  }
+  set_node(handle, entity, node, telling);
   refresh(entity);
 }
 

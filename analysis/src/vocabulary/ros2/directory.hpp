@@ -52,6 +52,7 @@ struct Publisher {
   std::int64_t last_stamp = 0;
   MessageTopic* messages = nullptr;        // of its topic, once it was seen to publish
   std::optional<std::uint32_t> told_in{};  // the channel of its latest publication
+  Address awaited_node = 0;                // its node's handle, if that is told later
   Made made{};
   bool is_told = false;
 };
@@ -163,6 +164,9 @@ class Directory {
   // Events were lost, or may have been: whatever addresses meant, something else may lie there by now,
   // until they are told of again.
   void lose() noexcept { ++losses_; }
+  // The process began with the recording: all that it makes is told.
+  void see_whole() noexcept { is_seen_whole_ = true; }
+  bool is_seen_whole() const noexcept { return is_seen_whole_; }
   // rcl_init of a pid that has told before: of another context, or of another process.
   void begin_again() noexcept { is_begun_again_ = true; }
   // It, or the one before it at an address, was bound there since: both may live, in two processes.
@@ -238,9 +242,11 @@ class Directory {
     Address rmw_subscription = 0;
     std::optional<Address> group{};
     Made made{};
-    Made node_made{};         // when it was linked to that
-    Address node_handle = 0;  // which a tracer that repeats may tell of later
-    Made group_made{};        // likewise
+    Made node_made{};          // when it was linked to that
+    Address node_handle = 0;   // which a tracer that repeats may tell of later
+    Address awaited_node = 0;  // its node's handle, if that is told later
+    Made group_made{};         // when it joined that
+    Made told_before{};        // when something of it was told, if that was before its announcement
     bool is_announced = false;
     bool may_repeat = false;        // by a tracer that may say it a second time
     bool is_node_unknown = false;   // it has one that was never announced
@@ -265,7 +271,8 @@ class Directory {
     Callback* former = nullptr;  // whose it was before, if it is taken over since begin_again()
     std::string symbol{};
     Made symbol_made{};
-    Address handle = 0;  // of the callback; 0: not known yet
+    bool is_symbol_of_next = false;  // it was told after the one of what lies there
+    Address handle = 0;              // of the callback; 0: not known yet
     Made made{};
     std::uint64_t told_after = 0;  // losses
   };
@@ -277,6 +284,11 @@ class Directory {
     Address to = 0;
     Made made{};
     std::uint64_t told_after = 0;  // losses
+  };
+  // What refers to a node that was not told yet.
+  struct Awaiting {
+    std::vector<Address> entities{};
+    std::vector<Publisher*> publishers{};
   };
   struct HiddenClient {
     std::uint32_t number = 0;
@@ -325,6 +337,12 @@ class Directory {
   static bool is_nameless(const Callback* callback) noexcept {
     return callback != nullptr && !callback->kind && !callback->is_told;
   }
+  // What was not told yet will be.
+  bool is_told_whole() const noexcept { return is_seen_whole_ && losses_ == 0; }
+  // It ran, or was told.
+  static bool is_seen(const Callback& callback) noexcept {
+    return callback.is_told || callback.next_seq != 0;
+  }
   // Whether `known` becomes another one.
   static bool is_renewed(Publisher& known, std::string_view topic, const Telling& telling);
   void link(Link& known, Address to, const Telling& telling) const {
@@ -333,10 +351,13 @@ class Directory {
   }
   // Null: another one has the handle since.
   Entity* renew(Address handle, const Entity& described, const Telling& telling);
+  void note_told_before(Entity& entity);
   // `is_first`: nothing is known to have had the handle before.
   void leave_former(Address handle, Entity& entity, const Telling& telling, bool is_first);
   void count_former(Address handle, const Entity& former);
   void link_former(Address handle, Address node, const Telling& telling);
+  // The handle gets a callback, and had another one.
+  void leave_callback(CallbackKind kind, Address handle, Entity& entity, const Telling& telling);
   // The address will be one of another callback.
   Binding& take_over(Address address, const Telling& telling);
   void release(Address address, Binding& binding);
@@ -362,7 +383,10 @@ class Directory {
   Callback& new_callback();
   // Of something made then.
   std::optional<NodeId> node_of(Address handle, const Made& made) const;
-  void set_node(Entity& entity, Address node, const Telling& telling);
+  void set_node(Address handle, Entity& entity, Address node, const Telling& telling);
+  void set_node(Publisher& publisher, Address node);
+  // What referred to the node gets it.
+  void end_awaiting(Address node);
   std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
   // It may have other namesakes by now.
@@ -381,6 +405,7 @@ class Directory {
   static bool is_described(const Callback& callback) noexcept;
 
   std::uint64_t losses_ = 0;
+  bool is_seen_whole_ = false;
   bool is_begun_again_ = false;
   bool links_timers_ = false;  // the tracer tells whose timers are
   bool links_late_ = false;    // it may tell later which nodes callbacks are of
@@ -404,6 +429,7 @@ class Directory {
   // Callbacks that were ever described so.
   std::map<HandleAndMade, std::vector<const Callback*>> callbacks_by_handle_;
   std::unordered_map<Address, std::vector<NodeOfHandle>> nodes_by_handle_;  // as they were made
+  std::unordered_map<Address, Awaiting> awaiting_nodes_;
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;
   std::unordered_map<Address, Address> publishers_of_rmw_;  // by rmw's handle

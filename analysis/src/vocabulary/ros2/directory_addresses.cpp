@@ -88,9 +88,27 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
   }
   touch(handle, entity);
   auto& binding = take_over(callback, telling);
-  if (is_another && entity.callback != nullptr) leave_former(handle, entity, telling, false);
+  if (is_another && entity.callback != nullptr) leave_callback(kind, handle, entity, telling);
   entity.kind = kind;
   hold(callback, binding, handle);
+}
+
+// What the handle was announced to be goes with the callback that was told before that, unless it is
+// nearer in time to the one that follows: some handles are never announced.
+void Directory::leave_callback(CallbackKind kind, Address handle, Entity& entity,
+                               const Telling& telling) {
+  auto announced = entity;
+  entity.told_before.reset();
+  leave_former(handle, entity, telling, false);
+  const bool is_of_next =
+      announced.told_before && !is_seen(*announced.callback) &&
+      apart(*announced.made, *announced.told_before) > apart(*announced.made, *telling.made);
+  if (!is_of_next) return;
+  describe_anew(*announced.callback, {.kind = kind});
+  announced.callback = nullptr;
+  announced.addresses.clear();
+  announced.told_before.reset();
+  entity = std::move(announced);
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
@@ -104,10 +122,10 @@ void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
 }
 
 void Directory::add_symbol(Address callback, std::string_view symbol, const Telling& telling) {
-  const auto found = bindings_.find(callback);
-  if (found == bindings_.end()) return;
-  auto& binding = found->second;
+  auto& binding = bindings_[callback];
   if (is_former(telling, binding.made) || is_former(telling, binding.symbol_made)) return;
+  // A second one is that of what will lie there, should that be told.
+  binding.is_symbol_of_next = !binding.made || !binding.symbol.empty();
   binding.symbol = symbol;
   binding.symbol_made = telling.made;
   if (binding.callback == nullptr) return;
@@ -188,6 +206,9 @@ Directory::Binding& Directory::take_over(Address address, const Telling& telling
     next.symbol = std::move(binding.symbol);
     next.symbol_made = binding.symbol_made;
     if (ran != nullptr) ran->symbol.clear();
+  } else if (binding.is_symbol_of_next) {
+    next.symbol = std::move(binding.symbol);
+    next.symbol_made = telling.made;
   }
   return binding = std::move(next);
 }

@@ -284,7 +284,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
       // What tells it again when a recording begins tells everything that was made since.
       const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
       if (!has_emitted || telling.repeats || is_own) emit(head, Ros2ProcessBegin{}, sink);
-      if (!has_emitted) process.is_seen_whole = true;
+      if (!has_emitted) process.directory.see_whole();
       if (!is_own) enter_begin(p.number<Address>(0), telling, has_emitted, process);
       if (const auto version = p.text(1); !version.empty() && !is_own) {
         emit(head, Ros2Tracer{.version = version}, sink);

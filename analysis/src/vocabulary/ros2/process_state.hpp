@@ -181,7 +181,6 @@ struct Process {
   std::uint32_t host = 0;             // its number
   bool has_emitted = false;           // in ROS 2's words
   bool has_own_events = false;        // this project's, which say more and are numbered
-  bool is_seen_whole = false;         // its begin was its first word: all that it makes is told
   bool is_repeated = false;           // what was made before is told while it runs, part by part
   bool has_begun_beside_own = false;  // an rcl_init after these
   bool has_ros2_profile = false;      // says the same in ROS 2's words too

@@ -175,7 +175,7 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
   if (publisher.topic.empty()) {
     // rcl announces the publisher of /rosout by an address that it does not publish by (its messages
     // are no other topic's).
-    const bool is_rosout = context.process.is_seen_whole && !links_.has_lost();
+    const bool is_rosout = context.process.directory.is_seen_whole() && !links_.has_lost();
     if (publication.is_exact || !is_rosout)
       context.thread.writing = links_.unannounced().add(publication);
     return {};
