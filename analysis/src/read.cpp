@@ -1,4 +1,5 @@
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/namespaced_pid.hpp>
 #include <cie/analysis/recorded_events.hpp>
 
 #include "ctf/native_reader.hpp"
@@ -82,7 +83,7 @@ class RecordedEvents {
     sink_({.time = head.time,
            .host = hosts_[static_cast<std::size_t>(head.stream)],
            .cpu = head.cpu,
-           .pid = head.pid,
+           .pid = head.pid ? std::optional(plain_pid(*head.pid)) : std::nullopt,
            .tid = head.tid,
            .event_class = event.event_class,
            .name = choice_.names()[event.event_class],

@@ -244,6 +244,10 @@ void MessageDecoder::event(const bt_message* message) {
   };
   EventHead head{
       .time = {}, .stream = stream.index, .cpu = stream.cpu, .pid = context(0), .tid = context(1)};
+  constexpr std::size_t kPidNamespace = 3;
+  const auto& trace = *stream.trace;
+  if (const auto inode = trace.domain == Domain::user ? context(kPidNamespace) : std::nullopt)
+    namespaces_[trace.host].tell_apart(static_cast<std::uint64_t>(*inode), head);
   const auto* stream_class = bt_stream_borrow_class_const(bt_event_borrow_stream_const(event));
   if (bt_stream_class_borrow_default_clock_class_const(stream_class) != nullptr) {
     head.time = time_of(bt_message_event_borrow_default_clock_snapshot_const(message));

@@ -6,6 +6,7 @@
 #include "analyzer_input.hpp"
 #include "bt_fields.hpp"
 #include "bt_handles.hpp"
+#include "vocabulary/pid_namespaces.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <cstdint>
@@ -46,7 +47,7 @@ class MessageDecoder {
   struct EventPlan {
     const Translation* translation = nullptr;
     FieldTable payload;
-    FieldTable common_context;    // vpid, vtid
+    FieldTable common_context;    // as context_requests() has them
     FieldTable specific_context;  // the same, for tracers that write them there
     std::string name;
   };
@@ -86,6 +87,7 @@ class MessageDecoder {
   std::unordered_map<const bt_stream*, Foretold> foretold_;  // of streams about to begin
   std::unordered_map<const bt_event_class*, EventPlan> plans_;
   std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;
+  std::unordered_map<std::string, PidNamespaces> namespaces_;  // by host
   std::map<std::pair<const bt_trace*, std::uint64_t>, std::uint32_t> channels_;
 };
 

@@ -14,6 +14,7 @@
 #include "ctf/stream/stream_reader.hpp"
 #include "ctf/stream/tournament.hpp"
 #include "recording/discovery.hpp"
+#include "vocabulary/pid_namespaces.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <algorithm>
@@ -251,7 +252,8 @@ class TraceReader::Streams {
         plan->uuid ? uuid_text(*plan->uuid) + '/' + text_of(plan->clock()) : directory.string();
     auto& state = states_[name];
     state.priority_offset = plan->priority_offset;
-    const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan, state);
+    const auto trace = std::make_shared<LateFields::OfTrace>(
+        late_, plan, state, namespaces_[{plan->host, plan->clock().uuid}]);
     std::error_code listing;
     const auto paths = stream_files(directory, listing);
     if (listing) {
@@ -455,7 +457,8 @@ class TraceReader::Streams {
   std::vector<std::pair<fs::path, std::string>> unreadable_;  // directories, and why
   std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
   std::vector<std::pair<StreamIndex, std::string>> salvaged_;
-  std::map<std::string, VocabularyState> states_;  // by name of the trace
+  std::map<std::string, VocabularyState> states_;                            // by name of the trace
+  std::map<std::pair<std::string, std::string>, PidNamespaces> namespaces_;  // by host and clock
   LateFields late_{translator_};
   std::map<StreamKey, std::vector<StreamFile>> files_;
   PacketMemory packets_;  // of the streams, while they are read

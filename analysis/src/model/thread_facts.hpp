@@ -62,7 +62,8 @@ struct LoadedSpec {
 // One process incarnation: (host, pid, process start).
 struct ProcessFacts {
   HostIndex host{};
-  std::int64_t pid = 0;
+  std::int64_t pid = 0;                 // as it knows itself
+  std::int64_t told_pid = 0;            // as events have it: pid_in_namespace()
   std::optional<EventRef> run_begin{};  // first one seen
   std::optional<RunMoment> first_moment{};
   std::string executor{};

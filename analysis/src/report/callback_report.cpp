@@ -47,11 +47,18 @@ std::optional<bool> had_one_thread_at_a_time(const RuleContext& context, Callbac
   return verdict == Verdict::inconclusive ? std::nullopt : std::optional(verdict == Verdict::pass);
 }
 
+// False: what started and what ended may be instances of several processes.
+bool is_paired(const Model& model, const CallbackFacts& facts) {
+  const auto& process = model.processes[at(facts.process)];
+  return !process.shares_pid_since || process.pid_sharing != PidSharing::crossed;
+}
+
 // Empty: some run's thread is unknown, or only its end was seen, or its thread may have served what
 // nobody can see, or lived together with another one; and what is seen shows no sharing.
 std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex index) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
+  if (!is_paired(model, facts)) return std::nullopt;
   const auto is_doubtful = [&](const CallbackOnThread* pair) {
     return !pair->is_certain || may_be_former(context, model.threads[at(pair->thread)]);
   };
@@ -237,14 +244,16 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
     report.outside_window = left_out;
   report.may_lack_runs = context.proof.lost_runs(index).has_value();
   report.longest_unmeasured = facts.longest_unmeasured;
-  set_open(report, context, index);
+  if (is_paired(model, facts)) set_open(report, context, index);
   report.lived = life_of(context, facts);
-  if (facts.min_inter_arrival) report.shortest_inter_arrival = facts.min_inter_arrival->value;
+  if (facts.min_inter_arrival && is_paired(model, facts))
+    report.shortest_inter_arrival = facts.min_inter_arrival->value;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
   set_queue_losses(report, context, index);
   if (are_periods_known(facts)) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
+  if (!is_paired(model, facts)) return;
   if (facts.has_grid_releases()) report.release_error = facts.release_error();
   report.response_time = facts.response_time.summary(keep_buckets);
   report.longest_response = facts.max_response_parts;

@@ -441,7 +441,8 @@ void add_process_defects(const Model& model, std::vector<TraceDefect>& defects) 
       defects, DefectKind::shared_pid, Severity::error,
       total_of(model.processes,
                [](const ProcessFacts& p) { return std::uint64_t{p.shares_pid_since.has_value()}; }),
-      "events of processes of one pid cannot be told apart: record containers one by one; run a "
+      "events of processes of one pid cannot be told apart: record containers with the context pid_ns "
+      "(cie record --ros2 does), or one by one; run a "
       "program that forks without exec() with LD_PRELOAD=liblttng-ust-fork.so.1; a run_begin may be "
       "lost");
   add_defect(defects, DefectKind::contract_too_new, Severity::error,

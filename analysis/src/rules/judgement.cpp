@@ -1,5 +1,7 @@
 #include "judgement.hpp"
 
+#include <cie/analysis/namespaced_pid.hpp>
+
 #include <algorithm>
 #include <tuple>
 #include <utility>
@@ -26,7 +28,7 @@ Evidence evidence(std::string event, const EventRef& where, std::string note) {
   Evidence item{.event = std::move(event),
                 .time = time_of_evidence(where.time),
                 .cpu = where.cpu,
-                .pid = where.pid,
+                .pid = where.pid ? std::optional(plain_pid(*where.pid)) : std::nullopt,
                 .tid = where.tid,
                 .note = std::move(note)};
   if (where.stream != kNoStream) item.stream = static_cast<std::uint32_t>(where.stream);

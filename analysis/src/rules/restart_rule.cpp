@@ -135,8 +135,9 @@ std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFac
                                    const CallbackFacts& after) {
   const auto& process = context.model.processes[at(before.process)];
   const auto& other = context.model.processes[at(after.process)];
-  const bool is_pid_given_anew = process.pid == other.pid && process.pid_ns == other.pid_ns &&
-                                 !process.shares_pid_since && before.process != after.process;
+  const bool is_pid_given_anew = process.told_pid == other.told_pid &&
+                                 process.pid_ns == other.pid_ns && !process.shares_pid_since &&
+                                 before.process != after.process;
   if (before.fini || process.run_end || context.lives.has_exited(before.process) ||
       is_pid_given_anew || is_silent_beside(context, before.process, after.process))
     return std::nullopt;

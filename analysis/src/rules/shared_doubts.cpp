@@ -68,8 +68,8 @@ Evidence sharing(const ProcessFacts& process) {
           "not recorded");
     case PidSharing::crossed:
       return since(
-          "instances on one thread overlap and do not nest: two processes have this pid, as "
-          "those of containers, which need a recording each");
+          "instances on one thread overlap and do not nest, or none of its process can nest so: two "
+          "processes have this pid, as those of containers, which the context pid_ns tells apart");
     case PidSharing::beside_own:
       return since(
           "ROS 2's events tell of an instance since another rcl_init of this pid, of which this "
@@ -87,7 +87,7 @@ SharedPids shared_pids(const Model& model) {
   for (const auto& process : model.processes) {
     if (!process.shares_pid_since) continue;
     shared.any = sharing(process);
-    shared.by_pid.insert_or_assign({process.host, process.pid}, *shared.any);
+    shared.by_pid.insert_or_assign({process.host, process.told_pid}, *shared.any);
   }
   return shared;
 }
@@ -104,7 +104,7 @@ void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& s
     auto since = shared.any;
     if (subject.about.process) {
       const auto& process = model.processes[at(*subject.about.process)];
-      const auto found = shared.by_pid.find({process.host, process.pid});
+      const auto found = shared.by_pid.find({process.host, process.told_pid});
       if (found == shared.by_pid.end()) continue;
       since = found->second;
     }

@@ -1,3 +1,5 @@
+#include <cie/analysis/namespaced_pid.hpp>
+
 #include "instance_builder.hpp"
 
 #include <algorithm>
@@ -135,7 +137,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   }
   if (observer_ == nullptr) return;
   const Publication publication{.time = head.time,
-                                .pid = *head.pid,
+                                .pid = plain_pid(*head.pid),
                                 .tid = head.tid.value_or(-1),
                                 .cpu = head.cpu,
                                 .topic = facts.topic,

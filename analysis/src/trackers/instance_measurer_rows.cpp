@@ -1,4 +1,6 @@
 // What observers are told: a row per instance, at once or when a timer's releases are proven.
+#include <cie/analysis/namespaced_pid.hpp>
+
 #include "instance_measurer.hpp"
 #include "model/callback_questions.hpp"
 
@@ -14,7 +16,7 @@ Instance InstanceMeasurer::instance_of(const PendingInstance& pending,
   if (has_logical_id(facts)) instance.logical_id = facts.logical_id;
   instance.callback = pending.callback;
   instance.process = facts.process;
-  instance.pid = pending.start.pid.value_or(-1);
+  instance.pid = plain_pid(pending.start.pid.value_or(-1));
   instance.tid = pending.start.tid.value_or(-1);
   instance.seq = pending.seq;
   instance.state = measured.state;

@@ -1,5 +1,7 @@
 #include "registry.hpp"
 
+#include <cie/analysis/namespaced_pid.hpp>
+
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
@@ -50,7 +52,8 @@ ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
   const auto index = ProcessIndex{static_cast<std::uint32_t>(model_.processes.size())};
   auto& process = model_.processes.emplace_back();
   process.host = host;
-  process.pid = pid;
+  process.pid = plain_pid(pid);
+  process.told_pid = pid;
   process.monotonic_offset_ns = recorded_offset_ns(model_, process);
   process_by_pid_[{scope(host), pid}] = index;
   return index;
@@ -84,7 +87,7 @@ std::optional<ProcessIndex> Registry::reported_process_of(const EventHead& head)
 }
 
 ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
-  emitters_.forget(model_.processes[at(process)].pid, tid);
+  emitters_.forget(model_.processes[at(process)].told_pid, tid);
   const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
   auto& thread = model_.threads.emplace_back();
   thread.process = process;

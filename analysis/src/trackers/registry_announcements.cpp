@@ -66,7 +66,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.pid_ns = event.pid_ns;
   if (event.monotonic_offset_ns != 0) process.monotonic_offset_ns = event.monotonic_offset_ns;
   if (has_tids_of_kernel(process) != had_tids_of_kernel) set_known_to_kernel(index);
-  process.is_pid_own = event.pid == *of_process.pid;
+  process.is_pid_own = event.pid == process.pid;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;
 }

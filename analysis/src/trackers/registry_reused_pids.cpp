@@ -1,4 +1,6 @@
 // Whose events are whose where a process has ended and another one may have its pid by now.
+#include <cie/analysis/namespaced_pid.hpp>
+
 #include "model/loss_times.hpp"
 #include "registry.hpp"
 
@@ -71,7 +73,7 @@ void Registry::detect_reused_pid(const EventHead& head, const RunBegin& event,
   const auto* const found = process_by_pid_.find({scope(host_of(head)), pid});
   if (found == nullptr) return;
   const auto former = *found;
-  const bool is_pid_own = event.pid == pid;
+  const bool is_pid_own = event.pid == plain_pid(pid);
   const auto is_of = [&](const ProcessFacts& process) {
     // Two that begin in one tick of the kernel's clock have the same start.
     return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
@@ -187,7 +189,7 @@ void Registry::detect_another_program(const EventHead& head, const EventBody& bo
 // As if its run_begin had told it.
 void Registry::begin_another_program(ProcessIndex former, const BegunAgain& begun) {
   const auto since = begun.head.time;
-  const auto index = new_process(begun.before.host, begun.before.pid);
+  const auto index = new_process(begun.before.host, begun.before.told_pid);
   model_.processes[at(former)] = begun.before;
   pass_name_on(former, index);
   if (begun.main) {

@@ -26,7 +26,7 @@ bool is_callback_start(std::string_view event) {
 
 const std::vector<FieldRequest>& context_requests() {
   static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid",
-                                                  "procname"};
+                                                  "procname", "pid_ns"};
   return requests;
 }
 

@@ -63,7 +63,8 @@ const std::vector<Translation>& ros2_vocabulary();  // ROS 2's tracers: see ../r
 const std::vector<Translation>& kernel_vocabulary();
 const std::vector<Translation>& lttng_vocabulary();  // what LTTng itself says of a process
 
-// Where every tracer writes who emitted an event: process, thread, and what that is called.
+// Where every tracer writes who emitted an event: process, thread, what that is called, and the pid
+// namespace of both.
 const std::vector<FieldRequest>& context_requests();
 
 }  // namespace cie::analysis

@@ -51,6 +51,21 @@ class Ros2(unittest.TestCase):
         self.assertEqual(callbacks("launched"), {"/robot/leg@Timer(20000000)": 5})
         self.assertEqual(verdict("launched", "T2"), "PASS")
 
+    # Each is process 1 of its namespace.
+    def test_processes_of_several_pid_namespaces_are_told_apart(self):
+        if run("unshare", "--pid", "--fork", "true").returncode != 0:
+            self.skipTest("not possible here: a pid namespace of its own needs CAP_SYS_ADMIN")
+        apart = f"unshare --pid --fork '{ROS2_APP}'"
+        record("namespaces", "--ros2", "--", "sh", "-c", f"{apart} & {apart}; wait")
+        events = [json.loads(line) for line in
+                  cie.run("events", scratch / "namespaces", "--name", "ros2:callback_start", "-f", "json").stdout.splitlines()]
+        self.assertEqual({event["pid"] for event in events}, {1})
+        self.assertEqual(len({event["context"]["pid_ns"] for event in events}), 2)
+        report = cie.json("report", scratch / "namespaces")
+        self.assertEqual([(row["logical_id"], row["instances"]) for row in report["callbacks"]],
+                         [("/robot/leg@Timer(20000000)", 5)] * 2)
+        self.assertNotIn("shared-pid", [defect["kind"] for defect in report["defects"]])
+
     def test_applications_of_both_kinds_are_told_once(self):
         manifest, _ = record("both", "--ros2", "--", "sh", "-c", f"'{ROS2_APP}'; '{CIE_APP}'")
         # Of a program that has ended its thread's name is known.

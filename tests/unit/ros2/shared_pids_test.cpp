@@ -121,6 +121,38 @@ TEST(Ros2SharedPids, RunsAcrossEachOtherAreOfTwoThreads) {
   }
 }
 
+// The tracer gives the context procname anew at each event, and a thread has one name there.
+TEST(Ros2SharedPids, AThreadOfAnotherNameInsideARunIsAnother) {
+  const auto inside = [](const std::string& name) {
+    return analyze_ros2(std::string(kTwoTimers) + R"(
+      10 callback_start callback=0x30 procname=one
+      12 callback_start callback=0x31 procname=)" +
+                        name + R"(
+      14 callback_end callback=0x31
+      20 callback_end callback=0x30)");
+  };
+  EXPECT_EQ(inside("one").durations(), "/n@Timer(1): 1 of 10 to 10\n/n@Timer(2): 1 of 2 to 2\n");
+  const auto result = inside("two");
+  for (const auto* rule : {"M2", "M3", "E1", "E2", "E3"})
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+  for (const auto& callback : result.analysis.report.callbacks)
+    EXPECT_FALSE(callback.duration) << callback.logical_id;
+}
+
+// Both are of one image, and addresses are not randomized.
+TEST(Ros2SharedPids, ARunInsideItselfAtAnAddressOfTwoBeginsIsOfTheOther) {
+  const auto runs =
+      start(1000, kFirst) + start(1010, kFirst, 1) + end(1020, kFirst) + end(1030, kFirst, 1);
+  const auto shared = analyze_ros2(begin(0, "a", kFirst) + begin(10, "b", kFirst) + runs);
+  EXPECT_THAT(shared.evidence("M2"), HasSubstr("two processes have this pid"));
+  for (const auto& callback : shared.analysis.report.callbacks) {
+    EXPECT_FALSE(callback.duration) << callback.logical_id;
+    EXPECT_FALSE(callback.isolation) << callback.logical_id;
+  }
+  const auto alone = analyze_ros2(begin(0, "a", kFirst) + runs);
+  EXPECT_EQ(alone.callback("/a@Timer(1000)").duration->max, 30) << "of a reentrant group, perhaps";
+}
+
 // An exception leaves the inner run, and what it is of runs again.
 TEST(Ros2SharedPids, ARunThatIsLeftLiesAcrossNone) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + R"(

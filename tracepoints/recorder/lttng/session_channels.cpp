@@ -165,10 +165,12 @@ void enable_ros2_events(lttng_handle* session, SessionKind kind, const Options& 
                  options.flush_interval);
   enable_channel(session, kind, kRos2EventChannel, options.subbuf_size, options.num_subbuf,
                  options.flush_interval);
+  std::vector<int> who{LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID,
+                       LTTNG_EVENT_CONTEXT_PROCNAME};
+  // Containers give the same pids; processes of this project tell their namespace themselves.
+  if (options.ros2 == Ros2Events::applications) who.push_back(LTTNG_EVENT_CONTEXT_PID_NS);
   for (const char* channel : {kRos2StateChannel, kRos2EventChannel}) {
-    add_contexts(
-        session, channel,
-        {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID, LTTNG_EVENT_CONTEXT_PROCNAME});
+    add_contexts(session, channel, who);
   }
   for (const std::string& pattern : ros2_state_events()) {
     enable_events(session, kRos2StateChannel, pattern, {});

@@ -152,9 +152,10 @@ Lines missing_of(const analysis::Report& report) {
     std::string_view noun;
     std::string_view what;
   };
-  constexpr std::array<Words, 12> kMissing{
+  constexpr std::array<Words, 13> kMissing{
       {{DefectKind::damaged_packets, "packet", "damaged"},
        {DefectKind::missing_files, "file", "missing or changed"},
+       {DefectKind::shared_pid, "process", "of a shared pid"},
        {DefectKind::host_gap, "gap", "not recorded"},
        {DefectKind::streams_left_out, "stream", "left out"},
        {DefectKind::unseen_process, "process", "not recorded"},

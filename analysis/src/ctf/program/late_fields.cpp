@@ -5,8 +5,12 @@
 namespace cie::analysis::ctf {
 
 LateFields::OfTrace::OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan,
-                             VocabularyState& state)
-    : all_(all), plan_(std::move(plan)), state_(state), waiting_(plan_->event_classes()) {
+                             VocabularyState& state, PidNamespaces& namespaces)
+    : all_(all),
+      plan_(std::move(plan)),
+      state_(state),
+      namespaces_(plan_->domain == Domain::user ? &namespaces : nullptr),
+      waiting_(plan_->event_classes()) {
   for (std::size_t i = 0; i < waiting_.size(); ++i)
     waiting_[i].plan = &plan_->event_class(i);
 }
@@ -39,12 +43,14 @@ void LateFields::OfTrace::fill(Waiting& waiting, EventBatch& batch) {
   // Copies, which nothing that is written could change.
   const auto pid = plan.fixed->context[slot(ContextSlot::pid)];
   const auto tid = plan.fixed->context[slot(ContextSlot::tid)];
+  const bool tells_namespace = has_namespace(plan);
   const auto* const translation = plan.translation;
   Payload fields(nullptr, plan.fixed->fields.data());
   for (const auto* late = waiting.room.data(); late != waiting.next; ++late) {
     auto& event = *late->event;
     pid.get(late->body, event.head.pid);
     tid.get(late->body, event.head.tid);
+    if (tells_namespace) tell_apart(plan, late->body, event.head);
     if (translation == nullptr) {
       leave_other(plan, event, batch);
     } else {

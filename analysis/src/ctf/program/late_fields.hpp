@@ -6,11 +6,13 @@
 #include "shown_fields.hpp"
 #include "trace_plan.hpp"
 #include "vocabulary/event_batch.hpp"
+#include "vocabulary/pid_namespaces.hpp"
 #include "vocabulary/translator.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -24,10 +26,16 @@ class LateFields {
   // The events that one plan describes.
   class OfTrace {
    public:
-    // `state` is shared by the plans of one trace, borrowed.
-    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state);
+    // Borrowed: `state`, which the plans of one trace share, and `namespaces`, which those of one host do.
+    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state,
+            PidNamespaces& namespaces);
 
     const TracePlan& plan() const noexcept { return *plan_; }
+    // An event of an application has that namespace. The kernel's pids are those of all of the host.
+    void tell_apart(std::optional<std::int64_t> inode, EventHead& head) {
+      if (inode && namespaces_ != nullptr)
+        namespaces_->tell_apart(static_cast<std::uint64_t>(*inode), head);
+    }
     // Completes an event of the batch that has its head with its other fields, those that are shown
     // if the event is. No event waits for its own.
     void translate(const EventPlan& plan, const Payload& payload, const ShownFields& shown,
@@ -60,6 +68,14 @@ class LateFields {
       std::vector<Late> room{};
     };
     void make_room(Waiting& waiting);
+    bool has_namespace(const EventPlan& plan) const noexcept {
+      return namespaces_ != nullptr &&
+             plan.fixed->context[slot(ContextSlot::pid_ns)].kind == FixedField::Kind::integer;
+    }
+    void tell_apart(const EventPlan& plan, const std::uint8_t* body, EventHead& head) {
+      namespaces_->tell_apart(plan.fixed->context[slot(ContextSlot::pid_ns)].load_unsigned(body),
+                              head);
+    }
     static void leave_other(const EventPlan& plan, Event& event, EventBatch& batch) {
       event.body.emplace<OtherEvent>(plan.other);
       batch.keep(event);
@@ -72,6 +88,7 @@ class LateFields {
     LateFields& all_;
     std::shared_ptr<const TracePlan> plan_;
     VocabularyState& state_;
+    PidNamespaces* namespaces_;     // null: of the kernel
     std::vector<Waiting> waiting_;  // by EventPlan::number
   };
 
@@ -100,6 +117,7 @@ class LateFields {
   auto& head = late.event->head;
   layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
   layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
+  if (has_namespace(plan)) tell_apart(plan, late.body, head);
   const Payload fields(late.body, layout.fields.data());
   return translate(plan, fields, *late.event, batch);
 }

@@ -37,7 +37,8 @@ enum class PacketContextSlot : std::uint8_t {
   cpu_id
 };
 // Slots of event contexts and headers.
-enum class ContextSlot : std::uint8_t { pid, tid, name };
+enum class ContextSlot : std::uint8_t { pid, tid, name, pid_ns };
+inline constexpr std::size_t kContextSlots = 4;
 enum class EventHeaderSlot : std::uint8_t { id, time };
 
 template <typename Slot>
@@ -85,8 +86,8 @@ struct EventPlan {
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {
     std::uint64_t bytes = 0;
-    std::array<FixedField, 3> context{};  // by ContextSlot
-    std::vector<FixedField> fields{};     // by slot of the translation
+    std::array<FixedField, kContextSlots> context{};  // by ContextSlot
+    std::vector<FixedField> fields{};                 // by slot of the translation
   };
   std::optional<FixedBody> fixed;
 };

@@ -174,7 +174,7 @@ bool EventCursor::read_body() {
   const auto* common = plan_->is_shown ? stream.shown_context : stream.event_context;
   if (common != nullptr && !is_good(run_here(*common, context_.data()))) return false;
   if (plan_->context != nullptr) {
-    std::array<Field, 3> own{};
+    std::array<Field, kContextSlots> own{};
     if (!is_good(run_here(*plan_->context, own.data()))) return false;
     if (plan_->has_own_pid) context_[slot(ContextSlot::pid)] = own[slot(ContextSlot::pid)];
     if (plan_->has_own_tid) context_[slot(ContextSlot::tid)] = own[slot(ContextSlot::tid)];

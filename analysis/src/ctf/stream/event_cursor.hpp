@@ -110,7 +110,7 @@ class EventCursor {
   std::optional<std::uint64_t> unknown_id_;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
-  std::array<Field, 3> context_{};
+  std::array<Field, kContextSlots> context_{};
   std::array<Field, kMaxSlots> fields_{};
   std::array<char, 32> name_{};  // of the thread, where it is asked for
 };

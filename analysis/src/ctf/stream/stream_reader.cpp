@@ -356,6 +356,7 @@ void StreamReader::emit_event(EventWriter& writer) {
   event.head.cpu = cpu_;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);
+  trace_->tell_apart(cursor_->context(ContextSlot::pid_ns), event.head);
   trace_->translate(cursor_->plan(), cursor_->payload(), shown_, event, writer.batch());
   find_event();
 }

@@ -217,7 +217,8 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   const auto& thread = context.thread;
   const auto address = p.number<Address>(0);
   const bool is_usual = thread.is_named && !thread.writing && !thread.publishing &&
-                        !process.has_own_events && !is_ros2_profile_handle(address);
+                        !process.has_own_events && !process.shares_pid &&
+                        !is_ros2_profile_handle(address);
   if (!is_usual) return false;
   if (event == Ros2Event::callback_end) {
     end(address, context);
@@ -225,8 +226,22 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   }
   auto& callback = process.directory.callback(address, context.head.time);
   if (!callback.is_told) return false;
+  if (!thread.open.empty() && is_of_another_process(callback, p, thread)) [[unlikely]]
+    return false;
   start(address, callback, p, context);
   return true;
+}
+
+// Another thread called so begins inside an instance of this one; or a callback inside itself, whose
+// address two processes of this pid have given to one of theirs.
+bool EventTranslator::is_of_another_process(const ros2::Callback& callback, const Payload& start,
+                                            const ros2::Thread& thread) {
+  const auto name = start.text(2);
+  if (!name.empty() && !thread.name.empty() && name != thread.name) return true;
+  return ros2::Directory::shares_address(callback) &&
+         std::ranges::any_of(thread.open, [&callback](const RunningCallback& open) {
+           return open.callback == &callback;
+         });
 }
 
 // What runs on the thread may have been left by an exception.
@@ -292,15 +307,25 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
       break;
     }
     case Ros2Event::callback_start: {
-      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(2), sink);
+      if (process.shares_pid) break;
+      if (!std::exchange(context.thread.is_named, true)) {
+        context.thread.name = p.text(2);
+        tell_name(head, context.thread.name, sink);
+      }
       const auto address = p.number<Address>(0);
       auto& callback = process.directory.callback(address, head.time);
       if (!callback.is_told) announce(callback, head, process, sink);
+      const bool is_inside = !context.thread.open.empty();
+      if (is_inside && is_of_another_process(callback, p, context.thread)) {
+        process.shares_pid = true;
+        emit(head, InterleavedInstances{}, sink);
+        break;
+      }
       start(address, callback, p, context);
       break;
     }
     case Ros2Event::callback_end:
-      end(p.number<Address>(0), context);
+      if (!process.shares_pid) end(p.number<Address>(0), context);
       break;
     case Ros2Event::executor_wait:
       wait(p, context.thread);
@@ -378,6 +403,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
     if (found != thread.open.rbegin()) thread.skipped.assign(found.base(), thread.open.end());
     thread.open.erase(std::prev(found.base()), thread.open.end());
   } else if (is_across) {
+    process.shares_pid = true;
     emit(head, InterleavedInstances{}, sink);
   }
   forget_callable(address, context.process);

@@ -184,6 +184,9 @@ class EventTranslator final : public Translator {
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
   // False: it may be something else.
   inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
+  // A callback starts inside another one on a thread as none of that process can. `start`: its fields.
+  static bool is_of_another_process(const ros2::Callback& callback, const Payload& start,
+                                    const ros2::Thread& thread);
   // An executor waits, or has something ready without having waited, of which the thread takes note.
   // False: it may be something else.
   static inline bool take_note(ros2::Ros2Event event, const Payload& p, ros2::Context& context);

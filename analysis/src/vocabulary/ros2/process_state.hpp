@@ -156,6 +156,7 @@ struct Thread {
   LastRecorded last_recorded{};            // where several sessions recorded the host
   std::optional<StreamIndex> seen_in{};    // since something is being lost
   RunsBesideOwn beside_own{};
+  std::string name{};  // as the tracer calls it
 };
 
 // Of a process. Written member by member: a copy of a whole head waits for the reader that wrote
@@ -184,6 +185,7 @@ struct Process {
   bool is_repeated = false;           // what was made before is told while it runs, part by part
   bool has_begun_beside_own = false;  // an rcl_init after these
   bool has_ros2_profile = false;      // says the same in ROS 2's words too
+  bool shares_pid = false;  // with another one, as its instances showed: they cannot be told apart
   std::unordered_map<Address, std::int64_t> agnocast_entries{};  // by callable
   std::unordered_set<Address>
       callables{};  // of agnocast, made for one call each and not yet called
