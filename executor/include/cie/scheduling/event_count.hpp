@@ -1,6 +1,7 @@
 // How several threads sleep until somebody says that something has happened.
 #pragma once
 
+#include <cie/scheduling/clock.hpp>
 #include <cie/scheduling/wakeup.hpp>
 
 #include <atomic>
