@@ -99,35 +99,50 @@ void judge_arrival_outside(const CallbackFacts& callback, Judgement& judgement) 
                                          (is_short_inside ? "" : kOutside)));
 }
 
+// Two events of one waitable (a goal and its cancellation, QoS events) may come at any distance, unless the
+// spec says that they do not.
+bool is_without_least_arrival(const RuleContext& context, const CallbackFacts& callback,
+                              Judgement& judgement) {
+  if (callback.kind != CallbackKind::waitable) return false;
+  const auto* entry = spec_entry(context, callback);
+  if (entry != nullptr && entry->min_inter_arrival_ns) return false;
+  judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& one) {
+    return one.min_inter_arrival_ns.has_value();
+  }));
+  return true;
+}
+
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
-  return for_each_callback(context, [](const CallbackFacts& callback,
-                                       const std::optional<Evidence>& loss, Judgement& judgement) {
-    const auto* hung = released_after(callback);
-    const bool is_several =
-        callback.instances >= 2 || callback.release_before_end || hung != nullptr;
-    if (!is_several && !loss) {
-      judge_arrival_outside(callback, judgement);
-      return;
-    }
-    judgement.overrule(loss);
-    judgement.doubt(inexact_releases(callback));
-    judgement.doubt(calculated_releases(callback));
-    if (callback.min_inter_arrival) judgement.check(callback.instances);
-    if (hung != nullptr) {
-      const auto seq = "seq " + std::to_string(hung->seq);
-      judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
-      judgement.fail(
-          evidence("callback_start", hung->next_start,
-                   "the next instance was released at " + std::to_string(hung->next_release->ns)));
-      return;
-    }
-    if (callback.release_before_end) {
-      fail_released_before_end(*callback.release_before_end, "", judgement);
-      return;
-    }
-    judge_arrival_inside(callback, judgement);
-    judge_arrival_outside(callback, judgement);
-  });
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          Judgement& judgement) {
+        if (is_without_least_arrival(context, callback, judgement)) return;
+        const auto* hung = released_after(callback);
+        const bool is_several =
+            callback.instances >= 2 || callback.release_before_end || hung != nullptr;
+        if (!is_several && !loss) {
+          judge_arrival_outside(callback, judgement);
+          return;
+        }
+        judgement.overrule(loss);
+        judgement.doubt(inexact_releases(callback));
+        judgement.doubt(calculated_releases(callback));
+        if (callback.min_inter_arrival) judgement.check(callback.instances);
+        if (hung != nullptr) {
+          const auto seq = "seq " + std::to_string(hung->seq);
+          judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
+          judgement.fail(evidence(
+              "callback_start", hung->next_start,
+              "the next instance was released at " + std::to_string(hung->next_release->ns)));
+          return;
+        }
+        if (callback.release_before_end) {
+          fail_released_before_end(*callback.release_before_end, "", judgement);
+          return;
+        }
+        judge_arrival_inside(callback, judgement);
+        judge_arrival_outside(callback, judgement);
+      });
 }
 
 // More periods were skipped than allowed, before whosever runs. `may_be_more`: than are known.
@@ -248,15 +263,18 @@ const Rule kArrivalExceedsTurnaround{
     .name = "arrival-exceeds-turnaround",
     .meaning =
         "Each instance ends before the next one is released: the shortest inter-arrival time "
-        "exceeds the longest response time. Fewer than two instances are not judged. One that "
-        "never ended was released as well: that counts, and so does the release after it.",
+        "exceeds the longest response time. Fewer than two instances are not judged, nor is a "
+        "waitable (an action, an event of QoS) for which the spec declares no min_inter_arrival: "
+        "its events may come at any distance. One that never ended was released as well: that "
+        "counts, and so does the release after it.",
     .why_it_matters =
         "This is the assumption under which one thread per callback needs no queue: when it does "
         "not hold, instances wait for the one before them and delays add up.",
     .inconclusive_when = "releases are not known exactly, or instances were lost.",
     .remedy =
-        "shorten the callback, raise its priority or give it a CPU, or slow its source down; cie "
-        "report shows where the time went.",
+        "shorten the callback, raise its priority or give it a CPU, or let it be released less "
+        "often: a timer with a longer period, anything else by a slower source; cie report shows "
+        "where the time went.",
     .violation = "overran the next release",
     .main_evidence = 1,
     .judge = judge_arrival,

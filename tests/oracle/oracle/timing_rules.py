@@ -20,7 +20,7 @@ def judge(j: "Judge") -> None:
         entry = spec_entry(j.spec, c.logical_id) or {}
         tainted = j.proof.callback_tainted(c)
         subject = j.callback(c)
-        j.put("R1", subject, j.soften(_arrival(c), tainted, "L"))
+        j.put("R1", subject, j.soften(_arrival(c, entry), tainted, "L"))
         if c.kind == "timer":
             j.put("R2", subject, j.soften(_missed(c, entry), tainted, "R"))
         deadline = entry.get("response_deadline") or c.inits[0].deadline_ns
@@ -37,9 +37,11 @@ def judge(j: "Judge") -> None:
         _chain(j, chain, bounds)
 
 
-def _arrival(c: Callback) -> str:
+def _arrival(c: Callback, entry: dict[str, Any]) -> str:
     counted = [i for i in c.instances if i.counted]
     if len(counted) < 2:
+        return NOT_APPLICABLE
+    if c.kind == "waitable" and entry.get("min_inter_arrival") is None:
         return NOT_APPLICABLE
     arrivals = inter_arrivals(counted)
     responses = [i.end - i.release for i in counted if i.exact]

@@ -55,6 +55,22 @@ TEST(ArrivalExceedsTurnaround, NeedsTwoInstancesAndExactReleases) {
   EXPECT_EQ(Verified(trace)["R1"], Verdict::inconclusive);
 }
 
+// Goals and their cancellations, events of QoS may come at any distance.
+TEST(ArrivalExceedsTurnaround, JudgesAWaitableWhereTheSpecDeclaresItsArrivals) {
+  constexpr const char* kClose = R"(
+    callback fusion waitable
+    12 start fusion release=10
+    20 end fusion
+    22 start fusion release=12
+    28 end fusion)";
+  EXPECT_EQ(Verified(kClose)["R1"], Verdict::not_applicable);
+  EXPECT_EQ(Verified(kClose, spec("max_inter_arrival: 10"))["R1"], Verdict::not_applicable);
+  EXPECT_EQ(Verified(kClose, spec("min_inter_arrival: 2"))["R1"], Verdict::fail);
+  auto unregistered = trace_of(kClose);
+  unregistered.erase<CallbackInit>();
+  EXPECT_EQ(Verified(unregistered)["R1"], Verdict::inconclusive);
+}
+
 // An instance that never ended was released all the same.
 TEST(ArrivalExceedsTurnaround, CountsTheReleaseOfAnInstanceThatNeverEnded) {
   constexpr const char* kOne = R"(
