@@ -130,6 +130,7 @@ struct GroupFacts {
   std::optional<NodeId> node{};
   std::optional<GroupType> type{};  // empty: group_init never seen
   EventRef first_seen{};
+  bool is_accounted = true;                // its process counts it among its own
   std::vector<CallbackIndex> callbacks{};  // registered to it, in order
 };
 

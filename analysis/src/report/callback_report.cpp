@@ -69,7 +69,8 @@ std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex 
   const auto doubtful = std::ranges::count_if(facts.ran_on, is_doubtful);
   const auto is_with_others = [&](const CallbackOnThread* pair) {
     const auto is_another = [&](const CallbackOnThread* other) {
-      return is_certainly_another(model, *other);
+      return is_certainly_another(model, *other) &&
+             !perhaps_told_by_own(context, model.callbacks[at(other->callback)]);
     };
     if (!is_another(pair)) return false;
     const auto& ran = model.threads[at(pair->thread)].ran;  // thousands, perhaps

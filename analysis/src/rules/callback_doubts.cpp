@@ -23,12 +23,27 @@ std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
                            "that, and so another thread its tid");
 }
 
-std::optional<Evidence> perhaps_told_by_own(const Model& model, const CallbackFacts& callback) {
-  if (!may_be_told_by_own(model, callback)) return std::nullopt;
-  return without_event(first_sign(model, callback),
-                       "ROS 2's events alone tell of " + callback.logical_id +
-                           ", and the run_begin of this project's own was not seen: these may "
-                           "tell of it by another id, or leave it out as rclcpp's");
+std::optional<Evidence> perhaps_told_by_own(const RuleContext& context,
+                                            const CallbackFacts& callback) {
+  const auto& model = context.model;
+  if (may_be_told_by_own(model, callback)) {
+    return without_event(first_sign(model, callback),
+                         "ROS 2's events alone tell of " + callback.logical_id +
+                             ", and the run_begin of this project's own was not seen: these may "
+                             "tell of it by another id, or leave it out as rclcpp's");
+  }
+  if (callback.is_accounted || model.processes[at(callback.process)].is_from_ros2)
+    return std::nullopt;
+  // Of these one may be it, and a thread that does what rclcpp has for itself one of those.
+  if (auto unseen = context.proof.unseen_callbacks(callback.process)) return unseen;
+  if (auto unseen = context.proof.unseen_threads(callback.process)) return unseen;
+  for (const auto* pair : callback.ran_on) {
+    for (const auto* other : model.threads[at(pair->thread)].ran) {
+      if (!model.callbacks[at(other->callback)].is_accounted) continue;
+      if (const auto& lost = context.proof.loss(other->callback)) return lost;
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback) {

@@ -145,12 +145,12 @@ void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& 
 }
 
 // Another process may have begun one of the two, or one may be the other, told by both providers.
-std::optional<Evidence> perhaps_no_nesting(const Model& model,
+std::optional<Evidence> perhaps_no_nesting(const RuleContext& context,
                                            const ThreadFacts::Nesting& nesting) {
   for (const auto index : {nesting.inner, nesting.outer}) {
-    const auto& callback = model.callbacks[at(index)];
+    const auto& callback = context.model.callbacks[at(index)];
     if (auto doubt = perhaps_another_process(callback)) return doubt;
-    if (auto doubt = perhaps_told_by_own(model, callback)) return doubt;
+    if (auto doubt = perhaps_told_by_own(context, callback)) return doubt;
   }
   return std::nullopt;
 }
@@ -167,7 +167,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {
-      judgement.overrule(perhaps_no_nesting(model, *thread.nesting));
+      judgement.overrule(perhaps_no_nesting(context, *thread.nesting));
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
       const auto& nesting = *thread.nesting_unproven;

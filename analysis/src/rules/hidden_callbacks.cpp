@@ -46,6 +46,17 @@ std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
   return found->second;
 }
 
+// Of a process that tells of all of its own: whether this one is among these, so that no other executor
+// served it.
+bool is_told(const Model& model, ProcessIndex process, const HiddenCallback& hidden) {
+  return std::ranges::any_of(model.callbacks, [&](const CallbackFacts& callback) {
+    if (callback.process != process || !callback.is_accounted || callback.node != hidden.node)
+      return false;
+    if (hidden.is_action) return callback.kind == CallbackKind::waitable;
+    return callback.kind == CallbackKind::client && hidden.what.ends_with(' ' + callback.source);
+  });
+}
+
 }  // namespace
 
 HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
@@ -61,8 +72,8 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
-    if (!process.is_from_ros2) continue;
     for (const auto& hidden : process.hidden) {
+      if (!process.is_from_ros2 && is_told(model, index, hidden)) continue;
       const auto servers = servers_of(hidden, process, index, threads);
       if (!servers) anywhere_[index].add(hidden);
       if (!servers) continue;
@@ -108,7 +119,13 @@ std::optional<Evidence> HiddenCallbacks::beside_own(ThreadIndex thread) const {
 std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
   const auto& facts = model_.threads[at(thread)];
   const auto& process = model_.processes[at(facts.process)];
-  if (!process.is_from_ros2 || facts.ran.empty()) return std::nullopt;
+  if (facts.ran.empty()) return std::nullopt;
+  // Where the process tells of all callbacks of its own, that is about those of other executors alone.
+  const auto is_of_other_executor = [this](const CallbackOnThread* pair) {
+    return !model_.callbacks[at(pair->callback)].is_accounted;
+  };
+  if (!process.is_from_ros2 && std::ranges::none_of(facts.ran, is_of_other_executor))
+    return std::nullopt;
   if (auto unseen = may_be_unseen(process)) return unseen;
   const auto special = on_threads_.find(thread);
   const auto general = anywhere_.find(facts.process);

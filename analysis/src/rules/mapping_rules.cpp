@@ -59,7 +59,8 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
         const auto is_witness = [&](const CallbackOnThread* pair) {
-          return is_certainly_another(model, *pair);
+          return is_certainly_another(model, *pair) &&
+                 !perhaps_told_by_own(context, model.callbacks[at(pair->callback)]);
         };
         const auto several = std::ranges::count_if(thread.ran, is_witness);
         for (const auto* pair : in_order(model, thread.ran)) {
@@ -70,7 +71,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           const auto& callback = model.callbacks[at(pair->callback)];
           if (thread.ran.size() > 1) {
             judgement.doubt(perhaps_another_process(callback));
-            judgement.doubt(perhaps_told_by_own(model, callback));
+            judgement.doubt(perhaps_told_by_own(context, callback));
           }
           if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
             judgement.doubt(without_event(first_sign(model, callback),

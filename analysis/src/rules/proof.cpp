@@ -43,7 +43,7 @@ Proof::Proof(const Model& model, const ThreadLives& lives, const UserLossesOfPro
     find_unseen_spin(ThreadIndex{static_cast<std::uint32_t>(i)});
   }
   for (const auto& group : model.groups) {
-    if (group.type) ++processes_[at(group.process)].groups_known;
+    if (group.type && group.is_accounted) ++processes_[at(group.process)].groups_known;
   }
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     compare_totals_of(ProcessIndex{static_cast<std::uint32_t>(i)});

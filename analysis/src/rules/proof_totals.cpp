@@ -27,8 +27,10 @@ void Proof::compare_totals_of(CallbackIndex index) {
   const auto& facts = model_.callbacks[at(index)];
   auto& process = processes_[at(facts.process)];
   std::optional<Evidence> loss;
-  ++process.callbacks_named;
-  if (facts.registered) ++process.callbacks_registered;
+  // What ROS 2's events add to a process that counts its own.
+  const bool is_added = !facts.is_accounted && !model_.processes[at(facts.process)].is_from_ros2;
+  if (!is_added) ++process.callbacks_named;
+  if (!is_added && facts.registered) ++process.callbacks_registered;
 
   loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
@@ -72,7 +74,7 @@ void Proof::compare_totals_of(CallbackIndex index) {
     };
     compare_running("released", with_releases_, facts.fini->released, facts.releases);
     compare_running("lost", with_lost_samples_, facts.fini->lost, facts.lost);
-  } else if (!is_interrupted(facts.process)) {
+  } else if (!is_added && !is_interrupted(facts.process)) {
     const auto missing = without_event(
         facts.starts.last_at, name + " has no callback_fini: its last instances are unknown");
     if (facts.registered) {
@@ -87,6 +89,7 @@ void Proof::compare_totals_of(CallbackIndex index) {
     if (facts.ended.last) last = std::max(last, facts.ended.last_at.time);
     // Without numbers any loss, whenever it was, may have been one of its events.
     if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
+    if (!loss && is_added) loss = user_losses_.since(facts.process, last);
     if (!loss) loss = untold_loss(facts.process, last);
     if (!loss && facts.own) {
       loss = evidence("callback_start", facts.own->others_since,

@@ -133,12 +133,12 @@ void doubt_clocks_apart(const Rule& rule, const Model& model,
 }
 
 // Of what the process's own events leave out nothing is judged where these are all here.
-void doubt_told_by_own(const Model& model, std::vector<SubjectVerdict>& subjects) {
+void doubt_told_by_own(const RuleContext& context, std::vector<SubjectVerdict>& subjects) {
   for (auto& subject : subjects) {
     const auto& about = subject.about;
     if (subject.verdict != Verdict::fail || about.kind != SubjectKind::callback || !about.index)
       continue;
-    if (auto doubt = perhaps_told_by_own(model, model.callbacks[*about.index]))
+    if (auto doubt = perhaps_told_by_own(context, context.model.callbacks[*about.index]))
       leave_undecided(subject, *std::move(doubt));
   }
 }
@@ -241,7 +241,7 @@ void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects
   doubt_events_without_pid(rule, context_, subjects);
   doubt_shared_pids(rule, context_.model, shared_, subjects);
   doubt_clocks_apart(rule, context_.model, clocks_apart_, subjects);
-  doubt_told_by_own(context_.model, subjects);
+  doubt_told_by_own(context_, subjects);
   doubt_after_early_end(rule, context_.model, early_ends_, subjects);
   const auto& missing = missing_.for_rule(rule);
   if (missing) doubt_missing_part(rule, context_, *missing, subjects);

@@ -104,6 +104,7 @@ void Registry::apply(const EventHead& head, const GroupInit& event) {
   if (facts.type) note_made_again(head, *process);
   facts.node = event.node;
   facts.type = event.type;
+  facts.is_accounted = !head.is_derived;
 }
 
 bool Registry::is_of_another(const CallbackInit& event, const CallbackFacts& facts,

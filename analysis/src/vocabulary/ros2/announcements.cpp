@@ -36,7 +36,8 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
   callback.is_told = true;
   announce_node(callback.node, head, process, sink);
   const auto group = announce_group_of(callback, head, process, sink);
-  const auto logical_id = process.directory.logical_id(callback);
+  const auto logical_id = callback.id_beside_own.empty() ? process.directory.logical_id(callback)
+                                                         : callback.id_beside_own;
   const auto* const former = callback.former;
   emit(head,
        CallbackInit{

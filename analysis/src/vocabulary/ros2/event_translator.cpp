@@ -59,9 +59,10 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
         return open.address == p.number<Address>(0);
       });
     case Ros2Event::callback_start:
+      return true;
     case Ros2Event::executor_wait:
     case Ros2Event::executor_ready:
-      return true;
+      return !thread.beside_own.has_others_alone();
     default:
       return false;
   }
@@ -284,10 +285,11 @@ void EventTranslator::translate(std::uint32_t kind, bool has_emitted, const Payl
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) {
     context.thread.handed_over = {};
     if (event != Ros2Event::callback_start) return;
-    context.thread.dequeued.clear();  // what it was given
     if (process.has_begun_beside_own) emit(head, ForeignInstance{}, sink);
-    note_beside_own(p, context);
-    return;
+    if (!is_of_other_executor(p, context)) {
+      context.thread.dequeued.clear();  // what it was given
+      return;
+    }
   }
   const auto telling = telling_of(kind, p, head.time);
   if (telling.repeats) process.is_repeated = true;

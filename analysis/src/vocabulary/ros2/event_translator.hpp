@@ -121,6 +121,7 @@ class EventTranslator final : public Translator {
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
   void note_own(const EventHead& head);
+  void apply(const EventHead& head, const ThreadInit& event);
   void apply(const EventHead& head, const CallbackInit& event);
   void apply(const EventHead& head, const PublisherInit& event);
   // Processes that only ROS 2's events tell of may take it.
@@ -141,8 +142,9 @@ class EventTranslator final : public Translator {
   // An instance of this project's starts or ends.
   template <typename Edge>
   void pass_own(const Event& whole, const Edge& edge, EventBatch& batch);
-  // ROS 2's events tell of a run in a process that tells in this project's, too.
-  static void note_beside_own(const Payload& start, const ros2::Context& context);
+  // A run in a process that tells in this project's events, too. Whether another executor runs it there,
+  // and so it is an instance like any other.
+  static bool is_of_other_executor(const Payload& start, const ros2::Context& context);
   // Who wrote the message that it took, if it does not say and ROS 2's events do.
   void complete(const Event& whole, CallbackStart& event, EventBatch& batch);
   // The same of one that stayed within the process, if it took one.

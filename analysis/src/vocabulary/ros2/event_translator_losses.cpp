@@ -14,7 +14,8 @@ void forget(ros2::Thread& thread) {
   thread = {.publishing = thread.publishing,
             .is_named = thread.is_named,
             .writing = thread.writing,
-            .beside_own = thread.beside_own};
+            .beside_own = thread.beside_own,
+            .is_of_executor = thread.is_of_executor};
 }
 
 // What one thread leaves for another one, and what is known of a process only as long as all of its

@@ -55,7 +55,11 @@ void EventTranslator::observe(std::span<Event> events, EventBatch& batch) {
               end_gap(event, batch);
             },
             [&](const PacketEnd& e) { session_gaps_.apply(head, e); },
-            [&](const RunBegin&) { note_own(head); }, [&](const ThreadInit&) { note_own(head); },
+            [&](const RunBegin&) { note_own(head); },
+            [&](const ThreadInit& e) {
+              note_own(head);
+              apply(head, e);
+            },
             [&](const RunEnd&) { tell_beside_own(event, batch); },
             [&](const CallbackInit& e) {
               note_own(head);
@@ -126,6 +130,13 @@ void EventTranslator::note_own(const EventHead& head) {
   if (noted.first == host && noted.second == pid) return;
   host->processes[pid].has_own_events = true;
   noted = {host, pid};
+}
+
+// What this project's executors do by threads of their own is called so, and no user's callback.
+void EventTranslator::apply(const EventHead& head, const ThreadInit& event) {
+  if (!head.pid || head.is_derived) return;
+  auto& thread = stream_of(head).host->processes[*head.pid].threads[event.tid];
+  thread.is_of_executor = event.role == ThreadRole::worker && event.name.starts_with("cie-");
 }
 
 void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
@@ -266,17 +277,24 @@ void EventTranslator::pass_own(const Event& whole, const Edge& edge, EventBatch&
                ForeignCallback{.logical_id = id, .ran = other->time, .stream = other->stream});
 }
 
-void EventTranslator::note_beside_own(const Payload& start, const ros2::Context& context) {
+bool EventTranslator::is_of_other_executor(const Payload& start, const ros2::Context& context) {
   const auto& head = context.head;
   auto& directory = context.process.directory;
   auto& callback = directory.callback(start.number<ros2::Address>(0), head.time);
-  auto& runs = context.thread.beside_own;
-  runs.run(callback, head);
-  if (!runs.is_of_others() || is_rclcpps_own(callback)) return;
+  auto& thread = context.thread;
+  auto& runs = thread.beside_own;
+  if (runs.run() || thread.is_of_executor || is_rclcpps_own(callback)) return false;
   const auto id = id_of(callback, directory);
-  if (context.process.own_ids.contains(id)) return;
-  emit(head, ForeignCallback{.logical_id = id, .ran = head.time, .stream = head.stream},
-       context.sink);
+  if (context.process.own_ids.contains(id)) return false;
+  if (callback.kind) {
+    runs.pass_other();
+    return true;
+  }
+  runs.leave(callback, head);  // what it is nothing says
+  if (runs.is_of_others())
+    emit(head, ForeignCallback{.logical_id = id, .ran = head.time, .stream = head.stream},
+         context.sink);
+  return false;
 }
 
 void EventTranslator::complete(const Event& whole, CallbackStart& event, EventBatch& batch) {

@@ -71,7 +71,8 @@ struct Publishing {
   Address message = 0;
   std::optional<Address> publisher{};
   HandedOver handed_over{};  // the same message, if subscriptions of the process were given it
-  bool is_doubtful = false;  // what its thread did meanwhile may have been lost
+  MessageTopic* written_on = nullptr;  // which knows that the call goes on
+  bool is_doubtful = false;            // what its thread did meanwhile may have been lost
 };
 
 // A message between callbacks of one process.
@@ -93,15 +94,22 @@ struct ToldRun {
 // an instance's start and end have the same, its callback's next one has the next.
 class RunsBesideOwn {
  public:
-  void run(Callback& callback, const EventHead& head) {
-    ++runs_;
-    if (is_other_ || (is_inside_ && runs_ == 1)) return;
-    is_other_ = true;
-    other_ = {.callback = &callback, .time = head.time, .stream = head.stream};
+  // False: it is none that the last own event that was seen tells of.
+  bool run() { return ++runs_ == 1 && is_inside_; }
+  // Such a one of another executor's, which is told by itself.
+  void pass_other() { has_others_ = true; }
+  // Such a one of which nothing is known.
+  void leave(Callback& callback, const EventHead& head) {
+    if (is_left_) return;
+    is_left_ = true;
+    left_ = {.callback = &callback, .time = head.time, .stream = head.stream};
   }
   // No own instance was seen on the thread, and it ran more than what one whose start is missing may be.
   bool is_of_others() const { return !has_own_ && runs_ > 1; }
-  // An own instance starts or ends: the first run since the own event before that is none of its own.
+  // No own instance was seen on the thread, and another executor's was.
+  bool has_others_alone() const { return !has_own_ && has_others_; }
+  // An own instance starts or ends: the first run since the own event before that was left, and is none of
+  // its own.
   std::optional<ToldRun> start(CallbackId callback, std::uint64_t seq) {
     const bool is_next = has_own_ && !is_inside_ && callback == callback_ && seq == seq_ + 1;
     return pass(callback, seq, true, is_next);
@@ -113,7 +121,7 @@ class RunsBesideOwn {
  private:
   std::optional<ToldRun> pass(CallbackId callback, std::uint64_t seq, bool is_inside,
                               bool is_proven) {
-    const auto other = is_proven && is_other_ ? std::optional(other_) : std::nullopt;
+    const auto other = is_proven && is_left_ ? std::optional(left_) : std::nullopt;
     *this = {};
     callback_ = callback;
     seq_ = seq;
@@ -124,11 +132,12 @@ class RunsBesideOwn {
 
   CallbackId callback_{};  // of the last own event
   std::uint64_t seq_ = 0;
-  std::uint64_t runs_ = 0;  // since then
-  ToldRun other_{};         // the first of them that is none of its own
-  bool is_other_ = false;   // there is one
-  bool is_inside_ = false;  // that event was a start
-  bool has_own_ = false;    // there was one
+  std::uint64_t runs_ = 0;   // since then
+  ToldRun left_{};           // the first of them that was left
+  bool is_left_ = false;     // there is one
+  bool has_others_ = false;  // one was passed
+  bool is_inside_ = false;   // that event was a start
+  bool has_own_ = false;     // there was one
 };
 
 struct Thread {
@@ -157,6 +166,7 @@ struct Thread {
   std::optional<StreamIndex> seen_in{};    // since something is being lost
   RunsBesideOwn beside_own{};
   std::string name{};  // as the tracer calls it
+  bool is_of_executor = false;  // this project's own, announced for what that has to do itself
 };
 
 // Of a process. Written member by member: a copy of a whole head waits for the reader that wrote
