@@ -51,6 +51,24 @@ TEST(MessageLinks, ACallThatGoesOnMayHaveWrittenAnythingSince) {
   EXPECT_EQ(links.find(kTopic, 300'000).gid, 0U);
 }
 
+// Who takes a message may run before its publication is told.
+TEST(MessageLinks, ACallThatHasNotToldItsTimestampYetLeavesItUndecided) {
+  MessageLinks links;
+  links.topic(kTopic).add_publisher(1);
+  links.topic(kTopic).add(stamped(1, 50'000));
+  links.topic(kTopic).begin_call(100'000);
+  EXPECT_EQ(links.find(kTopic, 105'000).gid, 1U) << "the only publisher's";
+  EXPECT_EQ(links.find(kTopic, 105'000).stamp, 105'000);
+  links.topic(kTopic).add_publisher(2);
+  EXPECT_TRUE(links.find(kTopic, 105'000).is_undecided) << "of which one?";
+  EXPECT_FALSE(links.find(kTopic, 90'000).is_undecided) << "written before it began";
+  EXPECT_EQ(links.find(kTopic, 90'000).gid, 0U);
+  links.topic(kTopic).end_call(100'000);
+  links.topic(kTopic).add(stamped(1, 110'000));
+  EXPECT_FALSE(links.find(kTopic, 105'000).is_undecided) << "another one's";
+  EXPECT_EQ(links.find(kTopic, 110'000).gid, 1U);
+}
+
 TEST(MessageLinks, WhatSeveralMayHaveWrittenIsUndecided) {
   MessageLinks links;
   links.topic(kTopic).add(call_of_publish(1, 100'000, 110'000));

@@ -123,6 +123,28 @@ std::vector<std::string> messages(const Ros2Result& result) {
 constexpr const char* kRun =
     "50 callback_start pid=1 callback=0x30\n51 callback_end pid=1 callback=0x30\n";
 
+// Whoever was given the message may run before the thread that published it tells of that.
+TEST(Ros2Publications, AMessageMayBeTakenBeforeItsPublicationIsTold) {
+  std::string text = kTwoSubscriptions;
+  for (const int time : {10'000, 20'000, 30'000}) {
+    const auto at = [time](int after) { return '\n' + std::to_string(time + after); };
+    const auto stamp = std::to_string(kRealtimeOffset + time + 4);
+    text += at(0) + " callback_start pid=1 tid=1 callback=0x30" + at(1) +
+            " rclcpp_publish pid=1 tid=1 message=0x99" + at(2) +
+            " rcl_publish pid=1 tid=1 publisher_handle=0x60 message=0x99" + at(5) +
+            " rmw_take pid=2 tid=2 rmw_subscription_handle=0xa2 taken=1 source_timestamp=" + stamp +
+            at(6) + " callback_start pid=2 tid=2 callback=0x51" + at(7) +
+            " callback_end pid=2 tid=2 callback=0x51" + at(8) +
+            " rmw_publish pid=1 tid=1 message=0x99 timestamp=" + stamp + at(9) +
+            " callback_end pid=1 tid=1 callback=0x30";
+  }
+  const auto result = analyze_ros2(text, -1,
+                                   "chains:\n  - name: c\n    callbacks: [/a@Timer(7), "
+                                   "/b@Subscription(/t)]\n    path_latency: 1000\n");
+  EXPECT_EQ(result.verdict("Q2"), analysis::Verdict::inconclusive)
+      << "the publications of the second and the third are told behind the instances";
+}
+
 // What is serialized already, a generic publisher's messages and those of publish(SerializedMessage),
 // rcl does not tell of; rclcpp tells of the first alone.
 TEST(Ros2Publications, AMessageThatIsSerializedAlreadyIsOfThePublisherThatRmwNames) {

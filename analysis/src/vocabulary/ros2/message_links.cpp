@@ -49,6 +49,11 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t s
     const bool is_named = entry.sole_publisher() != 0 && entry.tells_timestamps();
     return is_named ? Origin{.gid = entry.sole_publisher(), .stamp = source_timestamp} : undecided;
   }
+  if (entry.may_be_written_now(source_timestamp)) {
+    return {.gid = entry.sole_publisher(),
+            .stamp = source_timestamp,
+            .is_undecided = entry.sole_publisher() == 0};
+  }
   if (entry.has_come_apart(source_timestamp)) return undecided;
   // What the only publisher wrote that is known is remembered from some time on; else another one
   // wrote it.

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis::ros2 {
 
@@ -99,6 +100,19 @@ class MessageTopic {
   // Channels of how many publishers' latest publication.
   const std::map<std::uint32_t, std::size_t>& told_in() const noexcept { return told_in_; }
 
+  // A call of publish that began then (CLOCK_REALTIME) goes on: what it wrote may be taken before its source
+  // timestamp is told.
+  void begin_call(std::int64_t from) { going_on_.push_back(from); }
+  void end_call(std::int64_t from) {
+    const auto call = std::ranges::find(going_on_, from);
+    if (call != going_on_.end()) going_on_.erase(call);
+  }
+  bool may_be_written_now(std::int64_t source_timestamp) const {
+    return std::ranges::any_of(going_on_, [source_timestamp](std::int64_t from) {
+      return from - kOffsetError <= source_timestamp;
+    });
+  }
+
   // Publications that a message of that source timestamp may be.
   struct Fitting {
     const WrittenMessage* exact = nullptr;
@@ -166,6 +180,7 @@ class MessageTopic {
   std::int64_t forgotten_from_ = std::numeric_limits<std::int64_t>::max();
   std::set<std::pair<std::uint32_t, std::int64_t>> entry_writers_;  // host and pid
   std::map<std::uint32_t, std::size_t> told_in_;
+  std::vector<std::int64_t> going_on_;  // begins of calls
   std::size_t settled_ = 0;
   std::uint64_t sole_publisher_ = 0;
   std::size_t publishers_ = 0;

@@ -21,6 +21,14 @@ bool is_current(const Thread& thread, Address message) {
   return thread.publishing && thread.publishing->message == message;
 }
 
+// The call. Requires that there is one.
+Publishing end(Thread& thread) {
+  const auto publishing = *thread.publishing;
+  thread.publishing.reset();
+  if (publishing.written_on != nullptr) publishing.written_on->end_call(publishing.realtime);
+  return publishing;
+}
+
 }  // namespace
 
 bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
@@ -44,8 +52,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
         publication.is_exact = true;
         if (!thread.publishing->is_doubtful) note_clock(*stamp, *thread.publishing, context);
       }
-      const auto publishing = *thread.publishing;
-      thread.publishing.reset();
+      const auto publishing = end(thread);
       if (publishing.is_doubtful) {
         add_doubtful(publishing, context);
       } else {
@@ -82,8 +89,7 @@ void Publications::complete(Context& context) {
   if (auto* message = thread.writing.get()) message->until = context.realtime;
   thread.writing.reset();
   if (!thread.publishing) return;
-  const auto publishing = *thread.publishing;
-  thread.publishing.reset();
+  const auto publishing = end(thread);
   if (publishing.is_doubtful) {
     add_doubtful(publishing, context);
     if (auto* message = thread.writing.get()) message->until = context.realtime;
@@ -108,7 +114,15 @@ void Publications::name_publisher(Address message, Address publisher, Context& c
   auto& thread = context.thread;
   if (!is_current(thread, message) || thread.publishing->publisher)
     begin(message, publisher, context);
-  thread.publishing->publisher = publisher;
+  auto& publishing = *thread.publishing;
+  publishing.publisher = publisher;
+  auto& known = context.process.directory.publisher(publisher);
+  if (publishing.written_on != nullptr || known.topic.empty() ||
+      context.process.own_topics.contains(known.topic))
+    return;
+  if (known.messages == nullptr) known.messages = &links_.topic(known.topic);
+  publishing.written_on = known.messages;
+  known.messages->begin_call(publishing.realtime);
 }
 
 void Publications::find_publisher(const Payload& rmw_publish, Context& context) {
