@@ -53,7 +53,11 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
     } else {
       thread.start = time;
     }
-    if (line.gives("for")) thread.callback = named(callbacks_, line, line.value("for", "")).id;
+    if (line.gives("for")) {
+      const auto& owner = named(callbacks_, line, line.value("for", ""));
+      thread.callback = owner.id;
+      thread.group = owner.group->id;
+    }
     thread_init(time, thread);
   } else if (verb == "repeat") {
     const auto& thread = named(threads_, line, line.word(2));

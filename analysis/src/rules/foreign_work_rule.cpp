@@ -1,5 +1,6 @@
 #include "foreign_work_rule.hpp"
 
+#include "callback_doubts.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "scheduled_parameters.hpp"
@@ -11,6 +12,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -30,6 +32,22 @@ struct ForeignStart {
   Timestamp since{};  // from then on no other announcement was seen
 };
 
+// The thread serves that group: what is made in it while the thread is there is its own, too.
+std::optional<GroupId> group_of(const Model& model, const ThreadFacts& thread,
+                                const Announcement& announcement) {
+  if (announcement.group || !announcement.callback) return announcement.group;
+  const auto named = std::ranges::find_if(model.callbacks, [&](const CallbackFacts& callback) {
+    return callback.process == thread.process && callback.id == *announcement.callback;
+  });
+  return named != model.callbacks.end() ? named->group : std::nullopt;
+}
+
+bool serves(const Model& model, const ThreadFacts& thread, const Announcement& announcement,
+            const CallbackFacts& callback) {
+  if (is_for(announcement, callback)) return true;
+  return callback.group && group_of(model, thread, announcement) == callback.group;
+}
+
 enum class Ownership : std::uint8_t { own, foreign, unknown };
 
 struct Finding {
@@ -40,16 +58,19 @@ struct Finding {
 
 // Whether the thread was announced for the callback whenever it ran it. Of a start before the first
 // announcement that was seen a later one for another callback says nothing.
-Finding ownership_of(const std::vector<Announcement>& all, const ThreadFacts& thread,
-                     const CallbackFacts& callback, const CallbackOnThread& pair) {
-  if (const auto& beside = pair.first_beside_other) {
+Finding ownership_of(const Model& model, const std::vector<Announcement>& all,
+                     const ThreadFacts& thread, const CallbackFacts& callback,
+                     const CallbackOnThread& pair) {
+  const bool is_of_process = thread.process == callback.process;
+  const auto& beside = pair.first_beside_other;
+  if (beside &&
+      !(is_of_process && serves(model, thread, in_force(all, beside->start.time), callback))) {
     return {.ownership = Ownership::foreign,
             .start = {.seq = beside->seq, .at = beside->start, .since = beside->since}};
   }
-  const bool is_of_process = thread.process == callback.process;
   const auto is_own_at = [&](Timestamp time) {
     return is_of_process && std::ranges::any_of(all, [&](const Announcement& one) {
-             return is_for(one, callback) && one.may_hold(time);
+             return one.may_hold(time) && serves(model, thread, one, callback);
            });
   };
   const auto& first = pair.first_start;
@@ -91,7 +112,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
     judgement.check(pair->starts);
-    const auto found = ownership_of(announcements, thread, callback, *pair);
+    const auto found = ownership_of(context.model, announcements, thread, callback, *pair);
     if (found.ownership == Ownership::own) continue;
     if (found.ownership == Ownership::unknown) {
       judgement.doubt(
@@ -101,7 +122,15 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
       continue;
     }
     const auto& announced = in_force(announcements, found.start.at.time);
-    if (!callback.registered && !announced.callback) continue;  // perhaps of its group
+    if (auto perhaps = perhaps_told_by_own(context, callback)) {
+      judgement.doubt(*std::move(perhaps));
+      continue;
+    }
+    if (!callback.registered) {
+      judgement.doubt(without_event(found.start.at, "the registration of " + callback.logical_id +
+                                                        " was not seen: it may be of its group"));
+      continue;
+    }
     if (const auto spin =
             context.proof.unseen_spin(index, found.start.since, found.start.at.time)) {
       judgement.doubt(spin);  // it may have been for this callback
@@ -258,15 +287,15 @@ const Rule kNoForeignWork{
     .id = "M6",
     .name = "no-foreign-work",
     .meaning =
-        "An isolated thread works for its own callback alone: it starts no other, and its work "
-        "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one "
+        "An isolated thread works for its own callback alone: it starts none of another group (what "
+        "else its group holds, M8 judges), and its work outside callbacks stays within foreign_work_budget (nanoseconds per second; without one "
         "it is not judged). Of a thread that is announced anew for another callback each start is "
         "judged by the announcement before it.",
     .why_it_matters =
         "Work that no callback accounts for delays the callback at its own priority, and no "
         "analysis of callbacks sees it.",
     .inconclusive_when =
-        "a callback on it lost instances, another one may have been lost with all of its "
+        "a callback on it lost instances or was not seen to be registered, another one may have been lost with all of its "
         "instances, a callback started on it before it was seen to be announced or where another "
         "announcement may be lost, the context vtid is absent, it may have served what ROS 2's "
         "events do not show (M2), or (for the budget) there are no kernel events, their record has "

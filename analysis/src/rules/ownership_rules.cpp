@@ -65,6 +65,22 @@ const CallbackFacts* unended_of_several(const RuleContext& context,
   return nullptr;
 }
 
+// " of /car: /car@Timer(10), /car@Subscription(/scan)": whose it is and what it holds.
+std::string what_it_holds(const Model& model, const GroupFacts& group,
+                          const std::vector<CallbackIndex>& callbacks) {
+  constexpr std::size_t kNamed = 3;
+  std::string text;
+  const auto node = std::ranges::find_if(model.nodes, [&group](const NodeFacts& facts) {
+    return facts.process == group.process && facts.id == group.node;
+  });
+  if (node != model.nodes.end()) text += " of " + node->name;
+  for (std::size_t i = 0; i < std::min(kNamed, callbacks.size()); ++i)
+    text += (i == 0 ? ": " : ", ") + model.callbacks[at(callbacks[i])].logical_id;
+  if (callbacks.size() > kNamed)
+    text += " and " + std::to_string(callbacks.size() - kNamed) + " more";
+  return text;
+}
+
 void judge_group(const RuleContext& context, const GroupFacts& group,
                  const std::vector<ThreadIndex>& threads, Judgement& judgement) {
   const auto& model = context.model;
@@ -74,7 +90,10 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
   });
   judgement.check(callbacks.size());
   const auto witness = [&](const std::string& note) {
-    judgement.fail(evidence("group_init", group.first_seen, note));
+    judgement.fail([&] {
+      return evidence("group_init", group.first_seen,
+                      note + what_it_holds(model, group, callbacks));
+    });
     for (const auto index : threads) {
       const auto& thread = model.threads[at(index)];
       judgement.fail([&thread] {

@@ -270,7 +270,8 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
 
 void InstanceBuilder::note_beside_other(const PendingInstance& pending, CallbackOnThread& pair) {
   const auto& on = *pending.thread_facts;
-  if (pair.first_beside_other || on.fini) return;
+  const auto& group = pending.callback_facts->group;
+  if (pair.first_beside_other || on.fini || (group && on.group == group)) return;
   auto since = on.former.empty() ? on.announced->time : on.former.back().next.time;
   if (const auto own = registry_.find_callback(on.process, *on.callback)) {
     const auto& pairs = model_.callbacks[at(*own)].ran_on;

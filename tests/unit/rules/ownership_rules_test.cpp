@@ -32,17 +32,28 @@ TEST(NoForeignWork, FailsWhenAnIsolatedThreadStartsAnothersCallback) {
               HasSubstr("30 callback_start started plan (seq 1), which is not its own"));
 }
 
-TEST(NoForeignWork, KnowsOnlyTheCallbackThatTheThreadWasAnnouncedFor) {
-  const Verified verified(R"(
+// A thread that serves a group is announced for the callback that the group has then.
+TEST(NoForeignWork, IsNoneOfACallbackThatIsMadeLaterInItsGroup) {
+  constexpr const char* kLater = R"(
     group both
     callback fusion group=both
-    callback plan group=both pooled
-    10 start plan on=fusion
-    12 end plan on=fusion)",
-                          "callback_groups:\n  - id: plan\n    policy: SCHED_IDLE\n");
-  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::fail) << "of its group, yet not its own";
+    10 start fusion
+    12 end fusion
+    15 init plan
+    20 start plan on=fusion
+    22 end plan on=fusion
+    callback plan group=both pooled)";
+  const Verified verified(kLater, "callback_groups:\n  - id: plan\n    policy: SCHED_IDLE\n");
+  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::pass)
+      << verified.evidence("M6", "thread 101");
+  EXPECT_EQ(verified["M8"], Verdict::fail) << "it shares the group's thread all the same";
   EXPECT_EQ(verified.of("S1", "callback plan"), Verdict::not_applicable)
       << "no thread was announced for it";
+  auto trace = trace_of(kLater);
+  ASSERT_NE(trace.erase<CallbackInit>(
+                [](const auto& init, const auto&) { return init.logical_id == "plan"; }),
+            0U);
+  EXPECT_EQ(Verified(trace).of("M6", "thread 101"), Verdict::inconclusive) << "of which group?";
 }
 
 TEST(NoForeignWork, JudgesPoolThreadsNot) {
@@ -197,8 +208,9 @@ TEST(SingleCallbackGroup, FailsForASharedOrReentrantGroup) {
     22 end plan on=fusion)");
   EXPECT_EQ(shared.of("M8", "group 0"), Verdict::fail);
   EXPECT_THAT(shared.evidence("M8", "group 0"),
-              AllOf(HasSubstr("a group of 2 callbacks"), HasSubstr("fusion belongs to it"),
-                    HasSubstr("plan belongs to it"), HasSubstr("isolated thread 101 serves it")));
+              AllOf(HasSubstr("a group of 2 callbacks of /node: fusion, plan"),
+                    HasSubstr("fusion belongs to it"), HasSubstr("plan belongs to it"),
+                    HasSubstr("isolated thread 101 serves it")));
   EXPECT_EQ(shared.of("M2", "thread 101"), Verdict::fail);
 
   const Verified reentrant("group both reentrant\ncallback a group=both\n1 start a\n2 end a");
