@@ -165,7 +165,7 @@ struct Thread {
   LastRecorded last_recorded{};            // where several sessions recorded the host
   std::optional<StreamIndex> seen_in{};    // since something is being lost
   RunsBesideOwn beside_own{};
-  std::string name{};  // as the tracer calls it
+  std::string name{};           // as the tracer calls it
   bool is_of_executor = false;  // this project's own, announced for what that has to do itself
 };
 
