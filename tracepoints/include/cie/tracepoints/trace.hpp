@@ -184,7 +184,7 @@ class Publisher {
   // The same in two calls, for a single publishing thread (or several that the caller serialises
   // over both calls): the timestamps given to publish() must be strictly increasing.
   void publish(std::int64_t source_timestamp_realtime_ns) noexcept;
-  // The message of this timestamp, which publish() told of, reaches nobody. `total`: those of the
+  // The message of this timestamp, after its publish(), reaches nobody. `total`: those of the
   // publisher so far. Thread-safe.
   void failed(std::int64_t source_timestamp_realtime_ns, std::uint64_t total) noexcept;
   // CLOCK_REALTIME now, or one more than the previous if the clock did not advance. Thread-safe.
