@@ -16,6 +16,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace cie::test {
 namespace {
@@ -160,7 +161,7 @@ TEST_P(AnyExecutor, IsCancelledByASignalHandler) {
   action.sa_handler = [](int) { interrupted->cancel(); };
   ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
   Node node{context, "node"};
-  const auto timer = node.create_wall_timer(1ms, [] { raise(SIGUSR1); });
+  const auto timer = node.create_wall_timer(1ms, [] { kill(getpid(), SIGUSR1); });
   executor->add_node(node);
   executor->spin();
   sigaction(SIGUSR1, &before, nullptr);

@@ -18,8 +18,8 @@ class GuardCondition : public executor::CallbackHandle<executor::GuardConditionC
 
   // Makes one instance ready, released now. Triggers that come before it starts are one with it;
   // one that comes while it runs makes another. What the caller wrote before is seen by the
-  // instance. Any thread; also a signal handler, unless several threads serve the callback
-  // (MultiThreadedExecutor, a reentrant group) or it is a baseline: those take a lock.
+  // instance. Any thread; also a signal handler, unless the executor is a baseline: those take locks of
+  // DDS.
   void trigger() noexcept;
 };
 
