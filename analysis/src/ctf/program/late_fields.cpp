@@ -9,7 +9,8 @@ LateFields::OfTrace::OfTrace(LateFields& all, std::shared_ptr<const TracePlan> p
     : all_(all),
       plan_(std::move(plan)),
       state_(state),
-      namespaces_(plan_->domain == Domain::user ? &namespaces : nullptr),
+      namespaces_(plan_->domain == Domain::user && plan_->tells_pid_namespace ? &namespaces
+                                                                              : nullptr),
       waiting_(plan_->event_classes()) {
   for (std::size_t i = 0; i < waiting_.size(); ++i)
     waiting_[i].plan = &plan_->event_class(i);

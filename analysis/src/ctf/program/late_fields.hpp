@@ -88,7 +88,7 @@ class LateFields {
     LateFields& all_;
     std::shared_ptr<const TracePlan> plan_;
     VocabularyState& state_;
-    PidNamespaces* namespaces_;     // null: of the kernel
+    PidNamespaces* namespaces_;     // null: none is told, or it is the kernel's
     std::vector<Waiting> waiting_;  // by EventPlan::number
   };
 

@@ -169,6 +169,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
   earlier.push_back(&header);
   auto& context = new_scope("stream.event.context", registers, earlier);
   context.build(stream.event_context, context_requests());
+  tells_pid_namespace = tells_pid_namespace || context.has_slot(slot(ContextSlot::pid_ns));
   auto before_shown = earlier;
   earlier.push_back(&context);
   Scope* shown_context = nullptr;
@@ -316,7 +317,8 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   if (choice_ != nullptr) choose(*result);
   const bool is_unread = !event.unread_fields.empty();
   if (is_unread && result->is_other()) {
-    reader_->read(event.unread_fields);  // throws if they cannot be read
+    // Many are written alike. Throws if they cannot be read.
+    if (readable_.insert(event.unread_fields).second) reader_->read(event.unread_fields);
     result->unread_fields = event.unread_fields;
     enter(plan, event.id, std::move(result));
     return;

@@ -21,6 +21,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace cie::analysis::ctf {
@@ -161,6 +162,7 @@ class TracePlan {
   PacketWriter writer = PacketWriter::unknown;
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;     // see VocabularyState
+  bool tells_pid_namespace = false;     // in the context of some events
   bool has_stream_per_cpu = false;      // LTTng's tracers write so
   std::optional<bool> has_inheritance;  // see StreamBegin, as the next two
   std::optional<bool> has_callback_events;
@@ -211,7 +213,8 @@ class TracePlan {
   std::vector<std::shared_ptr<const Sequence>> programs_;
   std::map<std::uint64_t, StreamPlan> streams_;
   std::vector<std::unique_ptr<EventPlan>> events_;
-  std::size_t dense_ids_ = 0;  // entries of all tables by small ids
+  std::unordered_set<std::string_view> readable_;  // unread fields, of the reader's text
+  std::size_t dense_ids_ = 0;                      // entries of all tables by small ids
 };
 
 }  // namespace cie::analysis::ctf
