@@ -122,9 +122,15 @@ StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex index
   const auto doubt = [&found](std::optional<Evidence> reason) {
     if (reason) found.doubts.push_back(*std::move(reason));
   };
-  const auto last = std::ranges::find_if(thread.applied.rbegin(), thread.applied.rend(),
-                                         [&own](const auto& read) { return own.holds(read); });
-  if (last != thread.applied.rend() && context.proof.may_hide_read_back(index, &*match, &*last))
+  // Of what was in force before the window's instances the last read-back counts.
+  const auto* from = &*match;
+  const auto* last = from;
+  for (const auto& applied : thread.applied) {
+    if (!own.holds(applied) || !is_older(*last, applied)) continue;
+    last = &applied;
+    if (model.begin && applied.at.time <= *model.begin) from = last;
+  }
+  if (last != from && context.proof.may_hide_read_back(index, from, last))
     doubt(context.proof.loss(index));
   if (thread.is_in_force_cut) {
     doubt(evidence("thread_sched", thread.in_force.back().since.at,

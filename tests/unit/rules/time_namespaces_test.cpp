@@ -53,7 +53,7 @@ TEST(TimeNamespace, BesideAnotherProcessDecidesNothing) {
   const Verified apart(two_processes("1000") + regressing);
   EXPECT_EQ(apart["T6"], Verdict::inconclusive);
   for (const auto& rule : apart.result.verdicts.rules) {
-    if (rule.id == "T1" || rule.id == "T2" || rule.id == "T5") continue;
+    if (rule.id.starts_with("T") && rule.id != "T6") continue;  // by numbers and totals
     for (const auto& subject : rule.subjects)
       EXPECT_EQ(subject.verdict, Verdict::inconclusive) << rule.id << ' ' << subject.subject;
   }
