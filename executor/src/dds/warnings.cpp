@@ -1,12 +1,15 @@
 #include "warnings.hpp"
 
 #include <cstdio>
+#include <mutex>
 
 namespace cie::executor {
 
 void Warnings::tell(const std::string& text) noexcept try {
-  const std::lock_guard lock{mutex_};
-  if (!told_.insert(text).second) return;
+  {
+    const std::lock_guard lock{mutex_};
+    if (!told_.insert(text).second) return;
+  }
   if (handler_) {
     handler_(text);
   } else {

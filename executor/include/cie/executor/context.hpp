@@ -43,8 +43,8 @@ class Context {
     // The form of announcements: that of the ROS 2 in the graph; another one sees no nodes' names.
     RosGraph ros_graph = RosGraph::humble;
     // Told, each thing once, what keeps messages away that nobody else is told of: QoS that do not
-    // fit, texts that no message can hold. From threads of DDS, one call at a time: short, and
-    // without calls of nodes. Empty: a line on stderr.
+    // fit, texts that no message can hold. From threads of DDS, several at once: thread-safe, short,
+    // and without calls of nodes. Empty: a line on stderr.
     std::function<void(const std::string&)> on_warning{};
 
     // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG,
