@@ -12,11 +12,11 @@ namespace cie::analysis {
 
 // Whose events. What is empty is any.
 struct Scope {
-  std::optional<HostIndex> host;
-  std::optional<std::int32_t> cpu;
-  std::optional<ProcessIndex> process;
-  std::optional<ThreadIndex> thread;
-  std::optional<CallbackIndex> callback;
+  std::optional<HostIndex> host{};
+  std::optional<std::int32_t> cpu{};
+  std::optional<ProcessIndex> process{};
+  std::optional<ThreadIndex> thread{};
+  std::optional<CallbackIndex> callback{};
   friend bool operator==(const Scope&, const Scope&) = default;
 };
 
@@ -38,24 +38,24 @@ enum class GapCause : std::uint8_t {
 
 struct Reason {
   GapCause cause{};
-  Timestamp at;  // where the recording shows it
+  Timestamp at{};  // where the recording shows it
 };
 
 // From `window.from` to `window.to`, both included, events of these kinds and this scope may be missing.
 struct Gap {
-  Scope scope;
-  EventKinds kinds;
-  TimeWindow window;
-  std::optional<std::uint64_t> at_most;  // events, where the tracer counts them
-  Reason reason;
+  Scope scope{};
+  EventKinds kinds{};
+  TimeWindow window{};
+  std::optional<std::uint64_t> at_most{};  // events, where the tracer counts them
+  Reason reason{};
 };
 
 // An event that would have to be hidden for something to be so. Its scope names all that is known of it: who knows the
 // thread names the process and the host, too.
 struct Hidden {
-  EventKinds kinds;  // any of them
-  Scope scope;
-  TimeWindow window;
+  EventKinds kinds{};  // any of them
+  Scope scope{};
+  TimeWindow window{};
   // It belongs to a numbering that no event shows (a spin that nobody saw), so the proofs of another do not hold for it.
   bool is_unnumbered = false;
 };

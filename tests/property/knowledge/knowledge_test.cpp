@@ -38,7 +38,7 @@ struct Made {
 
 // An execution less what one or two gaps took. Nothing: that is more than is enumerated.
 std::optional<Made> random_recording(Random& random, bool has_kernel, int most) {
-  constexpr std::array<std::array<unsigned, kThreads>, 3> kMasks{{{3, 3, 3}, {1, 2, 3}, {1, 3, 2}}};
+  constexpr std::array<Per<unsigned, kThreads>, 3> kMasks{{{3, 3, 3}, {1, 2, 3}, {1, 3, 2}}};
   const std::array kinds{kStateKinds | kRunKinds, kStateKinds | kRunKinds, kRunKinds, kStateKinds,
                          kKernelKinds};
   Recording recording{.world = {.cpus = one_of(random, kMasks), .ids = {'a', 'b', 'a'}}};

@@ -31,7 +31,8 @@ Facts::Facts(const Recording& recording, bool at_home)
       at_home_{at_home},
       knowledge_{[cpus = recording.world.cpus](analysis::ThreadIndex thread, std::int32_t cpu,
                                                analysis::TimeWindow) {
-        return (cpus.at(analysis::at(thread)) & (1U << static_cast<unsigned>(cpu))) != 0;
+        return (cpus.at(static_cast<int>(analysis::at(thread))) &
+                (1U << static_cast<unsigned>(cpu))) != 0;
       }} {
   for (const auto& loss : recording.losses) {
     analysis::Gap gap{.kinds = loss.kinds, .window = window_of({loss.begin, loss.end})};

@@ -94,7 +94,7 @@ class Facts {
   bool at_home_;
   analysis::Knowledge knowledge_;
   const Event* run_end_ = nullptr;
-  std::array<std::vector<Instance>, kCallbacks> instances_;
+  Per<std::vector<Instance>, kCallbacks> instances_;
 };
 
 inline Conjunction operator+(Conjunction a, const Conjunction& b) {

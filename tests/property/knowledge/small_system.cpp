@@ -433,8 +433,8 @@ int lose(std::vector<Event>& events, const Loss& loss, Random& random, double ta
   return static_cast<int>(size - events.size());
 }
 
-std::array<unsigned, kCallbacks> homes(const std::vector<Event>& events) {
-  std::array<unsigned, kCallbacks> found{};
+Per<unsigned, kCallbacks> homes(const std::vector<Event>& events) {
+  Per<unsigned, kCallbacks> found{};
   for (const auto& event : events) {
     if (event.kind == EventKind::run_start || event.kind == EventKind::run_end) {
       found.at(event.callback) |= bit(event.tid);

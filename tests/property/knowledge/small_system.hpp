@@ -7,6 +7,7 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <random>
@@ -31,9 +32,20 @@ constexpr int kAllowed = 0;    // periods skipped, R2
 constexpr int kPace = 4;       // ticks between events, so that whatever a gap hides has room there
 constexpr int kTicks = 14 * kPace;
 
+// Something of each callback, or of each thread number.
+template <typename T, std::size_t kCount>
+struct Per {
+  std::array<T, kCount> values{};
+  T& at(int number) { return values.at(static_cast<std::size_t>(number)); }
+  const T& at(int number) const { return values.at(static_cast<std::size_t>(number)); }
+  auto begin() const { return values.begin(); }
+  auto end() const { return values.end(); }
+  friend auto operator<=>(const Per&, const Per&) = default;
+};
+
 enum class Rule : std::uint8_t { m2, m3, m4, m7, m9, s1, s3, s3_by_read_back, e2, e3, r2, r3 };
-constexpr std::array kRules{Rule::m2, Rule::m3, Rule::m4, Rule::m7, Rule::m9, Rule::s1,
-                            Rule::s3, Rule::e2, Rule::e3, Rule::r2, Rule::r3};
+inline constexpr std::array kRules{Rule::m2, Rule::m3, Rule::m4, Rule::m7, Rule::m9, Rule::s1,
+                                   Rule::s3, Rule::e2, Rule::e3, Rule::r2, Rule::r3};
 std::string name_of(Rule rule);
 bool is_of_threads(Rule rule);
 
@@ -53,23 +65,23 @@ struct Event {
 };
 
 struct World {
-  std::array<unsigned, kThreads> cpus{};     // bits: the CPUs that each thread may use
-  std::array<char, kCallbacks> ids{};        // logical ids
-  std::array<unsigned, kCallbacks> homes{};  // bits: where lost runs are presumed; 0: anywhere
+  Per<unsigned, kThreads> cpus{};     // bits: the CPUs that each thread may use
+  Per<char, kCallbacks> ids{};        // logical ids
+  Per<unsigned, kCallbacks> homes{};  // bits: where lost runs are presumed; 0: anywhere
 };
 
 struct Loss {
-  EventKinds kinds;
+  EventKinds kinds{};
   int begin = 0;
   int end = 0;
   int cpu = kNone;  // any
-  std::optional<int> at_most;
+  std::optional<int> at_most{};
 };
 
 struct Recording {
-  World world;
-  std::vector<Event> events;
-  std::vector<Loss> losses;
+  World world{};
+  std::vector<Event> events{};
+  std::vector<Loss> losses{};
 };
 
 struct Thread {
@@ -90,11 +102,11 @@ struct Run {
 };
 
 struct State {
-  std::array<int, kCallbacks> registered{};  // 0: not yet, 1: lives, 2: finished
-  std::array<int, kCallbacks> seqs{};
-  std::array<int, kCallbacks> ended{};
+  Per<int, kCallbacks> registered{};  // 0: not yet, 1: lives, 2: finished
+  Per<int, kCallbacks> seqs{};
+  Per<int, kCallbacks> ended{};
   std::vector<Run> open;  // in order
-  std::array<Thread, kThreads> threads{};
+  Per<Thread, kThreads> threads{};
   int announced = 0;
   bool is_over = false;
   friend auto operator<=>(const State&, const State&) = default;
@@ -107,7 +119,7 @@ struct State {
 };
 
 // What a rule remembers of the past, per callback or thread.
-using Memory = std::array<int, kThreads>;
+using Memory = Per<int, kThreads>;
 
 // The subjects, as bits, that the event violates. `state`: before it.
 unsigned violated(Rule rule, const World& world, Memory& memory, const State& state,
@@ -131,7 +143,7 @@ Execution random_execution(const World& world, Random& random, bool has_kernel);
 int lose(std::vector<Event>& events, const Loss& loss, Random& random, double taken);
 
 // Where the callbacks are seen to run.
-std::array<unsigned, kCallbacks> homes(const std::vector<Event>& events);
+Per<unsigned, kCallbacks> homes(const std::vector<Event>& events);
 
 std::string text_of(const Event& event);
 
