@@ -65,7 +65,7 @@ void tell_of_damage(const analysis::Report& report) {
     tell(damage);
   if (damages.empty() && viewer_export::is_complete(report) == false)
     tell("the recording is NOT complete: see rules T2 to T4 of cie verify");
-  if (report.callbacks.empty()) tell(viewer_export::kNoCallbackSeen);
+  if (report.callbacks.empty()) tell(viewer_export::no_callback_seen(report));
 }
 
 std::string input_arguments(const std::vector<std::filesystem::path>& traces,

@@ -402,6 +402,16 @@ std::string_view label(ReleaseSource source) noexcept {
   return {};
 }
 
+// Of each process, by topic.
+std::map<ProcessIndex, std::map<std::string, std::uint64_t>> publications_of(const Model& model) {
+  std::map<ProcessIndex, std::map<std::string, std::uint64_t>> published;
+  for (const auto& publisher : model.publishers) {
+    if (publisher.published.count == 0 || publisher.topic.empty()) continue;
+    published[publisher.process][publisher.topic] += publisher.published.count;
+  }
+  return published;
+}
+
 Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto& model = context.model;
   Report report;
@@ -412,6 +422,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto telling = tell_messages(model);
   const auto runs = verdicts_on_runs(verdicts);
   const auto exits = exits_of(model);
+  auto published = publications_of(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
@@ -431,7 +442,8 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
         .executor = std::nullopt,
         .complete = is_complete(context, runs, index),
         .host_index = process.host,
-        .traces = process.traces};
+        .traces = process.traces,
+        .published = published[index]};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_ros2_only(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

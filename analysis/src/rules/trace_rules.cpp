@@ -31,9 +31,13 @@ constexpr std::array<Requirement, 5> kRequired{{
 // The same of recordings that hold ROS 2's words alone.
 constexpr std::array<Requirement, 4> kRequiredOfRos2{{
     {"rcl_init", "enable ros2:rcl_init before the application starts"},
-    {"callback_init", "enable the ros2: events ending in _init and _added before it starts"},
-    {"callback_start", "enable ros2:callback_start and let a callback run"},
-    {"callback_end", "enable ros2:callback_end and let a callback run"},
+    {"callback_init",
+     "enable the ros2: events ending in _init and _added before it starts (of rclcpp: rclpy's "
+     "callbacks have none)"},
+    {"callback_start",
+     "enable ros2:callback_start and let a callback of rclcpp run (rclpy's have none)"},
+    {"callback_end",
+     "enable ros2:callback_end and let a callback of rclcpp run (rclpy's have none)"},
 }};
 
 std::span<const Requirement> required_of(const Model& model) {

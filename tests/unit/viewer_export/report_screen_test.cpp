@@ -322,6 +322,23 @@ TEST(ReportScreen, TellsWhyThereIsNothing) {
     EXPECT_LE(line.size(), 80U) << line;
 }
 
+// A process that told of itself was recorded; nodes of rclcpp may have what rclcpp has for itself alone.
+TEST(ReportScreen, TellsOfProcessesWithoutCallbacksWhatTheyAre) {
+  analysis::Report report;
+  auto& process = report.processes.emplace_back();
+  process.executor = "isolated";
+  EXPECT_THAT(
+      screen_of(report, {}, {.columns = 400}),
+      AllOf(HasSubstr("No callback was seen: 1 process told of its begin and of no callback."),
+            Not(HasSubstr("enabled"))));
+  process.executor.reset();
+  process.published = {{"/chatter", 3}};
+  EXPECT_THAT(
+      screen_of(report, {}, {.columns = 400}),
+      AllOf(HasSubstr("tell of 1 process and 3 publications on /chatter, and of no callback"),
+            HasSubstr("Those of rclpy have no events"), Not(HasSubstr("enabled"))));
+}
+
 TEST(ReportScreen, TellsWhatIsRecordedOutsideOfWhatAllStreamsCover) {
   auto report = unclaimed_report();
   report.trace.begin = analysis::Timestamp{0};

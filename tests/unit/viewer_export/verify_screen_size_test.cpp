@@ -107,6 +107,12 @@ TEST(VerifyScreen, NamesNoMoreSubjectsOfALineThanDetailsLeaveRoomFor) {
   rule.verdict = Verdict::fail;
   rule.subjects.clear();
   report.threads.clear();
+  for (std::uint32_t i = 3; i < 9; ++i) {
+    auto another = report.callbacks[1];
+    another.index = analysis::CallbackIndex{i};
+    another.logical_id += "#" + std::to_string(i);
+    report.callbacks.push_back(another);
+  }
   const auto add = [&](std::uint32_t tid, std::size_t callbacks) {
     const auto index = static_cast<std::uint32_t>(report.threads.size());
     report.threads.push_back({.index = analysis::ThreadIndex{index},
@@ -117,7 +123,7 @@ TEST(VerifyScreen, NamesNoMoreSubjectsOfALineThanDetailsLeaveRoomFor) {
                               .sched = {},
                               .busy_ns = {}});
     for (std::size_t i = 0; i < callbacks; ++i)
-      report.threads.back().ran.push_back(report.callbacks[i % 2].index);
+      report.threads.back().ran.push_back(report.callbacks[i].index);
     rule.subjects.push_back({.about = {.kind = analysis::SubjectKind::thread, .index = index},
                              .subject = "thread " + std::to_string(tid),
                              .verdict = Verdict::fail,

@@ -457,6 +457,46 @@ TEST(VerifyScreen, OfAWindowSaysThatThePageShowsTheWholeRecording) {
   EXPECT_THAT(screen_of(verdicts, shared_report()), HasSubstr("look (whole recording): cie view"));
 }
 
+// One that took the place of another has the id of that.
+TEST(VerifyScreen, NamesACallbackOfSeveralLifetimesOnce) {
+  auto report = shared_report();
+  auto later = report.callbacks[0];
+  later.index = analysis::CallbackIndex{3};
+  later.lifetime = 2;
+  report.callbacks.push_back(later);
+  report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{3}};
+  EXPECT_THAT(screen_of(test::sample_verdicts(), report, {.columns = 120}),
+              HasSubstr("1 callback in 2 lifetimes: plan timer 20 ms\n"));
+}
+
+TEST(VerifyScreen, AdvisesWhatFitsTheKindOfTheCallbacksThatOverran) {
+  const auto text = [](CallbackKind kind, CallbackKind of_other) {
+    auto verdicts = test::sample_verdicts();
+    const auto failing = [](std::uint32_t index) {
+      return analysis::SubjectVerdict{
+          .about = {.kind = analysis::SubjectKind::callback, .index = index},
+          .subject = "callback " + std::to_string(index),
+          .verdict = Verdict::fail,
+          .checked = 2,
+          .evidence = {}};
+    };
+    verdicts.rules = {{.id = "R1",
+                       .name = "arrival-exceeds-turnaround",
+                       .verdict = Verdict::fail,
+                       .subjects = {failing(0), failing(1)}}};
+    auto report = test::sample_report();
+    report.callbacks[0].kind = kind;
+    report.callbacks[1].kind = of_other;
+    return screen_of(verdicts, report, {.columns = 200});
+  };
+  using enum CallbackKind;
+  EXPECT_THAT(text(timer, timer), HasSubstr("or give it a longer period; cie report"));
+  EXPECT_THAT(text(subscription, subscription), HasSubstr("or let its publishers send less often"));
+  EXPECT_THAT(text(waitable, waitable), HasSubstr("or let what it waits for (goals, events)"));
+  EXPECT_THAT(text(timer, subscription),
+              HasSubstr("a timer with a longer period, anything else by"));
+}
+
 TEST(VerifyScreen, SaysOfAGroupThatItIsOne) {
   auto verdicts = test::sample_verdicts();
   auto& rule = verdicts.rules[2];

@@ -108,7 +108,7 @@ class ReportScreen {
     append(lines, unseen_of_spec(judged_, style_));
     append(lines, remarks(judged_, damages_of(report_, gap_), style_));
     if (report_.callbacks.empty()) {
-      append(lines, paragraph("  ", std::string(kNoCallbackSeen), 3, style_));
+      append(lines, paragraph("  ", no_callback_seen(report_), 3, style_));
       append(lines,
              commands_to_paste(
                  {{"what it holds", "cie events " + context_.verify.view_arguments + " --count"}},

@@ -337,7 +337,7 @@ void write_report_text(std::ostream& out, const Report& report,
   out << worst_offenders(report, style) << recording(report, window, style)
       << defects(report, style);
   if (report.callbacks.empty()) {
-    out << filled(std::string(kNoCallbackSeen), style.columns);
+    out << filled(no_callback_seen(report), style.columns);
     if (!report.chains.empty()) out << '\n' << chain_tables(report, style);
     return;
   }

@@ -66,21 +66,38 @@ std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
   return fmt::format("{} ({})", printable(thread->name), printable(name));
 }
 
-std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) {
-  std::vector<std::pair<std::uint64_t, const CallbackReport*>> ran;
+// What a thread ran, by id: one that took the place of another one has the id of that.
+struct RunsOfIds {
+  std::string count;  // "2 callbacks", "1 callback in 2 lifetimes"
+  std::string names;  // ": plan timer 1 ns, drive <- /pose", the most frequent first
+};
+
+RunsOfIds runs_of_callbacks(const Judged& judged, const ThreadReport& thread) {
+  std::vector<std::pair<std::uint64_t, std::string_view>> ran;
   for (const auto index : thread.ran) {
     const auto* callback = judged.rows.find(index);
     if (callback == nullptr) continue;
     const auto here =
         std::ranges::find(callback->threads, thread.index, &analysis::CallbackThread::thread);
-    ran.emplace_back(here == callback->threads.end() ? 0 : here->instances, callback);
+    const auto runs = here == callback->threads.end() ? 0 : here->instances;
+    const auto known =
+        std::ranges::find(ran, callback->logical_id, [](const auto& pair) { return pair.second; });
+    if (known == ran.end()) {
+      ran.emplace_back(runs, callback->logical_id);
+    } else {
+      known->first += runs;
+    }
   }
   std::ranges::stable_sort(ran, std::ranges::greater{},
                            [](const auto& pair) { return pair.first; });
-  std::string text;
-  for (const auto& [runs, callback] : ran)
-    text += (text.empty() ? ": " : ", ") + judged.names.of_id(callback->logical_id);
-  return text;
+  RunsOfIds words{.count = counted(thread.ran.size(), "callback"), .names = {}};
+  if (!ran.empty() && ran.size() < thread.ran.size()) {
+    words.count = fmt::format("{} in {}", counted(ran.size(), "callback"),
+                              counted(thread.ran.size(), "lifetime"));
+  }
+  for (const auto& [runs, id] : ran)
+    words.names += (words.names.empty() ? ": " : ", ") + judged.names.of_id(id);
+  return words;
 }
 
 // "2 threads: 21 on pool-1, 19 on 4008": how many complete instances on each, if any, which is told by
@@ -160,9 +177,10 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   const auto* late = late_callback(judged, subject);
   if (rule.id == analysis::kOneCallbackPerThreadRule && thread != nullptr &&
       thread->ran.size() > 1) {
+    auto [count, names] = runs_of_callbacks(judged, *thread);
     return {.weight = static_cast<double>(thread->ran.size()),
-            .detail = counted(thread->ran.size(), "callback"),
-            .of_one = runs_of_callbacks(judged, *thread)};
+            .detail = std::move(count),
+            .of_one = std::move(names)};
   }
   if (rule.id == analysis::kOneThreadPerCallbackRule && callback != nullptr &&
       callback->threads.size() > 1) {
@@ -467,8 +485,49 @@ std::string unjudged_parameters(const analysis::VerdictReport& verdicts) {
   return {};
 }
 
+namespace {
+
+// What releases callbacks of that kind less often.
+std::string_view slower_source(CallbackKind kind) {
+  switch (kind) {
+    case CallbackKind::timer:
+      return "give it a longer period";
+    case CallbackKind::subscription:
+      return "let its publishers send less often";
+    case CallbackKind::service:
+      return "let its clients ask less often";
+    case CallbackKind::client:
+      return "let it ask less often";
+    case CallbackKind::waitable:
+      return "let what it waits for (goals, events) come less often";
+  }
+  return {};
+}
+
+// Of R1, where those that violate it are of one kind; empty: they are not.
+std::string remedy_of_arrivals(const Judged& judged, const RuleVerdict& rule) {
+  std::optional<CallbackKind> kind;
+  for (const auto& subject : rule.subjects) {
+    if (!counts(subject, Verdict::fail)) continue;
+    const auto* callback = reported_callback(judged, subject);
+    if (callback == nullptr || !callback->kind || kind.value_or(*callback->kind) != *callback->kind)
+      return {};
+    kind = callback->kind;
+  }
+  if (!kind) return {};
+  return fmt::format(
+      "shorten the callback, raise its priority or give it a CPU, or {}; cie report shows where the "
+      "time went",
+      slower_source(*kind));
+}
+
+}  // namespace
+
 std::string remedy_of(const Judged& judged, const Finding& finding) {
   const auto& id = finding.rule->id;
+  if (id == analysis::kArrivalExceedsTurnaroundRule) {
+    if (auto remedy = remedy_of_arrivals(judged, *finding.rule); !remedy.empty()) return remedy;
+  }
   if (id == analysis::kSpecifiedCallbackSeenRule && are_all_registered(*finding.rule))
     return "let the recording last until the callback has run, or remove its entry";
   if (const auto remedy = remedy_of_refusal(*finding.rule); !remedy.empty())

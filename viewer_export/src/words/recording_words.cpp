@@ -57,6 +57,51 @@ std::string in_several_lengths(const std::map<std::string_view, std::int64_t>& l
 
 }  // namespace
 
+namespace {
+
+// "3 publications on /chatter", "5 publications on 2 topics"; empty: none.
+std::string published_by(const std::vector<const analysis::ProcessReport*>& processes) {
+  std::set<std::string_view> topics;
+  std::uint64_t publications = 0;
+  for (const auto* process : processes) {
+    for (const auto& [topic, count] : process->published) {
+      topics.insert(topic);
+      publications += count;
+    }
+  }
+  if (publications == 0) return {};
+  return fmt::format(
+      "{} on {}", counted(publications, "publication"),
+      topics.size() == 1 ? printable(*topics.begin()) : counted(topics.size(), "topic"));
+}
+
+}  // namespace
+
+std::string no_callback_seen(const analysis::Report& report) {
+  std::vector<const analysis::ProcessReport*> own;
+  std::vector<const analysis::ProcessReport*> of_ros2;
+  for (const auto& process : report.processes)
+    (process.executor ? own : of_ros2).push_back(&process);
+  if (!own.empty()) {
+    return fmt::format(
+        "No callback was seen: {} told of {} begin and of no callback. Nodes of rclcpp may have those "
+        "alone that rclcpp serves for itself (parameters, /parameter_events, /clock, a lifecycle), "
+        "which are not the application's.",
+        counted(own.size(), "process", "processes"), own.size() == 1 ? "its" : "their");
+  }
+  if (!of_ros2.empty()) {
+    const auto published = published_by(of_ros2);
+    return fmt::format(
+        "No callback was seen: the events of ROS 2 tell of {}{}{}, and of no callback. Those of rclpy "
+        "have no events; those of rclcpp have ros2:rclcpp_*_callback_added and ros2:callback_*.",
+        counted(of_ros2.size(), "process", "processes"), published.empty() ? "" : " and ",
+        published);
+  }
+  return "No callback was seen: the trace holds no callback_init or callback_start event with the "
+         "context vpid. Were the tracepoints of cie, or those of ros2_tracing, enabled when it was "
+         "recorded?";
+}
+
 std::string name_of_recording(const analysis::Report& report, std::size_t most,
                               std::string_view gap) {
   const auto& paths = report.trace.paths;

@@ -25,10 +25,8 @@ std::string name_of_recording(const analysis::Report& report, std::size_t most =
 // times. Of more than `named` hosts none is named: "1.000 s to 10.00 s on 5 hosts".
 std::string length_of(const analysis::Report& report, std::size_t named);
 
-// Of a recording without callbacks: what else could have shown them.
-inline constexpr std::string_view kNoCallbackSeen =
-    "No callback was seen: the trace holds no callback_init or callback_start event with the context "
-    "vpid. Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?";
+// Of a recording without callbacks: what is there, and what could have shown some.
+std::string no_callback_seen(const analysis::Report& report);
 
 // "the window 983990000000..985990000000 ns (2.000 s) alone": what of the recording was asked for.
 std::string window_words(const analysis::TimeWindow& window);

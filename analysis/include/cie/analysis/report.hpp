@@ -10,6 +10,7 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -165,6 +166,8 @@ struct ProcessReport {
   HostIndex host_index{};                   // as observers are told it; not part of the JSON
   // Of its first event and each run_begin; not part of the JSON.
   std::vector<std::uint32_t> traces{};
+  // Publications by topic, as far as it is known; not part of the JSON.
+  std::map<std::string, std::uint64_t> published{};
 };
 
 struct CallbackThread {
