@@ -322,21 +322,19 @@ TEST(ReportScreen, TellsWhyThereIsNothing) {
     EXPECT_LE(line.size(), 80U) << line;
 }
 
-// A process that told of itself was recorded; nodes of rclcpp may have what rclcpp has for itself alone.
-TEST(ReportScreen, TellsOfProcessesWithoutCallbacksWhatTheyAre) {
+// A process that announced itself was recorded; nodes of rclcpp may have what rclcpp has for itself alone.
+TEST(ReportScreen, NamesWhatProcessesWithoutCallbacksAre) {
   analysis::Report report;
   auto& process = report.processes.emplace_back();
   process.executor = "isolated";
-  EXPECT_THAT(
-      screen_of(report, {}, {.columns = 400}),
-      AllOf(HasSubstr("No callback was seen: 1 process told of its begin and of no callback."),
-            Not(HasSubstr("enabled"))));
+  EXPECT_THAT(screen_of(report, {}, {.columns = 400}),
+              AllOf(HasSubstr("No callback was seen: 1 process began and announced none."),
+                    Not(HasSubstr("enabled"))));
   process.executor.reset();
   process.published = {{"/chatter", 3}};
-  EXPECT_THAT(
-      screen_of(report, {}, {.columns = 400}),
-      AllOf(HasSubstr("tell of 1 process and 3 publications on /chatter, and of no callback"),
-            HasSubstr("Those of rclpy have no events"), Not(HasSubstr("enabled"))));
+  EXPECT_THAT(screen_of(report, {}, {.columns = 400}),
+              AllOf(HasSubstr("show 1 process and 3 publications on /chatter, but no callback"),
+                    HasSubstr("Callbacks of rclpy have no events"), Not(HasSubstr("enabled"))));
 }
 
 TEST(ReportScreen, TellsWhatIsRecordedOutsideOfWhatAllStreamsCover) {

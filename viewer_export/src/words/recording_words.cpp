@@ -84,16 +84,16 @@ std::string no_callback_seen(const analysis::Report& report) {
     (process.executor ? own : of_ros2).push_back(&process);
   if (!own.empty()) {
     return fmt::format(
-        "No callback was seen: {} told of {} begin and of no callback. Nodes of rclcpp may have those "
-        "alone that rclcpp serves for itself (parameters, /parameter_events, /clock, a lifecycle), "
-        "which are not the application's.",
-        counted(own.size(), "process", "processes"), own.size() == 1 ? "its" : "their");
+        "No callback was seen: {} began and announced none. A node of rclcpp may have only those that "
+        "rclcpp serves for itself (parameters, /parameter_events, /clock, lifecycle services); they "
+        "are not listed.",
+        counted(own.size(), "process", "processes"));
   }
   if (!of_ros2.empty()) {
     const auto published = published_by(of_ros2);
     return fmt::format(
-        "No callback was seen: the events of ROS 2 tell of {}{}{}, and of no callback. Those of rclpy "
-        "have no events; those of rclcpp have ros2:rclcpp_*_callback_added and ros2:callback_*.",
+        "No callback was seen: the ROS 2 events show {}{}{}, but no callback. Callbacks of rclpy have no "
+        "events; those of rclcpp have ros2:rclcpp_*_callback_added and ros2:callback_*.",
         counted(of_ros2.size(), "process", "processes"), published.empty() ? "" : " and ",
         published);
   }
