@@ -44,7 +44,8 @@ TEST(RecordedKernelEvents, AreOfAClassThatTheReaderKnows) {
   const auto uuid = random_uuid();
   std::ofstream(root / "metadata") << kernel_metadata(
       uuid, {.uuid = "5a17c0de-0b07-4b1d-9abc-0123456789ab", .offset_ns = 0}, "bpf");
-  CtfStream stream(root / "sched_0", uuid, 0, 0);
+  const Directory opened = Directory::open(root);
+  CtfStream stream(opened, uuid, 0, 0);
   for (std::size_t id = 0; id < classes.size(); ++id)
     stream.add(id + 1, event_of(id, id + 1));
   stream.finish(classes.size() + 1, 0);
