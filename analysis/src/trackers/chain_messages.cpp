@@ -56,6 +56,25 @@ bool ChainTracker::is_awaited(const ChainNode& node) const {
   return model_.processes[at(model_.publishers[*publisher].process)].host != node.host;
 }
 
+bool ChainTracker::is_any_ahead(ChainNode& node) {
+  for (auto* current = &node; current != nullptr; current = current->parent.get()) {
+    resolve_again(*current);
+    if (is_ahead(*current)) return true;
+  }
+  return false;
+}
+
+bool ChainTracker::is_ahead(const ChainNode& node) const {
+  const bool is_unread =
+      node.link == ChainNode::Link::before || node.link == ChainNode::Link::unseen;
+  if (!is_unread || node.source_timestamp <= 0) return false;
+  const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
+  if (!publisher) return false;
+  const auto* known = publishers_.find(*publisher);
+  return known == nullptr || known->messages.size() == 0 ||
+         known->messages.newest(0).source_timestamp < node.source_timestamp;
+}
+
 std::optional<std::uint32_t> ChainTracker::writer_of(const ChainNode& node) {
   auto& last = lately_[node.callback];
   const auto told = registry_.publishers_told();
@@ -99,6 +118,7 @@ void ChainTracker::resolve(ChainNode& node) {
     const auto first = model_.publishers[*publisher].first_source_timestamp;
     node.link = first == 0 || node.source_timestamp < first ? ChainNode::Link::before
                                                             : ChainNode::Link::unseen;
+    is_any_ahead_ = is_any_ahead_ || is_ahead(node);
     return;
   }
   node.published = found->time;

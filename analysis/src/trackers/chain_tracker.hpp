@@ -83,10 +83,10 @@ class ChainTracker {
   // Whether the message that it took was published, as far as is seen now.
   bool is_published(const ChainNode& node) const;
   // Of a message that led to it more may be told yet: who wrote it, or its publication, as it came
-  // from a host whose clock may be ahead.
+  // from a host whose clock may be ahead, or was taken before the thread that wrote it told of that.
   bool awaits_message(ChainNode& node, Timestamp now) {
     const bool may_any_follow = model_.hosts.size() > 1 || registry_.awaits_publishers(now);
-    return may_any_follow && is_any_awaited(node);
+    return (may_any_follow && is_any_awaited(node)) || (is_any_ahead_ && is_any_ahead(node));
   }
   // Fills the model's chains and edges, without those that wait. May be called again after more
   // instances.
@@ -228,6 +228,9 @@ class ChainTracker {
   }
   bool is_any_awaited(ChainNode& node);
   bool is_awaited(const ChainNode& node) const;
+  bool is_any_ahead(ChainNode& node);
+  // Its message was written later than anything that its publisher told of.
+  bool is_ahead(const ChainNode& node) const;
   // The publisher of the message that it took. Empty: nobody who is known.
   std::optional<std::uint32_t> writer_of(const ChainNode& node);
   void note_edge(const ChainNode& node);
@@ -302,7 +305,8 @@ class ChainTracker {
   std::size_t waiting_count_ = 0;
   Nodes scratch_;
   bool has_spec_ = false;
-  std::uint32_t most_hops_;  // of a chain
+  bool is_any_ahead_ = false;  // some message was
+  std::uint32_t most_hops_;    // of a chain
 };
 
 }  // namespace cie::analysis

@@ -121,6 +121,7 @@ void Publications::name_publisher(Address message, Address publisher, Context& c
       context.process.own_topics.contains(known.topic))
     return;
   if (known.messages == nullptr) known.messages = &links_.topic(known.topic);
+  announce(known, context.head, context.process, context.sink);  // before anybody takes it
   publishing.written_on = known.messages;
   known.messages->begin_call(publishing.realtime);
 }
