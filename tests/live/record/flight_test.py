@@ -234,9 +234,10 @@ class Flight(unittest.TestCase):
         wait_for(ready.exists, "the application runs")
         daemon, = [int(pid) for pid in Path(f"/proc/{recorder.pid}/task/{recorder.pid}/children").read_text().split()
                    if "sessiond" in Path(f"/proc/{pid}/comm").read_text()]
+        recorder.send_signal(signal.SIGUSR1)
+        time.sleep(0.2)  # it is noticed after 0.1 s at most; then applications have 0.2 s to describe themselves
         os.kill(daemon, signal.SIGSTOP)
         try:
-            recorder.send_signal(signal.SIGUSR1)
             time.sleep(1)
             recorder.send_signal(signal.SIGTERM)
             application = Path(f"/proc/{ready.read_text().strip()}/stat")
