@@ -28,7 +28,8 @@ TEST(Warnings, WaitForNoHandlerOfAnotherThread) {
     if (text == "second") {
       second.set_value();
     } else {
-      has_come = second.get_future().wait_for(std::chrono::seconds{20}) == std::future_status::ready;
+      has_come =
+          second.get_future().wait_for(std::chrono::seconds{20}) == std::future_status::ready;
     }
   }};
   std::jthread busy{[&] { warnings.tell("first"); }};
