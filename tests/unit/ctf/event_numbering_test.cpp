@@ -142,25 +142,29 @@ TEST(EventNumbering, ReadsExtendedHeaders) {
   EXPECT_THAT(find_numbering(writer.only(), classes), ElementsAre(Pair(1, 0)));
 }
 
+// In a time namespace or not, which recordings without the last field of run_begin do not say.
 TEST(EventNumbering, FindsWhereItWasRecorded) {
-  PacketWriter writer;
-  writer.event(0, 1001)
-      .add(std::uint32_t{1})
-      .text("0.1")
-      .text("isolated")
-      .text("boot")
-      .text("host");
-  writer.add(std::uint32_t{7}).add(std::uint64_t{1}).add(std::int64_t{1});
-  writer.add(std::int64_t{300}).add(std::int64_t{1'000'300});  // monotonic, real time
-  writer.add(std::uint32_t{4}).text("").add(std::uint8_t{0});
-  const auto packets = writer.only();
-  const auto classes = state_channel_events();
-  const auto numbering = find_numbering(packets, classes);
-  const auto found = recorded_on(packets, classes, numbering);
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->host, "host");
-  EXPECT_EQ(found->boot_id, "boot");
-  EXPECT_EQ(found->clock_offset_ns, 1'000'000);
+  for (const bool is_old : {false, true}) {
+    PacketWriter writer;
+    writer.event(0, 1001)
+        .add(std::uint32_t{1})
+        .text("0.1")
+        .text("isolated")
+        .text("boot")
+        .text("host");
+    writer.add(std::uint32_t{7}).add(std::uint64_t{1}).add(std::int64_t{1});
+    writer.add(std::int64_t{300}).add(std::int64_t{1'000'300});  // monotonic, real time
+    writer.add(std::uint32_t{4}).text("").add(std::uint8_t{0});
+    if (!is_old) writer.add(std::int64_t{0});
+    const auto packets = writer.only();
+    const auto classes = is_old ? old_state_channel_events() : state_channel_events();
+    const auto numbering = find_numbering(packets, classes);
+    const auto found = recorded_on(packets, classes, numbering);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->host, "host");
+    EXPECT_EQ(found->boot_id, "boot");
+    EXPECT_EQ(found->clock_offset_ns, 1'000'000);
+  }
 }
 
 }  // namespace

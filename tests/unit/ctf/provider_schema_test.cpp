@@ -1,5 +1,5 @@
 // The table of the provider's events against the metadata of a recording of it, which is one without the last
-// field of run_begin. That the table of today is the provider's is shown where that tells of itself
+// field of run_begin and without publish_failed. That the table of today is the provider's is shown where that tells of itself
 // (tests/unit/tracepoints/provider_fields_test.cpp).
 #include <algorithm>
 #include <string>
@@ -44,6 +44,10 @@ TEST(ProviderSchema, IsWhatTheTracerRecords) {
     for (const auto& event : channel) {
       const auto known = parse_metadata(trace_text({}) + stream_text(0) + event_text(event, 0, 0));
       const auto* of_tracer = find(recorded, event.name);
+      if (event.name == "cie:publish_failed") {  // of later recordings
+        EXPECT_EQ(of_tracer, nullptr);
+        continue;
+      }
       ASSERT_NE(of_tracer, nullptr) << event.name;
       EXPECT_EQ(description(*fields_of(known, known.events.at(0))),
                 description(*fields_of(recorded, *of_tracer)))
