@@ -91,6 +91,7 @@ void CallbackIsolatedExecutor::spin_as(const char* function, Spin serve) {
     std::atomic_bool& flag;
     ~Spinning() { flag.store(false); }
   } until_return{spinning};
+  const ExecutorState::Spinning until_then{*state};
   if (rclcpp::ok(context_)) serve(*state);
 }
 
@@ -123,6 +124,7 @@ void CallbackIsolatedExecutor::spin_once(std::chrono::nanoseconds timeout) {
 void CallbackIsolatedExecutor::spin_once_impl(std::chrono::nanoseconds timeout) {
   const auto state = state_;
   const ExecutorState::Inside inside{*state};
+  const ExecutorState::Spinning until_then{*state};
   state->spin_once(deadline_after(timeout));
 }
 rclcpp::FutureReturnCode CallbackIsolatedExecutor::spin_until_future_complete_impl(

@@ -99,17 +99,13 @@ void ExecutorState::remove_node(const NodeBase& node) {
 }
 
 void ExecutorState::remove_group(const rclcpp::CallbackGroup& group) {
-  std::vector<NodePtr> nodes;
-  {
-    const std::lock_guard lock{mutex_};
-    nodes = nodes_;
-  }
+  const auto all = nodes();
   const auto holds = [&group](const NodePtr& node) {
     return std::ranges::any_of(node->groups(RclcppNode::Added::by_hand),
                                [&group](const auto& each) { return each.lock().get() == &group; });
   };
-  const auto found = std::ranges::find_if(nodes, holds);
-  if (found == nodes.end()) {
+  const auto found = std::ranges::find_if(all, holds);
+  if (found == all.end()) {
     throw std::runtime_error{"Callback group needs to be associated with this executor."};
   }
   vacate(*found, (*found)->remove_group(group));
@@ -145,12 +141,12 @@ std::vector<rclcpp::CallbackGroup::WeakPtr> ExecutorState::groups(RclcppNode::Ad
 
 // --- what users create and drop -------------------------------------------------------------------
 
+std::vector<ExecutorState::NodePtr> ExecutorState::nodes() const {
+  const std::lock_guard lock{mutex_};
+  return nodes_;
+}
+
 bool ExecutorState::look_at_all() {
-  std::vector<NodePtr> nodes;
-  {
-    const std::lock_guard lock{mutex_};
-    nodes = nodes_;
-  }
   // Not waited for: it may wait for what is to be found next.
   const auto let_go = [this](const Callbacks& gone) {
     core_->abandon(gone);
@@ -158,7 +154,7 @@ bool ExecutorState::look_at_all() {
       callback->begin_to_end();
   };
   bool is_partial = false;
-  for (const NodePtr& node : nodes) {
+  for (const NodePtr& node : nodes()) {
     const auto changes = node->look(let_go);
     is_partial = is_partial || changes.is_partial;
     if (node->has_gone()) {  // what it leaves behind is no longer served
@@ -193,7 +189,14 @@ void ExecutorState::prepare() {
   std::call_once(watching_, [this] {
     core_->spawn_thread(kWatcher, [this](const std::stop_token& stop) { watch(stop); });
   });
+  for (const NodePtr& node : nodes())
+    node->listen_internally();
   look_at_all();
+}
+
+void ExecutorState::rest() noexcept {
+  for (const NodePtr& node : nodes())
+    node->rest_internally();
 }
 
 }  // namespace cie_rclcpp

@@ -63,6 +63,17 @@ class ExecutorState {
    private:
     ExecutorState& state_;
   };
+  // From here to its end the calling thread spins; afterwards what rclcpp serves for itself rests.
+  class Spinning {
+   public:
+    explicit Spinning(ExecutorState& state) : state_(state) {}
+    Spinning(const Spinning&) = delete;
+    Spinning& operator=(const Spinning&) = delete;
+    ~Spinning() { state_.rest(); }
+
+   private:
+    ExecutorState& state_;
+  };
   void wait_until_left() const noexcept {
     for (int inside = inside_.load(); inside != 0; inside = inside_.load())
       inside_.wait(inside);
@@ -86,6 +97,8 @@ class ExecutorState {
   void watch(const std::stop_token& stop);
   // Finds what there is, and has what comes found.
   void prepare();
+  void rest() noexcept;
+  std::vector<NodePtr> nodes() const;
   std::vector<std::shared_ptr<Admitted>> all_admitted() const;
   void wake_all();
   // Lets these in, and waits until they have run. False: somebody cancelled.

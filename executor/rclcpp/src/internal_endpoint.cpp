@@ -5,25 +5,34 @@
 namespace cie_rclcpp {
 
 InternalEndpoint::InternalEndpoint(std::shared_ptr<InternalServer> server,
-                                   std::unique_ptr<Entity> entity, const OnGone& on_gone)
-    : state_(std::make_shared<State>(std::move(server))) {
+                                   std::unique_ptr<Entity> entity, OnGone on_gone)
+    : state_(std::make_shared<State>(std::move(server))), on_gone_(std::move(on_gone)) {
   state_->entity = std::move(entity);
+  listen();
+  state_->server->thread.add(*this);
+}
+
+void InternalEndpoint::listen() {
+  if (std::exchange(listens_, true)) return;
   // Weakly: the state ends with the endpoint, not with the entity.
-  state_->entity->connect([weak = std::weak_ptr{state_}, gone = farewell(on_gone)](
+  state_->entity->connect([weak = std::weak_ptr{state_}, gone = farewell(on_gone_)](
                               Inbox::Source source, std::size_t count, int) {
     const auto state = weak.lock();
     if (!state || source == Inbox::Source::lost) return;
     (source == Inbox::Source::process ? state->from_process : state->from_middleware) += count;
     state->server->thread.wakeup().notify();
   });
-  state_->server->thread.add(*this);
+}
+
+void InternalEndpoint::rest() noexcept {
+  if (std::exchange(listens_, false)) state_->entity->disconnect();
 }
 
 InternalEndpoint::~InternalEndpoint() {
   state_->has_ended.store(true);
   state_->server->thread.remove(*this);
   state_->leave_share();
-  state_->entity->disconnect();
+  rest();
 }
 
 void InternalEndpoint::serve() noexcept {

@@ -29,8 +29,13 @@ class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoin
  public:
   // Listens from now on. Throws what rclcpp throws.
   InternalEndpoint(std::shared_ptr<InternalServer> server, std::unique_ptr<Entity> entity,
-                   const OnGone& on_gone);
+                   OnGone on_gone);
   ~InternalEndpoint() override;
+
+  // Between spins nothing listens: a LifecycleNode of Humble ends the handles of its services before these,
+  // which then end what listens. What comes meanwhile waits. Not both at once; throws what rclcpp throws.
+  void listen();
+  void rest() noexcept;
 
   void serve() noexcept override;
   std::shared_ptr<Admitted> admitted() const noexcept { return state_; }
@@ -58,6 +63,8 @@ class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoin
                     std::atomic<std::uint64_t>& waiting) noexcept;
 
   const std::shared_ptr<State> state_;
+  const OnGone on_gone_;
+  bool listens_ = false;
 };
 
 }  // namespace cie_rclcpp

@@ -90,6 +90,24 @@ std::vector<std::shared_ptr<Admitted>> RclcppNode::admitted() const {
   return all;
 }
 
+void RclcppNode::listen_internally() {
+  const std::lock_guard lock{mutex_};
+  for (const Group& group : groups_) {
+    for (const Served& served : group.served) {
+      if (served.internal) served.internal->listen();
+    }
+  }
+}
+
+void RclcppNode::rest_internally() noexcept {
+  const std::lock_guard lock{mutex_};
+  for (const Group& group : groups_) {
+    for (const Served& served : group.served) {
+      if (served.internal) served.internal->rest();
+    }
+  }
+}
+
 std::vector<cie::scheduling::AnnouncedThread> RclcppNode::workers() const {
   return {{.name = "cie-rclcpp", .trace = server_->thread.thread()}};
 }

@@ -76,6 +76,9 @@ class RclcppNode final : public cie::scheduling::ServedNode {
   Changes look(const LetGo& let_go = {});
   // All that is served here, in which instances may wait.
   std::vector<std::shared_ptr<Admitted>> admitted() const;
+  // What rclcpp serves for itself listens, or rests: see InternalEndpoint.
+  void listen_internally();
+  void rest_internally() noexcept;
   // Those that look() told as gone and that still live: they may run until now.
   Callbacks leaving() const;
 

@@ -20,13 +20,8 @@ std::function<void()> ExecutorState::cancel() const {
 }
 
 std::vector<std::shared_ptr<Admitted>> ExecutorState::all_admitted() const {
-  std::vector<NodePtr> nodes;
-  {
-    const std::lock_guard lock{mutex_};
-    nodes = nodes_;
-  }
   std::vector<std::shared_ptr<Admitted>> all;
-  for (const NodePtr& node : nodes) {
+  for (const NodePtr& node : nodes()) {
     auto of_node = node->admitted();
     std::ranges::move(of_node, std::back_inserter(all));
   }

@@ -186,6 +186,30 @@ TEST_F(ExecutorTest, ServesParametersOnTheWorkerWhileItSpins) {
   EXPECT_THAT(threads, testing::ElementsAre("cie-rclcpp"));
 }
 
+// A LifecycleNode of Humble ends the handles of its services before these, which then end what listens.
+TEST_F(ExecutorTest, ListensToNoServiceOfRclcppBetweenSpins) {
+  const auto tuned = node("tuned");
+  const auto client = tuned->create_client<SetParameters>("/test/tuned/set_parameters");
+  executor_.add_node(tuned);
+  for (int spin = 0; spin < 2; ++spin) {
+    const auto future = client->async_send_request(std::make_shared<SetParameters::Request>());
+    {
+      const Spinning spinning{executor_};
+      ASSERT_EQ(future.wait_for(20s), std::future_status::ready);
+    }
+    int services = 0;
+    const auto ignored = [](const auto&) {};
+    tuned->get_node_base_interface()->get_default_callback_group()->collect_all_ptrs(
+        ignored,
+        [&services](const auto& service) {
+          ++services;
+          EXPECT_FALSE(service->has_on_new_request_callback()) << service->get_service_name();
+        },
+        ignored, ignored, ignored);
+    EXPECT_GE(services, 6);
+  }
+}
+
 TEST_F(ExecutorTest, WhatAFunctionThrowsOnTheWorkerEndsIt) {
   const auto tuned = node("tuned");
   const auto handle = tuned->add_on_set_parameters_callback(

@@ -29,6 +29,10 @@ class OnNewCallback {
     reader.set_on_new(nullptr, nullptr);
     function_ = nullptr;
   }
+  bool is_set() {
+    const std::lock_guard lock{mutex_};
+    return static_cast<bool>(function_);
+  }
 
  private:
   static void call(const void* function, std::size_t count) {

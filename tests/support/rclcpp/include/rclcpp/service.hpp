@@ -62,6 +62,8 @@ class ServiceBase : public ServiceEnd<rcl_service_t> {
     on_new_.set(*reader_, callback);
   }
   void clear_on_new_request_callback() { on_new_.clear(*reader_); }
+  // Of the double alone: somebody is called at a new request.
+  bool has_on_new_request_callback() { return on_new_.is_set(); }
   std::shared_ptr<rcl_service_t> get_service_handle() { return handle_; }
   virtual std::shared_ptr<void> create_request() = 0;
   virtual void handle_request(std::shared_ptr<rmw_request_id_t> header,
