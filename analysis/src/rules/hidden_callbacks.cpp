@@ -65,6 +65,11 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
     const auto [since, is_first] = told_since_.try_emplace(stream.host, *stream.begin);
     if (!is_first) since->second = std::min(since->second, *stream.begin);
   }
+  for (const auto& callback : model.callbacks) {
+    if (callback.is_accounted || model.processes[at(callback.process)].is_from_ros2) continue;
+    for (const auto* pair : callback.ran_on)
+      of_other_executors_.insert(pair->thread);
+  }
   if (std::ranges::all_of(model.processes, &std::vector<HiddenCallback>::empty,
                           &ProcessFacts::hidden))
     return;
@@ -121,11 +126,7 @@ std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
   const auto& process = model_.processes[at(facts.process)];
   if (facts.ran.empty()) return std::nullopt;
   // Where the process tells of all callbacks of its own, that is about those of other executors alone.
-  const auto is_of_other_executor = [this](const CallbackOnThread* pair) {
-    return !model_.callbacks[at(pair->callback)].is_accounted;
-  };
-  if (!process.is_from_ros2 && std::ranges::none_of(facts.ran, is_of_other_executor))
-    return std::nullopt;
+  if (!process.is_from_ros2 && !of_other_executors_.contains(thread)) return std::nullopt;
   if (auto unseen = may_be_unseen(process)) return unseen;
   const auto special = on_threads_.find(thread);
   const auto general = anywhere_.find(facts.process);

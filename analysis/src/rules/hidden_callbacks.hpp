@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace cie::analysis {
 
@@ -44,6 +45,8 @@ class HiddenCallbacks {
   std::map<HostIndex, Timestamp> told_since_;
   std::map<ProcessIndex, Some> anywhere_;  // on any thread of the process
   std::map<ThreadIndex, Some> on_threads_;
+  std::set<ThreadIndex>
+      of_other_executors_;  // of processes that tell of all callbacks of their own
 };
 
 }  // namespace cie::analysis

@@ -74,19 +74,16 @@ struct RunsOfIds {
 
 RunsOfIds runs_of_callbacks(const Judged& judged, const ThreadReport& thread) {
   std::vector<std::pair<std::uint64_t, std::string_view>> ran;
+  std::map<std::string_view, std::size_t> places;  // in it: a thread may have run thousands
   for (const auto index : thread.ran) {
     const auto* callback = judged.rows.find(index);
     if (callback == nullptr) continue;
     const auto here =
         std::ranges::find(callback->threads, thread.index, &analysis::CallbackThread::thread);
     const auto runs = here == callback->threads.end() ? 0 : here->instances;
-    const auto known =
-        std::ranges::find(ran, callback->logical_id, [](const auto& pair) { return pair.second; });
-    if (known == ran.end()) {
-      ran.emplace_back(runs, callback->logical_id);
-    } else {
-      known->first += runs;
-    }
+    const auto [place, is_new] = places.try_emplace(callback->logical_id, ran.size());
+    if (is_new) ran.emplace_back(0, callback->logical_id);
+    ran[place->second].first += runs;
   }
   std::ranges::stable_sort(ran, std::ranges::greater{},
                            [](const auto& pair) { return pair.first; });
