@@ -98,7 +98,7 @@ TEST_P(Evaluator, SaysPassOrFailOnlyWhereEveryConsistentExecutionDoes) {
   std::map<std::string, int> decided;
   int compared = 0;
   int undecided = 0;
-  for (int number = 0; number < recordings(600); ++number) {
+  for (int number = 0; number < recordings(200); ++number) {
     Random random{static_cast<std::uint64_t>(number) * 2 + (at_home ? 1 : 0)};
     const auto rule = one_of(random, kRules);
     const auto made = random_recording(random, rule == Rule::s3 && below(random, 2) == 0, 3);
@@ -142,7 +142,7 @@ INSTANTIATE_TEST_SUITE_P(LostRuns, Evaluator, testing::Bool(), [](const auto& te
 // switch that is hidden is none that was seen, so a lost kernel event may leave what user space says (L6).
 TEST(Evaluator, NeverDecidesMoreByAnotherGap) {
   const std::array kinds{kStateKinds | kRunKinds, kRunKinds, kStateKinds, kKernelKinds};
-  for (int number = 0; number < recordings(600); ++number) {
+  for (int number = 0; number < recordings(300); ++number) {
     Random random{static_cast<std::uint64_t>(number) + 1'000'000};
     auto made = random_recording(random, true, 99);
     ASSERT_TRUE(made);
@@ -174,7 +174,7 @@ TEST(Evaluator, NeverDecidesMoreByAnotherGap) {
 
 // L6: what is decided without the kernel's events stays decided with them.
 TEST(Evaluator, NeverDecidesLessByKernelEvents) {
-  for (int number = 0; number < recordings(600); ++number) {
+  for (int number = 0; number < recordings(300); ++number) {
     Random random{static_cast<std::uint64_t>(number) + 2'000'000};
     const auto made = random_recording(random, true, 99);
     ASSERT_TRUE(made);
