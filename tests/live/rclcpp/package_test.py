@@ -99,7 +99,7 @@ class BuiltTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         if not options.ros2:
-            raise unittest.SkipTest("AMENT_PREFIX_PATH leads to no ROS 2")
+            raise unittest.SkipTest("not possible here: AMENT_PREFIX_PATH leads to no ROS 2")
         cls.temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.temporary.cleanup)
         cls.workspace = Workspace(cls.temporary.name)
