@@ -6,15 +6,16 @@
 //   NOT_APPLICABLE neither, and nothing was
 //
 // An excuse, and a need, is a conjunction: events that would all have to be hidden. Each is asked at once, so claims take
-// the memory of one witness, however many are made.
+// the memory of what they show, which is bounded, however many are made.
 #pragma once
 
 #include "cie/analysis/verdict.hpp"
 #include "knowledge.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -23,17 +24,19 @@ namespace cie::analysis {
 
 using Conjunction = std::vector<Hidden>;
 
-// `Witness`: what shows a violation. The first one that is certain is kept, else the first one.
+// `Witness`: what shows a violation.
 template <typename Witness>
 class Claims {
  public:
+  static constexpr std::size_t kMostShown = 64;  // witnesses, and reasons
+
   explicit Claims(const Knowledge& knowledge) : knowledge_{&knowledge} {}
 
   void checked(std::uint64_t count = 1) noexcept { checked_ += count; }
 
   // Proven unless one of the excuses is possible.
   void violation(Witness witness, std::span<const Conjunction> excuses = {}) {
-    if (is_proven_) {
+    if (is_proven_ && witnesses_.size() == kMostShown) {
       return;
     }
     const Gap* possible = nullptr;
@@ -43,12 +46,15 @@ class Claims {
         break;
       }
     }
-    is_proven_ = possible == nullptr;
-    if (is_proven_ || !witness_) {
-      witness_ = std::move(witness);
+    if (possible == nullptr && !is_proven_) {
+      is_proven_ = true;
+      witnesses_.clear();
     }
-    if (possible != nullptr && !excuse_) {
-      excuse_ = possible->reason;
+    if (possible != nullptr) {
+      add(excuses_, possible->reason);
+    }
+    if (is_proven_ == (possible == nullptr) && witnesses_.size() < kMostShown) {
+      witnesses_.push_back(std::move(witness));
     }
   }
   void violation(Witness witness, std::initializer_list<Conjunction> excuses) {
@@ -57,11 +63,11 @@ class Claims {
 
   // Passes only if these are not all hidden: they would be, or would make, a violation.
   void needs(std::span<const Hidden> hidden) {
-    if (is_proven_ || witness_ || need_) {
+    if (is_proven_ || needs_.size() == kMostShown) {
       return;
     }
     if (const auto* possible = knowledge_->gap(hidden)) {
-      need_ = possible->reason;
+      add(needs_, possible->reason);
     }
   }
   void needs(std::initializer_list<Hidden> hidden) {
@@ -72,30 +78,41 @@ class Claims {
     if (is_proven_) {
       return Verdict::fail;
     }
-    if (witness_ || need_) {
+    if (!witnesses_.empty() || !needs_.empty()) {
       return Verdict::inconclusive;
     }
     return checked_ > 0 ? Verdict::pass : Verdict::not_applicable;
   }
 
   std::uint64_t count() const noexcept { return checked_; }
-  // Of FAIL: what shows it. Of INCONCLUSIVE: the violation that may have an excuse.
-  const std::optional<Witness>& witness() const noexcept { return witness_; }
-  // Of INCONCLUSIVE: the gap's.
-  std::optional<Reason> reason() const noexcept {
+  // Of FAIL: what shows it. Of INCONCLUSIVE: the violations that may have an excuse.
+  const std::vector<Witness>& witnesses() const noexcept { return witnesses_; }
+  // Of INCONCLUSIVE: those of the gaps, of excuses first.
+  std::vector<Reason> reasons() const {
     if (verdict() != Verdict::inconclusive) {
-      return std::nullopt;
+      return {};
     }
-    return witness_ ? excuse_ : need_;
+    auto all = excuses_;
+    for (const auto& reason : needs_) {
+      add(all, reason);
+    }
+    return all;
   }
 
  private:
+  static void add(std::vector<Reason>& reasons, const Reason& reason) {
+    if (reasons.size() < kMostShown &&
+        std::find(reasons.begin(), reasons.end(), reason) == reasons.end()) {
+      reasons.push_back(reason);
+    }
+  }
+
   const Knowledge* knowledge_;
   std::uint64_t checked_ = 0;
   bool is_proven_ = false;
-  std::optional<Witness> witness_;
-  std::optional<Reason> excuse_;
-  std::optional<Reason> need_;
+  std::vector<Witness> witnesses_;
+  std::vector<Reason> excuses_;
+  std::vector<Reason> needs_;
 };
 
 // Of two kinds of evidence the second, the kernel's, never takes from the first what it decided: FAIL if either fails,

@@ -8,6 +8,7 @@ namespace cie::analysis {
 
 enum class EventKind : std::uint8_t {
   // State of an application: who there is, and how it is scheduled.
+  process_begin,  // run_begin
   registration,   // callback_init
   announcement,   // thread_init
   applied,        // thread_sched: parameters that were set
@@ -68,9 +69,10 @@ class EventKinds {
   std::uint32_t bits_ = 0;
 };
 
-inline constexpr EventKinds kStateKinds{
-    EventKind::registration, EventKind::announcement,  EventKind::applied,     EventKind::audit,
-    EventKind::thread_exit,  EventKind::callback_exit, EventKind::process_exit};
+inline constexpr EventKinds kStateKinds{EventKind::process_begin, EventKind::registration,
+                                        EventKind::announcement,  EventKind::applied,
+                                        EventKind::audit,         EventKind::thread_exit,
+                                        EventKind::callback_exit, EventKind::process_exit};
 inline constexpr EventKinds kRunKinds{EventKind::run_start, EventKind::run_end, EventKind::release,
                                       EventKind::publication, EventKind::lost_sample};
 inline constexpr EventKinds kKernelKinds{EventKind::context_switch, EventKind::wakeup,

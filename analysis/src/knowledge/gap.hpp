@@ -22,8 +22,8 @@ struct Scope {
 
 // Why a recording has a gap.
 enum class GapCause : std::uint8_t {
-  discarded,        // by the tracer: events or packets
-  damaged,          // packets that cannot be decoded
+  loss,             // discarded events or packets, packets that cannot be decoded
+  unaccounted,      // numbers or totals show that events are missing, and no other gap holds them
   stream_edge,      // a stream begins later, or ends earlier, than the run
   missing_part,     // a file, chunk or session that a manifest names
   recorder_failed,  // it was killed, or its disk was full
@@ -39,6 +39,9 @@ enum class GapCause : std::uint8_t {
 struct Reason {
   GapCause cause{};
   Timestamp at{};  // where the recording shows it
+  std::uint32_t about =
+      0;  // of `loss` the place in the model's losses, else in the list of what facts show
+  friend bool operator==(const Reason&, const Reason&) = default;
 };
 
 // From `window.from` to `window.to`, both included, events of these kinds and this scope may be missing.

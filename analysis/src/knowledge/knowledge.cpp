@@ -1,6 +1,7 @@
 #include "knowledge.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace cie::analysis {
@@ -18,21 +19,36 @@ TimeWindow meet(TimeWindow a, TimeWindow b) {
   return {.from = std::max(a.from, b.from), .to = std::min(a.to, b.to)};
 }
 
+// The order in which gaps are named as reasons: whichever file was read first.
+bool comes_before(const Gap& a, const Gap& b) {
+  return std::tie(a.window.from, a.reason.cause, a.scope.cpu, a.reason.about) <
+         std::tie(b.window.from, b.reason.cause, b.scope.cpu, b.reason.about);
+}
+
 bool is_empty(TimeWindow window) { return window.to < window.from; }
 
-// Of expected events: of the callback if one is named, else of the thread. Nothing if neither is.
-std::optional<std::uint64_t> key_of(const Scope& scope) {
+std::uint64_t key_of(CallbackIndex callback) {
   constexpr unsigned kCallback = 32;
+  return (std::uint64_t{1} + at(callback)) << kCallback;
+}
+std::uint64_t key_of(ThreadIndex thread) { return at(thread); }
+
+// Of the callback if one is named, else of the thread. Nothing if neither is.
+std::optional<std::uint64_t> key_of(const Scope& scope) {
   if (scope.callback) {
-    return (std::uint64_t{1} + at(*scope.callback)) << kCallback;
+    return key_of(*scope.callback);
   }
-  return scope.thread ? std::optional{std::uint64_t{at(*scope.thread)}} : std::nullopt;
+  return scope.thread ? std::optional{key_of(*scope.thread)} : std::nullopt;
 }
 
 }  // namespace
 
-Knowledge::Knowledge(MayRunOn may_run_on, std::size_t most_gaps_of_a_scope)
-    : may_run_on_{std::move(may_run_on)}, most_gaps_{most_gaps_of_a_scope} {}
+Knowledge::Knowledge(MayBeOn may_be_on, std::size_t most_gaps_of_a_scope)
+    : may_be_on_{std::move(may_be_on)}, most_gaps_{most_gaps_of_a_scope} {}
+
+Knowledge::Knowledge(const Knowledge& other, MayBeOn may_be_on) : Knowledge{other} {
+  may_be_on_ = std::move(may_be_on);
+}
 
 void Knowledge::add(const Gap& gap) {
   const auto& scope = gap.scope;
@@ -40,11 +56,21 @@ void Knowledge::add(const Gap& gap) {
   const auto [found, is_new] = lane_of_.try_emplace(key, lanes_.size());
   if (is_new) {
     lanes_.push_back({.scope = scope, .kinds = gap.kinds, .gaps = GapLane{most_gaps_}});
-    auto& lanes =
-        scope.process ? process_lanes_[static_cast<std::uint32_t>(*scope.process)] : wide_lanes_;
-    lanes.push_back(found->second);
+    lanes_of(scope).push_back(found->second);
+    if (scope.callback) {
+      of_callbacks_ = of_callbacks_ | gap.kinds;
+    } else if (scope.thread) {
+      of_threads_ = of_threads_ | gap.kinds;
+    }
   }
   lanes_[found->second].gaps.add(gap);
+}
+
+std::vector<std::size_t>& Knowledge::lanes_of(const Scope& scope) {
+  if (const auto key = key_of(scope)) {
+    return subject_lanes_[*key];
+  }
+  return scope.process ? process_lanes_[static_cast<std::uint32_t>(*scope.process)] : wide_lanes_;
 }
 
 void Knowledge::discharge(EventKinds kinds, const Scope& subject, TimeWindow window) {
@@ -83,13 +109,18 @@ const Gap* Knowledge::gap(std::span<const Hidden> all) const {
   for (const auto& hidden : all) {
     const Gap* found = nullptr;
     for_each_place(hidden, [&](const Place& place) {
-      found = &place.held->gap;
-      return false;
+      const auto& gap = place.held->gap;
+      if (found == nullptr || comes_before(gap, *found)) {
+        found = &gap;
+      }
+      return first == nullptr;  // of the others it is enough that there is one
     });
     if (found == nullptr) {
       return nullptr;
     }
-    first = first == nullptr ? found : first;
+    if (first == nullptr) {
+      first = found;
+    }
     bool is_unbounded = false;
     auto places = choices(hidden, all.size(), is_unbounded);
     if (!is_unbounded) {
@@ -125,6 +156,21 @@ const Gap* Knowledge::gap(std::span<const Hidden> all) const {
   return find_room(find_room, 0) ? first : nullptr;
 }
 
+std::vector<std::optional<std::int32_t>> Knowledge::cpus(const Hidden& hidden) const {
+  std::vector<std::optional<std::int32_t>> found;
+  for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+    const auto cpu = lanes_[lane].scope.cpu;
+    if (std::find(found.begin(), found.end(), cpu) != found.end()) {
+      continue;
+    }
+    const bool is_none = visit_lane(lane, hidden, [](const Place&) { return false; });
+    if (!is_none) {
+      found.push_back(cpu);
+    }
+  }
+  return found;
+}
+
 TimeWindow Knowledge::bounds(const Hidden& hidden) const {
   std::optional<TimeWindow> bounds;
   const auto widen = [&](const GapLane::Held* held) {
@@ -151,30 +197,52 @@ TimeWindow Knowledge::bounds(const Hidden& hidden) const {
 // Until `visit` returns false.
 template <typename Visit>
 void Knowledge::for_each_place(const Hidden& hidden, const Visit& visit) const {
-  for (const auto lane : wide_lanes_) {
-    if (!visit_lane(lane, hidden, visit)) {
+  const auto& scope = hidden.scope;
+  if (!visit_lanes(wide_lanes_, hidden, visit)) {
+    return;
+  }
+  if (scope.process) {
+    const auto found = process_lanes_.find(static_cast<std::uint32_t>(*scope.process));
+    if (found != process_lanes_.end() && !visit_lanes(found->second, hidden, visit)) {
       return;
+    }
+  } else {
+    for (const auto& [process, lanes] : process_lanes_) {
+      if (!visit_lanes(lanes, hidden, visit)) {
+        return;
+      }
     }
   }
-  if (hidden.scope.process) {
-    const auto found = process_lanes_.find(static_cast<std::uint32_t>(*hidden.scope.process));
-    if (found == process_lanes_.end()) {
-      return;
-    }
-    for (const auto lane : found->second) {
-      if (!visit_lane(lane, hidden, visit)) {
+  // Of what the event does not name, the gap of any may hide it.
+  const bool is_any = (!scope.callback && of_callbacks_.has_any(hidden.kinds)) ||
+                      (!scope.thread && of_threads_.has_any(hidden.kinds));
+  if (is_any) {
+    for (const auto& [subject, lanes] : subject_lanes_) {
+      if (!visit_lanes(lanes, hidden, visit)) {
         return;
       }
     }
     return;
   }
-  for (const auto& [process, lanes] : process_lanes_) {
-    for (const auto lane : lanes) {
-      if (!visit_lane(lane, hidden, visit)) {
-        return;
-      }
-    }
+  if (scope.callback && !visit_subject(key_of(*scope.callback), hidden, visit)) {
+    return;
   }
+  if (scope.thread) {
+    visit_subject(key_of(*scope.thread), hidden, visit);
+  }
+}
+
+template <typename Visit>
+bool Knowledge::visit_lanes(const std::vector<std::size_t>& lanes, const Hidden& hidden,
+                            const Visit& visit) const {
+  return std::all_of(lanes.begin(), lanes.end(),
+                     [&](std::size_t lane) { return visit_lane(lane, hidden, visit); });
+}
+
+template <typename Visit>
+bool Knowledge::visit_subject(std::uint64_t key, const Hidden& hidden, const Visit& visit) const {
+  const auto found = subject_lanes_.find(key);
+  return found == subject_lanes_.end() || visit_lanes(found->second, hidden, visit);
 }
 
 template <typename Visit>
@@ -236,8 +304,8 @@ bool Knowledge::reaches(const Lane& lane, const Hidden& hidden) const {
   }
   // Who waits for a lock emits that its owner inherits a priority, on whatever CPU.
   const bool is_emitted_by_another = hidden.kinds == EventKinds{EventKind::priority_inheritance};
-  return !lane.scope.cpu || !hidden.scope.thread || is_emitted_by_another || !may_run_on_ ||
-         may_run_on_(*hidden.scope.thread, *lane.scope.cpu, hidden.window);
+  return !lane.scope.cpu || !hidden.scope.thread || is_emitted_by_another || !may_be_on_ ||
+         may_be_on_(hidden, *lane.scope.cpu);
 }
 
 bool Knowledge::may_be(const Hidden& hidden, const Hidden& expected) const {
@@ -269,8 +337,8 @@ std::vector<Knowledge::Choice> Knowledge::choices(const Hidden& hidden, std::siz
     return !is_unbounded && found.size() < enough;
   });
   const auto key = key_of(hidden.scope);
-  is_unbounded = is_unbounded || !key;
-  if (is_unbounded || found.size() >= enough) {
+  is_unbounded = is_unbounded || (!key && !expected_.empty());
+  if (is_unbounded || !key || found.size() >= enough) {
     return found;
   }
   if (const auto expected = expected_of_.find(*key); expected != expected_of_.end()) {

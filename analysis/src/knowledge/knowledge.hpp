@@ -23,10 +23,12 @@ namespace cie::analysis {
 
 class Knowledge {
  public:
-  // Whether the thread may have been on that CPU within the window; without an answer, it may.
-  using MayRunOn = std::function<bool(ThreadIndex, std::int32_t cpu, TimeWindow)>;
+  // Whether the event, of a thread that is named, may have been emitted on that CPU; without an answer, it may.
+  using MayBeOn = std::function<bool(const Hidden&, std::int32_t cpu)>;
 
-  explicit Knowledge(MayRunOn may_run_on = {}, std::size_t most_gaps_of_a_scope = 4096);
+  explicit Knowledge(MayBeOn may_be_on = {}, std::size_t most_gaps_of_a_scope = 4096);
+  // The gaps and proofs of another one.
+  Knowledge(const Knowledge& other, MayBeOn may_be_on);
 
   // Events may be missing there.
   void add(const Gap& gap);
@@ -41,10 +43,13 @@ class Knowledge {
   // seems possible than is.
   void settle();
 
-  // A gap that may hide the first of these where other gaps, or the same one, hide the others; null: it is proven that
-  // not all are hidden. Never null where an execution that hides them is consistent with the recording; where one is
+  // The earliest gap that may hide the first of these where other gaps, or the same one, hide the others; null: it is
+  // proven that not all are hidden. Never null where an execution that hides them is consistent with the recording; where one is
   // not, it may still name a gap. Valid until the next add().
   const Gap* gap(std::span<const Hidden> all) const;
+
+  // The CPUs of the gaps that may hide it; an empty one: of a gap that may be any CPU's.
+  std::vector<std::optional<std::int32_t>> cpus(const Hidden& hidden) const;
 
   // When it happened, if it is hidden: within the gaps that may hide it, from the first to the last one.
   TimeWindow bounds(const Hidden& hidden) const;
@@ -69,6 +74,7 @@ class Knowledge {
       std::tuple<std::optional<HostIndex>, std::optional<std::int32_t>, std::optional<ProcessIndex>,
                  std::optional<ThreadIndex>, std::optional<CallbackIndex>, EventKinds>;
 
+  std::vector<std::size_t>& lanes_of(const Scope& scope);
   template <typename Visit>
   void for_each_place(const Hidden& hidden, const Visit& visit) const;
   template <typename Visit>
@@ -79,12 +85,22 @@ class Knowledge {
   bool may_be(const Hidden& hidden, const Hidden& expected) const;
   std::vector<Choice> choices(const Hidden& hidden, std::size_t enough, bool& is_unbounded) const;
 
-  MayRunOn may_run_on_;
+  template <typename Visit>
+  bool visit_lanes(const std::vector<std::size_t>& lanes, const Hidden& hidden,
+                   const Visit& visit) const;
+  template <typename Visit>
+  bool visit_subject(std::uint64_t key, const Hidden& hidden, const Visit& visit) const;
+
+  MayBeOn may_be_on_;
   std::size_t most_gaps_;
   std::vector<Lane> lanes_;
   std::map<LaneKey, std::size_t> lane_of_;
-  std::vector<std::size_t> wide_lanes_;  // of no process
-  std::unordered_map<std::uint32_t, std::vector<std::size_t>> process_lanes_;
+  std::vector<std::size_t> wide_lanes_;  // of no process, thread or callback
+  std::unordered_map<std::uint32_t, std::vector<std::size_t>>
+      process_lanes_;  // of no thread or callback
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> subject_lanes_;  // of one, by it
+  EventKinds of_threads_;    // kinds of subject_lanes_
+  EventKinds of_callbacks_;  // likewise
   Proofs proofs_;
   std::vector<Hidden> expected_;
   std::vector<bool> uses_;  // of each: whether it uses up the count of the one gap that may hide it

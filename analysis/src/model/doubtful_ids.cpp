@@ -3,8 +3,8 @@
 #include <cie/tracepoints/logical_id.hpp>
 
 #include "logical_ids.hpp"
+#include "loss_gaps.hpp"
 #include "recorded_parts.hpp"
-#include "user_losses.hpp"
 
 #include <algorithm>
 #include <map>
@@ -109,13 +109,12 @@ void doubt_numbered_ids(Model& model) {
   if (processes.empty()) return;
   const bool is_part_missing =
       missing_user_part(model).has_value() || !recorder_failures(model).empty();
-  const UserLosses losses(model);
   for (auto& [index, callbacks] : processes) {
     const auto& process = model.processes[at(index)];
     const auto begin = process.ros2_begin ? process.ros2_begin->time : TimeWindow{}.from;
     const auto may_lack_earlier = [&](const CallbackFacts& callback) {
       return is_part_missing ||
-             losses.between(process.host, begin, callback.registered->time) != nullptr;
+             user_gap(model, process.host, begin, callback.registered->time) != nullptr;
     };
     for (auto& [id, of_id] : callbacks.by_id) {
       find_least_numbers(of_id);

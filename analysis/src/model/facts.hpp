@@ -7,6 +7,7 @@
 #include <cie/analysis/recording.hpp>
 
 #include "callback_facts.hpp"
+#include "knowledge/knowledge.hpp"
 #include "recording_facts.hpp"
 #include "thread_facts.hpp"
 
@@ -28,8 +29,9 @@ struct Model {
   std::map<HostPair, HostClockFacts> host_clocks{};  // of hosts that exchange messages
   std::vector<StreamFacts> streams{};
   std::map<std::uint32_t, ChannelFacts> channels{};
-  std::vector<Loss> losses{};  // capped at 100 000; see losses_dropped
-  std::uint64_t losses_dropped = 0;
+  // Where events may be missing, as trackers noticed it: every loss by itself.
+  Knowledge gaps{};
+  std::vector<Loss> losses{};  // of more than 100 000 some stand for several
   std::vector<RunsBetweenSessions> between_sessions{};
   std::vector<HostGap> session_gaps{};  // between sessions, whatever lived then; by time
   // Before the window that was asked for, the last one of each host and domain: state from before

@@ -42,8 +42,8 @@ std::optional<bool> had_one_thread_at_a_time(const RuleContext& context, Callbac
   judgement.check();
   SignsOfLife signs(context);
   judge_threads_together(context, signs, facts, judgement);
-  judge_moves(context, facts, judgement);
-  const auto verdict = std::move(judgement).finish()->verdict;
+  const auto together = std::move(judgement).finish()->verdict;
+  const auto verdict = std::max(together, claim_moves(context, index).verdict());
   return verdict == Verdict::inconclusive ? std::nullopt : std::optional(verdict == Verdict::pass);
 }
 

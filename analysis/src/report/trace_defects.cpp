@@ -37,7 +37,6 @@ constexpr std::array<std::string_view, 41> kLabels{"damaged-manifest",
                                                    "streams-apart",
                                                    "sched-switch-gaps",
                                                    "cpus-not-recorded",
-                                                   "losses-not-listed",
                                                    "time-runs-backwards",
                                                    "clocks-unrelated",
                                                    "clocks-drifted",
@@ -461,8 +460,6 @@ std::vector<TraceDefect> trace_defects(const Model& model, const ThreadLives& li
   add_tracer_losses(model, defects);
   add_stream_defects(model, defects);
   add_kernel_defects(model, defects);
-  add_defect(defects, DefectKind::losses_not_listed, Severity::info, model.losses_dropped,
-             "more losses than are kept one by one; they are still losses");
   add_clock_defects(model, defects);
   for (const auto& gap : host_gaps(model))
     add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));

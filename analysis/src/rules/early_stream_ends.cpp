@@ -17,7 +17,9 @@ constexpr Duration kTogether{10'000'000};
 EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
   std::map<std::uint32_t, std::vector<const StreamFacts*>> traces;
   for (const auto& stream : model.streams) {
-    const bool is_ended = stream.has_ended && stream.end && stream.is_evidence;
+    // LTTng flushes the buffer of an idle CPU once, in the middle of a run: that ends nothing.
+    const bool is_flush_alone = stream.events == 0 && stream.begin == stream.end;
+    const bool is_ended = stream.has_ended && stream.end && stream.is_evidence && !is_flush_alone;
     if (is_ended && stream.domain == Domain::user) traces[stream.trace].push_back(&stream);
   }
   for (const auto& [trace, streams] : traces) {

@@ -26,9 +26,10 @@ class HiddenCallbacks {
   std::optional<Evidence> on_thread_of(const CallbackFacts& callback) const;
   // Another executor than this project's ran one there, as ROS 2's events show.
   std::optional<Evidence> beside_own(ThreadIndex thread) const;
+  // Ones that no event shows may have run there.
+  std::optional<Evidence> unseen_on(ThreadIndex thread) const;
 
  private:
-  std::optional<Evidence> unseen_on(ThreadIndex thread) const;
   // Why nobody knows which ones the process has; empty if they are known.
   std::optional<Evidence> may_be_unseen(const ProcessFacts& process) const;
   // Those that a thread may have served: the first, and how many.

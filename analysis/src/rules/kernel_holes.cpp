@@ -72,7 +72,8 @@ Evidence evidence_of(const Loss& loss) {
                   .cpu = loss.cpu,
                   .pid = std::nullopt,
                   .tid = std::nullopt,
-                  .note = describe_loss(loss)};
+                  .note = describe_loss(loss),
+                  .is_user_loss = loss.domain == Domain::user};
 }
 
 Evidence evidence_of_missing_cpus(std::uint32_t cpus, std::optional<Timestamp> time) {
@@ -227,14 +228,6 @@ void KernelHoles::add_holes(HostIndex host, Stretch all, const std::vector<Stret
 }
 
 std::optional<Evidence> KernelHoles::between(HostIndex host, Timestamp begin, Timestamp end) const {
-  if (model_.losses_dropped != 0) {
-    return Evidence{.event = "discarded_events",
-                    .time = begin,
-                    .cpu = std::nullopt,
-                    .pid = std::nullopt,
-                    .tid = std::nullopt,
-                    .note = "more losses than could be kept"};
-  }
   if (const auto cpus = model_.hosts[at(host)].cpus_not_recorded; cpus != 0) {
     return evidence_of_missing_cpus(cpus, begin);
   }

@@ -1,6 +1,6 @@
 #include "persistence_rule.hpp"
 
-#include "callback_doubts.hpp"
+#include "claims_verdict.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "possible_moves.hpp"
@@ -21,64 +21,6 @@ bool is_known_by_start(const CallbackFacts& callback, const Move& move) {
   const auto pair = std::ranges::find(callback.ran_on, move.to, &CallbackOnThread::thread);
   return pair != callback.ran_on.end() && (*pair)->starts != 0 &&
          (*pair)->first_start.time == move.first_on_to.time && (*pair)->first_seq == move.first_seq;
-}
-
-// Events of two CPUs have no order within a nanosecond.
-Evidence unordered_init(const EventRef& init, const ThreadFacts& thread) {
-  return evidence("callback_init", init,
-                  "in the nanosecond of its instance on " + thread_name(thread) +
-                      ": which of the two came first is unknown");
-}
-
-// A callback_init came before it ran at all. If that was not seen, which no loss needs to tell, one in
-// between may be missing likewise. An announcement repeats what need not have been recorded, and what
-// ROS 2 made before its recording it never tells.
-std::optional<Evidence> unseen_registration(const RuleContext& context,
-                                            const CallbackFacts& callback, const Move& move) {
-  if (!callback.is_accounted) return std::nullopt;
-  const bool is_seen = callback.registered &&
-                       (callback.may_repeat || callback.registered->time <= move.first_on_to.time);
-  if (!is_seen) {
-    return without_event(
-        move.last_on_from,
-        "its callback_init was not seen: another one, before it went on on another "
-        "thread, may be missing, too");
-  }
-  // Of the two themselves `run_end` tells whether their announcements are missing.
-  const auto& process = context.model.processes[at(callback.process)];
-  const bool is_counted = process.run_end && process.first_moment == RunMoment::start;
-  for (const auto* pair : callback.ran_on) {
-    const auto& thread = thread_of(context.model, pair->thread);
-    const bool is_part = pair->thread == move.from || pair->thread == move.to;
-    if (thread.announced || (is_part && is_counted)) continue;
-    return without_event(move.last_on_from,
-                         "it ran on " + thread_name(thread) +
-                             ", whose announcement was not seen: a callback_init of it may be "
-                             "missing, too");
-  }
-  return context.proof.unseen_announcement(callback.process);
-}
-
-// Why a thread that replaced another one may have been given the callback by a callback_init.
-std::vector<Evidence> perhaps_registered(const RuleContext& context, const CallbackFacts& callback,
-                                         const Move& move) {
-  const auto& to = thread_of(context.model, move.to);
-  std::vector<Evidence> reasons;
-  const auto add = [&reasons](std::optional<Evidence> reason) {
-    if (reason) reasons.push_back(*std::move(reason));
-  };
-  // A callback_init in between may be what was lost.
-  add(context.user_losses.between(to.process, move.last_on_from.time, move.first_on_to.time));
-  // So may be that of an announcement before, for which the one in between was taken.
-  if (const auto& announced = callback.announced_after;
-      announced && announced->second.time > move.last_on_from.time &&
-      announced->second.time <= move.first_on_to.time) {
-    add(context.user_losses.between(to.process, announced->first, announced->second.time));
-  }
-  add(unseen_registration(context, callback, move));
-  if (callback.last_init && callback.last_init->time == move.first_on_to.time)
-    add(unordered_init(*callback.last_init, to));
-  return reasons;
 }
 
 std::vector<Evidence> witnesses_of(const RuleContext& context, const CallbackFacts& callback,
@@ -102,116 +44,135 @@ std::vector<Evidence> witnesses_of(const RuleContext& context, const CallbackFac
   return witnesses;
 }
 
-// One that is certain is a violation, whatever is missing at others.
-void judge_succession(const RuleContext& context, const CallbackFacts& callback, const Move& move,
-                      Judgement& judgement) {
-  const auto reasons = perhaps_registered(context, callback, move);
-  for (const auto& reason : reasons)
-    judgement.doubt(reason);
-  for (auto& witness : witnesses_of(context, callback, move)) {
-    if (reasons.empty()) {
-      judgement.fail(std::move(witness));
-    } else {
-      judgement.doubt(std::move(witness));
+Hidden hidden(EventKinds kinds, const Scope& scope, Timestamp from = kEarliest,
+              Timestamp to = kLatest) {
+  return {.kinds = kinds, .scope = scope, .window = {.from = from, .to = to}};
+}
+
+// Up to the nanosecond before it.
+Timestamp before(Timestamp time) { return time - Duration{1}; }
+
+// The callback was registered anew in between; or before that, so that what was taken for a registration
+// repeats one.
+std::vector<Conjunction> registered_between(const CallbackFacts& callback, const Scope& scope,
+                                            const Move& move) {
+  const auto from = move.last_on_from.time;
+  const auto to = move.first_on_to.time;
+  std::vector<Conjunction> excuses{{hidden(EventKind::registration, scope, from, to)}};
+  if (const auto& repeated = callback.announced_after;
+      repeated && repeated->second.time > from && repeated->second.time <= to) {
+    excuses.push_back(
+        {hidden(EventKind::registration, scope, repeated->first, repeated->second.time)});
+  }
+  return excuses;
+}
+
+void claim_move(const RuleContext& context, const CallbackFacts& callback, const Scope& scope,
+                const Move& move, Claims<const Move*>& claims) {
+  const auto& from = context.lives.of(move.from);
+  const auto& to = context.lives.of(move.to);
+  const auto left = context.known.scope_of(move.from);
+  if (to.begin < from.begin) return;
+  switch (succession(context, move.from, move.to)) {
+    case Succession::together:  // threads that live together are M3's concern
+      if (is_ros2_only(context.model.processes[at(callback.process)])) {
+        claims.needs(
+            {hidden(EventKind::thread_exit, left, move.last_on_from.time, before(to.begin))});
+      }
+      break;
+    case Succession::successive:
+      claims.violation(&move, registered_between(callback, scope, move));
+      break;
+    case Succession::unknown:
+      claims.needs({hidden(EventKind::thread_exit, left, from.end, before(to.begin))});
+      break;
+  }
+}
+
+// What was seen as a registration may repeat one: where a run_begin that announces what there is was lost.
+// Before it the callback may have run on the other thread already.
+void claim_registered_move(const RuleContext& context, const Scope& scope,
+                           const RegisteredMove& registered, Claims<const Move*>& claims) {
+  const auto& [move, init] = registered;
+  const auto& lives = context.lives;
+  const auto& to = lives.of(move.to);
+  if (to.begin < lives.of(move.from).begin ||
+      succession(context, move.from, move.to) == Succession::together)
+    return;
+  const auto left = move.last_on_from.time;
+  claims.needs({hidden(EventKind::registration, scope, init.time, init.time)});
+  if (!is_ros2_only(context.model.processes[at(*scope.process)])) {
+    claims.needs({hidden(EventKind::process_begin, {.host = scope.host, .process = scope.process},
+                         left, init.time)});
+  }
+  if (to.begin < init.time) {
+    auto run = scope;
+    run.thread = move.to;
+    claims.needs({hidden(EventKind::run_start, run, std::max(left, to.begin), before(init.time))});
+  }
+}
+
+// Instances came before the first that was seen, as its number tells. All that tells of a thread that ran them
+// may be hidden with them.
+void claim_first_thread(const RuleContext& context, const CallbackFacts& callback,
+                        const Scope& scope, Claims<const Move*>& claims) {
+  const auto& process = context.model.processes[at(callback.process)];
+  const auto promised = callback.registered ? callback.first_next_seq : 0;
+  if (!callback.is_accounted || callback.starts.first.value_or(0) <= promised) return;
+  const auto begin = process.first_moment == RunMoment::start ? process.run_begin->time : kEarliest;
+  const auto first = callback.starts.first_at.time;
+  const Scope of_process{.host = scope.host, .process = scope.process};
+  claims.needs({hidden(EventKind::announcement, of_process, begin, first),
+                hidden(EventKind::run_start, scope, begin, first),
+                hidden(EventKind::run_end, scope, begin, first)});
+}
+
+// What lost instances may have been: on a thread that nobody knows to be the callback's, or on one that took over
+// the tid of one of its own.
+void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
+                     const CallbackFacts& callback, const Scope& scope,
+                     Claims<const Move*>& claims) {
+  const Scope of_process{.host = scope.host, .process = scope.process};
+  const auto run = hidden(EventKind::run_start, scope);
+  if (moves.exist_of(callback)) claims.needs({run});
+  const auto& process = context.model.processes[at(callback.process)];
+  // One that `run_end` counts and nobody saw may be announced for it.
+  if (process.run_end) claims.needs({run, hidden(EventKind::announcement, of_process)});
+  claim_first_thread(context, callback, scope, claims);
+  // A client may be among what was lost, whose responses no event of ROS 2 shows.
+  if (process.is_from_ros2) claims.needs({hidden(EventKind::registration, of_process)});
+  for (const auto* pair : callback.ran_on) {
+    const auto& thread = thread_of(context.model, pair->thread);
+    const auto own = context.known.scope_of(pair->thread);
+    auto unseen = hidden(EventKind::run_start, own);
+    unseen.is_unnumbered = true;
+    if (process.is_from_ros2 || !callback.is_accounted)
+      claims.needs({hidden(EventKind::registration, own), unseen});
+    // A tid is presumed not to be given anew where the thread told its end.
+    if (process.run_end && !thread.fini && pair->starts > 1) {
+      claims.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,
+                           before(pair->last_activity.time))});
+    }
+    if (thread.fini && pair->last_activity.time > thread.fini->time) {
+      auto run_there = scope;
+      run_there.thread = pair->thread;
+      claims.needs(
+          {hidden(EventKind::run_start, run_there, thread.fini->time, pair->last_activity.time)});
     }
   }
 }
 
-void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
-                Judgement& judgement) {
-  const auto& lives = context.lives;
-  const auto& proof = context.proof;
-  const auto& from = thread_of(context.model, move.from);
-  const auto& to = thread_of(context.model, move.to);
-  if (lives.of(move.to).begin < lives.of(move.from).begin) return;
-  for (const auto* pair : callback.ran_on) {
-    const bool is_part = pair->thread == move.from || pair->thread == move.to;
-    if (!is_part || pair->is_certain) continue;
-    judgement.doubt(perhaps_anothers(*pair));
-    return;
-  }
-  if (may_be_former(context, to)) {
-    judgement.doubt(without_event(move.first_on_to,
-                                  "started on " + thread_name(to) + " after its thread_fini"));
-    judgement.doubt(proof.incompleteness(to.process));
-    return;
-  }
-  const bool is_from_ended = from.fini && move.last_on_from.time <= from.fini->time;
-  if (from.tid == to.tid && !is_from_ended && lives.of(move.to).begin <= move.last_on_from.time) {
-    judgement.doubt(
-        context.lost_ends.between(move.from, lives.of(move.from).begin, move.last_on_from.time));
-    return;
-  }
-  switch (succession(context, move.from, move.to)) {
-    case Succession::together:  // threads that live together are M3's concern
-      judgement.doubt(perhaps_replaced(context, move.from, move.last_on_from.time, move.to));
-      break;
-    case Succession::successive:
-      judge_succession(context, callback, move, judgement);
-      break;
-    case Succession::unknown:
-      judgement.doubt([&] {
-        return without_event(move.last_on_from, "ran on " + thread_name(from) +
-                                                    ", whose exit was not seen, and went on on " +
-                                                    thread_name(to));
-      });
-      break;
-  }
-}
-
-// A callback_init registers anew, unless it follows a run_begin that announces what there is: that may
-// be what was lost.
-void judge_registered_move(const RuleContext& context, const RegisteredMove& registered,
-                           Judgement& judgement) {
-  const auto& [move, init] = registered;
-  const auto& lives = context.lives;
-  const bool is_later = lives.of(move.to).begin >= lives.of(move.from).begin;
-  if (!is_later || succession(context, move.from, move.to) == Succession::together) return;
-  const auto process = thread_of(context.model, move.to).process;
-  const auto& facts = context.model.processes[at(process)];
-  if (init.time == move.last_on_from.time) {
-    judgement.doubt(unordered_init(init, thread_of(context.model, move.from)));
-  }
-  judgement.doubt(context.user_losses.between(process, move.last_on_from.time, init.time));
-  if (facts.run_begin || facts.is_from_ros2) return;
-  judgement.doubt(
-      evidence("callback_init", init,
-               "no run_begin: whether this registered it anew or announced it, before it "
-               "went on on another thread, is unknown"));
-}
-
-// Instances came before the first that was seen, as its number tells. All that told of a thread
-// that ran them may be lost, too, where no `run_end` counts threads.
-std::optional<Evidence> lost_first_thread(const RuleContext& context,
-                                          const CallbackFacts& callback) {
-  const auto& process = context.model.processes[at(callback.process)];
-  const auto promised = callback.registered ? callback.first_next_seq : 0;
-  const bool is_first_seen = callback.starts.first.value_or(0) <= promised;
-  if (!callback.is_accounted || process.run_end || is_first_seen) return std::nullopt;
-  const auto begin = process.first_moment == RunMoment::start ? process.run_begin->time : kEarliest;
-  return context.user_losses.unseen_thread(callback.process, begin, callback.starts.first_at.time);
-}
-
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
-  const auto& proof = context.proof;
   const PossibleMoves moves(context);
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.ran_on.empty()) return;
-        judgement.check(callback.starts.count);
-        const auto& loss = proof.lost_runs(index);
-        // Of ROS 2's it may have told of a client, which its thread may have served as well.
-        const bool may_hide_client = context.model.processes[at(callback.process)].is_from_ros2;
-        if (loss && (may_hide_client || moves.exist_of(callback))) judgement.doubt(loss);
-        judgement.doubt(lost_first_thread(context, callback));
-        judgement.doubt(context.hidden.on_thread_of(callback));
-        judge_moves(context, callback, judgement);
-        for (const auto* pair : callback.ran_on) {
-          judgement.doubt(context.lost_ends.of(pair->thread));
-          if (loss) {
-            judgement.doubt(end_after_fini(thread_of(context.model, pair->thread), *pair));
-          }
-        }
+        auto claims = claim_moves(context, index);
+        claims.checked(callback.starts.count);
+        claim_lost_runs(context, moves, callback, context.known.scope_of(index), claims);
+        tell(
+            claims, context.known,
+            [&](const Move* move) { return witnesses_of(context, callback, *move); }, judgement);
       });
   note_missing_vtid(context.model, verdicts);
   return verdicts;
@@ -219,12 +180,17 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
 
 }  // namespace
 
-void judge_moves(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
+Claims<const Move*> claim_moves(const RuleContext& context, CallbackIndex index) {
+  const auto& callback = context.model.callbacks[at(index)];
+  const auto scope = context.known.scope_of(index);
+  Claims<const Move*> claims(context.known.knowledge());
   for (const auto& move : callback.moves)
-    judge_move(context, callback, move, judgement);
-  if (!callback.registered_moves) return;
-  for (const auto& move : *callback.registered_moves)
-    judge_registered_move(context, move, judgement);
+    claim_move(context, callback, scope, move, claims);
+  if (callback.registered_moves) {
+    for (const auto& move : *callback.registered_moves)
+      claim_registered_move(context, scope, move, claims);
+  }
+  return claims;
 }
 
 const Rule kMappingPersistent{
@@ -235,12 +201,9 @@ const Rule kMappingPersistent{
         "one (or reused its tid) without being registered anew.",
     .why_it_matters = "Parameters belong to threads, and a replaced thread starts without them.",
     .inconclusive_when =
-        "the exit of a thread was lost, a new thread_init after a thread_fini, a callback_init in "
-        "between or the run_begin by which one only repeats what is known may have been, no "
-        "callback_init of the callback was seen before, something else of its process was never "
-        "announced (a stream's file may be missing), a crashed process lost events and earlier "
-        "instances of the callback, or a thread may have served what ROS 2's events do not show "
-        "(M2).",
+        "events may be missing where one of these may have been: a callback_init between the two threads (or the "
+        "run_begin by which one only repeats what is known), the exit of the former thread, an instance on another "
+        "thread; or a thread may have served what ROS 2's events do not show (M2).",
     .remedy =
         "keep the thread for the life of the callback; where a thread must be replaced, register "
         "the callback again and apply its parameters before it runs.",

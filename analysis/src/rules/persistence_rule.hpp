@@ -1,15 +1,14 @@
 // M4: a callback stays with its thread.
 #pragma once
 
+#include "knowledge/claims.hpp"
 #include "model/facts.hpp"
 #include "rule.hpp"
 
 namespace cie::analysis {
 
-class Judgement;
-
 // The callback's moves to threads that replaced one of its own.
-void judge_moves(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement);
+Claims<const Move*> claim_moves(const RuleContext& context, CallbackIndex callback);
 
 extern const Rule kMappingPersistent;
 

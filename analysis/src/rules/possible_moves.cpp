@@ -50,9 +50,6 @@ bool PossibleMoves::exist_of(const CallbackFacts& callback) const {
   };
   const auto any = [](const ThreadLife&) { return true; };
   if (is_other(context_.isolated.of(callback), any)) return true;
-  // One may have been its own, under the number of another.
-  const auto& run_end = context_.model.processes[at(callback.process)].run_end;
-  if (run_end && run_end->threads > context_.proof.threads_announced(callback.process)) return true;
   const auto found = shared_.find(callback.process);
   if (found == shared_.end()) return false;
   const auto& shared = found->second;

@@ -68,6 +68,14 @@ class Proof {
   // Why announcements of the process may be missing that no number and no total counts: of a callback
   // that is registered again, of a spec. A stream of which no file is there tells no loss.
   std::optional<Evidence> unseen_announcement(ProcessIndex process) const;
+  // Announcements of threads of which something shows that they were emitted, and none of which is counted as seen.
+  std::optional<Evidence> unaccounted_threads(ProcessIndex process) const;
+  // `run_end` counts no more of them than were seen.
+  bool are_all_announced(ProcessIndex process) const;
+  // Why events of user space may be missing that were recorded, as manifests and recorders say.
+  const std::optional<std::string>& missing_user_part() const noexcept {
+    return missing_user_part_;
+  }
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.
   std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
 
@@ -94,6 +102,8 @@ class Proof {
     std::uint64_t threads_announced = 0;
     std::uint64_t threads_unannounced = 0;  // that must have been, for they told of themselves
     std::optional<Evidence> first_unannounced{};
+    std::optional<Evidence>
+        first_stray{};  // ran callbacks, and nothing else shows that it was announced
     std::uint64_t groups_known = 0;
     std::uint64_t publishers_registered = 0;
   };

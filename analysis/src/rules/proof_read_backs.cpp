@@ -65,12 +65,14 @@ std::optional<Evidence> Proof::unseen_spin(ThreadIndex index, Timestamp begin,
   const auto& seen = processes_[at(thread.process)];
   const auto known = seen.threads_announced + seen.threads_unannounced;
   if (process.run_end && process.run_end->threads <= known) return std::nullopt;
-  const auto* loss = user_losses_.of_hosts().between(process.host, begin, end);
-  if (loss == nullptr) loss = loss_before(model_, process.host, Domain::user, begin);
-  if (loss == nullptr || loss->begin > end) return std::nullopt;
-  auto why = evidence_of(*loss);
-  why.note += "; it may have taken the announcement of thread " + std::to_string(thread.tid) +
-              " for another spin";
+  auto why = user_losses_.between(thread.process, begin, end);
+  if (!why) {
+    const auto* loss = loss_before(model_, process.host, Domain::user, begin);
+    if (loss == nullptr || loss->begin > end) return std::nullopt;
+    why = evidence_of(*loss);
+  }
+  why->note += "; it may have taken the announcement of thread " + std::to_string(thread.tid) +
+               " for another spin";
   return why;
 }
 

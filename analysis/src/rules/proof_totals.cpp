@@ -133,6 +133,14 @@ void Proof::compare_totals_of(ThreadIndex index) {
                                   name() + " was never seen to be announced");
       if (!process.first_unannounced) process.first_unannounced = unannounced;
       threads_.emplace(index, std::move(unannounced));
+    } else if (!process.first_stray) {
+      const auto ran = std::ranges::find_if(facts.ran, [this](const CallbackOnThread* pair) {
+        return model_.callbacks[at(pair->callback)].is_accounted;
+      });
+      if (ran != facts.ran.end()) {
+        process.first_stray = without_event(
+            (*ran)->first_start, "it ran on " + name() + ", whose announcement was not seen");
+      }
     }
     return;
   }
@@ -200,6 +208,8 @@ std::optional<Evidence> Proof::unseen_or_lost(ProcessIndex process, std::uint32_
                                               std::uint64_t seen, const char* what,
                                               const char* uncounted) const {
   const auto& facts = model_.processes[at(process)];
+  const bool are_all_seen = facts.run_end && seen >= (*facts.run_end).*total;
+  if (are_all_seen) return std::nullopt;
   if (facts.run_end && has_begun_in_trace(process)) return unseen(process, total, seen, what);
   auto loss = user_losses_.since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
   if (loss) loss->note += uncounted;
@@ -230,6 +240,21 @@ std::optional<Evidence> Proof::unseen_announcement(ProcessIndex process) const {
   }
   return unseen(process, &RunTotals::threads, threads_announced(process),
                 "threads whose announcement was not seen: ");
+}
+
+std::optional<Evidence> Proof::unaccounted_threads(ProcessIndex process) const {
+  if (const auto& unseen = processes_[at(process)].first_unannounced) return unseen;
+  const auto& facts = model_.processes[at(process)];
+  if (facts.run_end && has_begun_in_trace(process)) {
+    return unseen(process, &RunTotals::threads, threads_announced(process),
+                  "threads whose announcement was not seen: ");
+  }
+  return processes_[at(process)].first_stray;
+}
+
+bool Proof::are_all_announced(ProcessIndex process) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  return run_end && has_begun_in_trace(process) && run_end->threads <= threads_announced(process);
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {

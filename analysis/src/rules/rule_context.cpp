@@ -49,10 +49,11 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       user_losses(facts),
       proof(facts, lives, user_losses),
       isolated(facts),
-      losses(facts, callbacks, proof, &Proof::loss, isolated, user_losses.of_hosts()),
-      run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated, user_losses.of_hosts()),
+      losses(facts, callbacks, proof, &Proof::loss, isolated),
+      run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated),
       hidden(facts),
       lost_ends(facts, lives, holes, user_losses),
+      known(facts, lives, holes, proof, hidden),
       of_cie_rclcpp(find_cie_rclcpp(facts)),
       unknown_threads(find_unknown(facts, proof)) {}
 

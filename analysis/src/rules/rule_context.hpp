@@ -12,6 +12,7 @@
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 #include "proof.hpp"
+#include "recorded_knowledge.hpp"
 #include "thread_lives.hpp"
 #include "thread_losses.hpp"
 #include "user_losses_of_processes.hpp"
@@ -45,6 +46,7 @@ struct RuleContext {
   const ThreadLosses run_losses;  // of whole instances: see Proof::lost_runs()
   const HiddenCallbacks hidden;
   const LostEnds lost_ends;
+  const RecordedKnowledge known;
   const std::set<ProcessIndex> of_cie_rclcpp;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never
   // were (M9 is INCONCLUSIVE): rules about isolated threads are INCONCLUSIVE there as well.

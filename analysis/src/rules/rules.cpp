@@ -140,6 +140,33 @@ const RulePage* find_rule_page(std::string_view id) {
   return found == pages.end() ? nullptr : &*found;
 }
 
+namespace {
+
+const Rule& find_rule(std::string_view id) { return *std::ranges::find(rules(), id, &Rule::id); }
+
+// T2: a loss costs what a rule is undecided by.
+void doubt_losses(VerdictReport& report) {
+  const auto no_loss = std::ranges::find(report.rules, kNoLoss.id, &RuleVerdict::id);
+  const bool is_passed = no_loss != report.rules.end() && no_loss->verdict == Verdict::pass;
+  if (!is_passed || no_loss->subjects.empty()) return;
+  Judgement losses(NamedSubject::trace());
+  losses.check(no_loss->subjects.front().checked);
+  for (const auto& rule : report.rules) {
+    if (find_rule(rule.id).needs.is_about_trace) continue;
+    for (const auto& subject : rule.subjects) {
+      if (subject.verdict != Verdict::inconclusive) continue;
+      for (const auto& item : subject.evidence)
+        if (item.is_user_loss) losses.doubt(item);
+    }
+  }
+  auto verdict = std::move(losses).finish();
+  if (verdict->verdict == Verdict::pass) return;
+  no_loss->verdict = verdict->verdict;
+  no_loss->subjects.front() = *std::move(verdict);
+}
+
+}  // namespace
+
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   const SharedDoubts doubts(context);
@@ -147,6 +174,7 @@ VerdictReport verify(const RuleContext& context) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;
     report.rules.push_back(judge(rule, context, doubts));
   }
+  doubt_losses(report);
   report.verdict = overall_verdict(report);
   return report;
 }

@@ -28,9 +28,8 @@ std::optional<TimeWindow> when_lost(const CallbackFacts& callback) {
 }  // namespace
 
 ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks,
-                           const Proof& proof, Loss loss_of, const IsolatedThreads& isolated,
-                           const UserLosses& user_losses)
-    : model_(model), proof_(proof), user_losses_(user_losses), on_threads_(model.threads.size()) {
+                           const Proof& proof, Loss loss_of, const IsolatedThreads& isolated)
+    : model_(model), proof_(proof), on_threads_(model.threads.size()) {
   for (const auto index : callbacks) {
     const auto& loss = (proof.*loss_of)(index);
     if (!loss) continue;
@@ -63,9 +62,9 @@ ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> ca
   }
 }
 
-bool ThreadLosses::may_use(ThreadIndex index, std::int32_t cpu) const {
-  const auto& thread = model_.threads[at(index)];
-  if (proof_.loss(index) || !thread.last_read_back) return true;
+bool may_use(const Model& model, const Proof& proof, ThreadIndex index, std::int32_t cpu) {
+  const auto& thread = model.threads[at(index)];
+  if (proof.loss(index) || !thread.last_read_back) return true;
   const auto allows = [cpu](const ReadBack& read) {
     return read.cpus.empty() ||
            std::ranges::binary_search(read.cpus, static_cast<std::uint32_t>(cpu));
@@ -80,11 +79,14 @@ void ThreadLosses::lose_elsewhere(const CallbackFacts& callback,
                                   const std::optional<Evidence>& loss) {
   const auto when = when_lost(callback);
   if (!when) return;
-  const auto host = model_.processes[at(callback.process)].host;
-  const auto cpus = user_losses_.cpus_between(host, when->from, when->to);
+  const auto cpus =
+      model_.gaps.cpus({.kinds = EventKind::run_start,
+                        .scope = {.host = model_.processes[at(callback.process)].host},
+                        .window = *when});
   const auto may_be_its = [&](const std::optional<std::int32_t>& cpu) {
-    return !cpu ||
-           std::ranges::any_of(own, [&](ThreadIndex thread) { return may_use(thread, *cpu); });
+    return !cpu || std::ranges::any_of(own, [&](ThreadIndex thread) {
+      return may_use(model_, proof_, thread, *cpu);
+    });
   };
   if (std::ranges::any_of(cpus, may_be_its)) return;
   for (const auto& cpu : cpus) {
@@ -103,7 +105,7 @@ const std::optional<Evidence>& ThreadLosses::elsewhere(ThreadIndex index) const 
     const auto& [loss, when] = place->second;
     const bool was_there = (!thread.announced || thread.announced->time <= when.to) &&
                            (!thread.fini || thread.fini->time >= when.from);
-    if (was_there && may_use(index, place->first.second)) return *loss;
+    if (was_there && may_use(model_, proof_, index, place->first.second)) return *loss;
   }
   return kNone;
 }

@@ -5,7 +5,6 @@
 
 #include "isolated_threads.hpp"
 #include "model/facts.hpp"
-#include "model/user_losses.hpp"
 #include "proof.hpp"
 
 #include <cstdint>
@@ -17,6 +16,9 @@
 
 namespace cie::analysis {
 
+// The thread was allowed to use the CPU, as far as was read back.
+bool may_use(const Model& model, const Proof& proof, ThreadIndex thread, std::int32_t cpu);
+
 // A lost instance of a callback ran where the callback ran otherwise or where it was announced to
 // run; if that is in a pool, on any thread of the pool. Where nothing was lost meanwhile on the CPUs
 // that those may use, it ran on another one, which may use one where something was. One of a callback
@@ -27,7 +29,7 @@ class ThreadLosses {
   using Loss = const std::optional<Evidence>& (Proof::*)(CallbackIndex) const;
   // `callbacks`: in the order that verdicts are named by. `loss_of`: which of the proof's.
   ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks, const Proof& proof,
-               Loss loss_of, const IsolatedThreads& isolated, const UserLosses& user_losses);
+               Loss loss_of, const IsolatedThreads& isolated);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
   // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
   // them may have been elsewhere; or anywhere.
@@ -44,13 +46,10 @@ class ThreadLosses {
   // `own`: the threads that the callback ran on or was announced for.
   void lose_elsewhere(const CallbackFacts& callback, const std::vector<ThreadIndex>& own,
                       const std::optional<Evidence>& loss);
-  // It was allowed to, as far as was read back.
-  bool may_use(ThreadIndex thread, std::int32_t cpu) const;
   const std::optional<Evidence>& elsewhere(ThreadIndex thread) const;
 
   const Model& model_;
   const Proof& proof_;
-  const UserLosses& user_losses_;
   std::vector<const std::optional<Evidence>*> on_threads_;
   std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;

@@ -1,72 +1,41 @@
 #include "user_losses_of_processes.hpp"
 
 #include "kernel_holes.hpp"
+#include "model/loss_gaps.hpp"
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <limits>
+#include <array>
 
 namespace cie::analysis {
-namespace {
 
-// run_begin, callback_init, thread_init, callback_start.
-constexpr std::uint64_t kLeastOfProcess = 4;
-// thread_init, callback_start, callback_end.
-constexpr std::uint64_t kLeastOfThread = 3;
-
-// Of events that LTTng discarded; no less than `enough` for each packet, as nothing tells how many it had.
-std::uint64_t most_events(const Loss& loss, std::uint64_t enough) {
-  if (loss.kind == LossKind::discarded_packets) return enough;
-  return loss.kind == LossKind::discarded_events ? loss.count.value_or(enough) : 0;
+Evidence evidence_of_loss(const Model& model, const Reason& reason) {
+  return evidence_of(model.losses[reason.about]);
 }
-
-}  // namespace
-
-UserLossesOfProcesses::UserLossesOfProcesses(const Model& model) : model_(model), losses_(model) {}
 
 std::optional<Evidence> UserLossesOfProcesses::between(ProcessIndex process, Timestamp begin,
                                                        Timestamp end) const {
-  const auto* loss = losses_.between(model_.processes[at(process)].host, begin, end);
-  return loss != nullptr ? std::optional(evidence_of(*loss)) : std::nullopt;
+  const auto* gap = user_gap(model_, model_.processes[at(process)].host, begin, end);
+  return gap != nullptr ? std::optional(evidence_of_loss(model_, gap->reason)) : std::nullopt;
 }
 
 std::optional<Evidence> UserLossesOfProcesses::since(ProcessIndex process, Timestamp time) const {
-  return between(process, time, Timestamp{std::numeric_limits<std::int64_t>::max()});
-}
-
-const Loss* UserLossesOfProcesses::first_of(std::uint64_t events, HostIndex host, Timestamp begin,
-                                            Timestamp end) const {
-  if (losses_.between(host, begin, end) == nullptr) return nullptr;
-  const Loss* first = nullptr;
-  std::uint64_t lost = 0;
-  for (const auto& loss : model_.losses) {
-    const bool is_there = loss.host == host && loss.domain == Domain::user && loss.is_evidence &&
-                          loss.begin <= end && loss.end >= begin;
-    const auto most = is_there ? most_events(loss, events) : 0;
-    if (first == nullptr && most > 0) first = &loss;
-    lost += most;
-  }
-  return lost < events ? nullptr : first;
+  return between(process, time, kLatest);
 }
 
 std::optional<Evidence> UserLossesOfProcesses::unseen_process(HostIndex host, Timestamp begin,
                                                               Timestamp end) const {
-  const auto* first = first_of(kLeastOfProcess, host, begin, end);
+  const auto hidden = [&](EventKind kind) {
+    return Hidden{.kinds = kind, .scope = {.host = host}, .window = {.from = begin, .to = end}};
+  };
+  const std::array process{hidden(EventKind::process_begin), hidden(EventKind::registration),
+                           hidden(EventKind::announcement), hidden(EventKind::run_start)};
+  const auto* gap = model_.gaps.gap(process);
   const auto& recordings = model_.recordings;
   const bool is_named = !recordings.empty() && std::ranges::all_of(recordings, names_all_processes);
-  if (first == nullptr || is_named) return std::nullopt;
-  auto doubt = evidence_of(*first);
+  if (gap == nullptr || is_named) return std::nullopt;
+  auto doubt = evidence_of_loss(model_, gap->reason);
   doubt.note += ": a whole process may be among them, and no manifest names all that ran";
-  return doubt;
-}
-
-std::optional<Evidence> UserLossesOfProcesses::unseen_thread(ProcessIndex process, Timestamp begin,
-                                                             Timestamp end) const {
-  const auto* first = first_of(kLeastOfThread, model_.processes[at(process)].host, begin, end);
-  if (first == nullptr) return std::nullopt;
-  auto doubt = evidence_of(*first);
-  doubt.note += ": a thread that ran its instances before may be among them";
   return doubt;
 }
 

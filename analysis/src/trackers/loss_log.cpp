@@ -1,6 +1,7 @@
 #include "loss_log.hpp"
 
 #include "model/host_gaps.hpp"
+#include "model/loss_gaps.hpp"
 
 #include <algorithm>
 #include <string>
@@ -11,8 +12,7 @@ namespace {
 constexpr std::size_t kMaxLosses = 100'000;
 // Of a live system every loss is looked at again and again.
 constexpr std::size_t kMaxLiveLosses = 1'000;
-// Of the kernel's, so that they leave room for losses in user space, of which each one counts.
-constexpr std::size_t kMaxKernelLosses = kMaxLosses / 2;
+// Of which the kernel's have half, so that they leave room for those in user space.
 }  // namespace
 
 void LossLog::add(Loss loss) {
@@ -23,15 +23,30 @@ void LossLog::add(Loss loss) {
     note_before(std::move(loss));
     return;
   }
+  const auto place = list(loss);
+  if (loss.is_evidence) model_.gaps.add(gap_of(loss, place));
+}
+
+std::size_t LossLog::list(const Loss& loss) {
+  auto& losses = model_.losses;
   const bool is_kernel = loss.domain == Domain::kernel;
-  const auto kernel_limit = is_live_ ? kMaxLiveLosses / 2 : kMaxKernelLosses;
-  if (is_kernel && kernel_losses_ >= kernel_limit && merge(loss)) return;
-  if (model_.losses.size() >= (is_live_ ? kMaxLiveLosses : kMaxLosses)) {
-    if (!merge(loss)) ++model_.losses_dropped;
-    return;
+  const auto limit = is_live_ ? kMaxLiveLosses : kMaxLosses;
+  const bool is_full = is_kernel ? kernel_losses_ >= limit / 2 : losses.size() >= limit;
+  if (is_full) {
+    const auto [rest, is_first] = rest_.try_emplace(
+        {loss.kind, loss.domain, loss.host, loss.cpu, loss.count.has_value()}, losses.size());
+    if (!is_first) {
+      auto& all = losses[rest->second];
+      all.begin = std::min(all.begin, loss.begin);
+      all.end = std::max(all.end, loss.end);
+      if (loss.count) *all.count += *loss.count;
+      ++all.times;
+      return rest->second;
+    }
   }
   kernel_losses_ += is_kernel ? 1 : 0;
-  model_.losses.push_back(std::move(loss));
+  losses.push_back(loss);
+  return losses.size() - 1;
 }
 
 void LossLog::note_before(Loss loss) {
@@ -43,19 +58,6 @@ void LossLog::note_before(Loss loss) {
   } else if (same->end < loss.end) {
     *same = std::move(loss);
   }
-}
-
-bool LossLog::merge(const Loss& loss) {
-  const auto same = std::find_if(model_.losses.rbegin(), model_.losses.rend(), [&](const Loss& l) {
-    return l.kind == loss.kind && l.host == loss.host && l.cpu == loss.cpu && l.note == loss.note &&
-           l.count.has_value() == loss.count.has_value();
-  });
-  if (same == model_.losses.rend()) return false;
-  same->begin = std::min(same->begin, loss.begin);
-  same->end = std::max(same->end, loss.end);
-  if (loss.count) *same->count += *loss.count;
-  ++same->times;
-  return true;
 }
 
 void LossLog::note_user_loss(const EventHead& head, Timestamp begin, Timestamp end) {
@@ -116,14 +118,30 @@ void LossLog::apply(const EventHead& head, const TimeRegression& event) {
 }
 
 void LossLog::add_host_gaps() {
-  std::erase_if(model_.losses, [](const Loss& loss) { return loss.kind == LossKind::host_gap; });
   for (const auto& gap : gaps_within_lives(model_)) {
-    add(Loss{.kind = LossKind::host_gap,
-             .host = gap.host,
-             .begin = gap.from,
-             .end = gap.to - Duration{1},  // the next session's first event was recorded
-             .note = "between two sessions"});
+    add_host_gap(gap.host, gap.from,
+                 gap.to - Duration{1},  // the next session's first event was recorded
+                 "between two sessions");
   }
+}
+
+void LossLog::add_host_gap(HostIndex host, Timestamp begin, Timestamp end, std::string note) {
+  const auto known = std::ranges::find_if(model_.losses, [&](const Loss& loss) {
+    return loss.kind == LossKind::host_gap && loss.host == host && loss.begin == begin &&
+           loss.note == note;
+  });
+  if (known != model_.losses.end() && known->end >= end) return;
+  Loss gap{.kind = LossKind::host_gap,
+           .host = host,
+           .begin = begin,
+           .end = end,
+           .note = std::move(note)};
+  if (known == model_.losses.end()) {
+    add(std::move(gap));
+    return;
+  }
+  known->end = end;
+  model_.gaps.add(gap_of(gap, static_cast<std::size_t>(known - model_.losses.begin())));
 }
 
 }  // namespace cie::analysis

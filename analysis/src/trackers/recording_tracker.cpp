@@ -256,11 +256,8 @@ void RecordingTracker::finish_runs() {
     const auto last = model_.processes[at(runs.process)].last_seen.value_or(EventRef{}).time;
     if (!runs.is_before && !windows_.is_recorded_by_other(runs.stream, last, runs.end)) continue;
     model_.between_sessions.push_back(runs);
-    losses_.add(Loss{.kind = LossKind::host_gap,
-                     .host = runs.host,
-                     .begin = runs.begin,
-                     .end = runs.end,
-                     .note = "between two sessions, runs in the window of neither"});
+    losses_.add_host_gap(runs.host, runs.begin, runs.end,
+                         "between two sessions, runs in the window of neither");
   }
 }
 

@@ -27,7 +27,9 @@ class NamedClaims {
       why_ = why;
     }
   }
-  Judged judged() const { return {claims_.verdict(), claims_.witness().value_or(why_)}; }
+  Judged judged() const {
+    return {claims_.verdict(), claims_.witnesses().empty() ? why_ : claims_.witnesses().front()};
+  }
 
  private:
   analysis::Claims<std::string> claims_;

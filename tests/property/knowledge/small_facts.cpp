@@ -29,9 +29,8 @@ analysis::Scope scope_of(int callback, int tid) {
 Facts::Facts(const Recording& recording, bool at_home)
     : recording_{&recording},
       at_home_{at_home},
-      knowledge_{[cpus = recording.world.cpus](analysis::ThreadIndex thread, std::int32_t cpu,
-                                               analysis::TimeWindow) {
-        return (cpus.at(static_cast<int>(analysis::at(thread))) &
+      knowledge_{[cpus = recording.world.cpus](const Hidden& hidden, std::int32_t cpu) {
+        return (cpus.at(static_cast<int>(analysis::at(*hidden.scope.thread))) &
                 (1U << static_cast<unsigned>(cpu))) != 0;
       }} {
   for (const auto& loss : recording.losses) {

@@ -14,7 +14,7 @@ class OfClaims : public testing::Test {
     Gap gap;
     gap.kinds = kRunKinds;
     gap.window = {Timestamp{10}, Timestamp{20}};
-    gap.reason = {.cause = GapCause::damaged, .at = Timestamp{10}};
+    gap.reason = {.cause = GapCause::loss, .at = Timestamp{10}, .about = 0};
     knowledge_.add(gap);
   }
   static Hidden start(std::int64_t at) {
@@ -46,24 +46,24 @@ TEST_F(OfClaims, FailsByAViolationOfWhichNoExcuseIsPossible) {
   claims_.violation("second", {{impossible_}, {possible_, impossible_}});
   claims_.needs({possible_});
   EXPECT_EQ(claims_.verdict(), Verdict::fail);
-  EXPECT_EQ(claims_.witness(), "second");
-  EXPECT_FALSE(claims_.reason());
+  EXPECT_EQ(claims_.witnesses(), std::vector<std::string>{"second"});
+  EXPECT_TRUE(claims_.reasons().empty());
 }
 
 TEST_F(OfClaims, DecidesNothingByAViolationThatMayHaveAnExcuse) {
   claims_.checked();
   claims_.violation("moved", {{impossible_}, {possible_}});
   EXPECT_EQ(claims_.verdict(), Verdict::inconclusive);
-  EXPECT_EQ(claims_.witness(), "moved");
-  EXPECT_EQ(claims_.reason()->cause, GapCause::damaged);
+  EXPECT_EQ(claims_.witnesses(), std::vector<std::string>{"moved"});
+  EXPECT_EQ(claims_.reasons().at(0).cause, GapCause::loss);
 }
 
 TEST_F(OfClaims, DecidesNothingWhereWhatItNeedsMayBeHidden) {
   claims_.checked();
   claims_.needs({possible_});
   EXPECT_EQ(claims_.verdict(), Verdict::inconclusive);
-  EXPECT_FALSE(claims_.witness());
-  EXPECT_EQ(claims_.reason()->at, Timestamp{10});
+  EXPECT_TRUE(claims_.witnesses().empty());
+  EXPECT_EQ(claims_.reasons().at(0).at, Timestamp{10});
 }
 
 TEST(OfBoth, TheSecondKindOfEvidenceTakesNothingFromTheFirst) {

@@ -73,8 +73,8 @@ TEST(Knowledge, HidesNothingOfAnother) {
 }
 
 TEST(Knowledge, OfACpuHidesWhatAThreadDoesThatMayRunThere) {
-  Knowledge knowledge{[](ThreadIndex thread, std::int32_t cpu, TimeWindow) {
-    return thread == kThread && cpu == 1;
+  Knowledge knowledge{[](const Hidden& event, std::int32_t cpu) {
+    return event.scope.thread == kThread && cpu == 1;
   }};
   auto on_cpu = gap(kRunKinds | kKernelKinds, window(10, 20));
   on_cpu.scope.cpu = 0;

@@ -78,6 +78,17 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByLaterEvents) {
       HasSubstr("ends here, before the others"));
 }
 
+// LTTng flushes the buffer of an idle CPU in a packet that lasts no time.
+TEST(EarlyStreamEnd, OfAPacketWithoutEventsOrLengthEndsNothing) {
+  auto trace = with_streams(kShared, {kEnd, kEnd, 30'000'000});
+  for (auto& event : trace.events) {
+    const bool is_begin = std::holds_alternative<PacketBegin>(event.body);
+    if (event.head.stream == StreamIndex{22} && is_begin) event.head.time.ns = 30'000'000;
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::fail);
+}
+
 // The first thread is still there when the second one runs the callback; that it had not ended, and its tid was not
 // somebody else's since, is not known.
 TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByALaterSignOfLife) {

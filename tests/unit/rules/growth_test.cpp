@@ -1,5 +1,6 @@
 // What verify and the report's rows cost grows as the facts do: nothing holds every callback or thread
 // against every other one.
+#include "model/loss_gaps.hpp"
 #include "report/callback_report.hpp"
 #include "rules/rule.hpp"
 
@@ -40,6 +41,7 @@ std::unique_ptr<Model> lossy_process() {
   loss.begin = Timestamp{0};
   loss.end = Timestamp{2'000'000'000};
   model->losses.push_back(loss);
+  model->gaps.add(gap_of(loss, 0));
   return model;
 }
 

@@ -3,6 +3,7 @@
 #include "support/verdicts.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -421,6 +422,40 @@ TEST(LostEvent, BeyondAHundredThousandIsStillALoss) {
   EXPECT_EQ(Verified(trace)["M3"], Verdict::inconclusive);
 }
 
+// Each is told in words of its own, so the list has no room for the last one.
+TEST(LostEvent, ThatTheListHasNoRoomForIsStillALoss) {
+  const auto judged = [](std::size_t damaged) {
+    auto trace = trace_of(R"(
+      callback fusion pooled
+      thread one callback of=fusion tid=101
+      thread two callback of=fusion tid=102
+      10 start fusion on=one
+      12 end fusion on=one
+      14 finish one
+      20 begin two
+      30 start fusion on=two
+      32 end fusion on=two
+      34 finish two)");
+    std::deque<std::string> reasons;
+    std::vector<Event> losses;
+    const auto damage = [&](std::int64_t time) {
+      EventHead head = trace.events.front().head;
+      head.time = Timestamp{time};
+      const auto& reason = reasons.emplace_back("byte " + std::to_string(reasons.size()));
+      losses.push_back(
+          {.head = head,
+           .body = DamagedPacket{.reason = reason, .begin = head.time, .end = head.time}});
+    };
+    for (std::size_t i = 0; i < damaged; ++i)
+      damage(2'000);
+    damage(16);
+    trace.events.insert(trace.events.end(), losses.begin(), losses.end());
+    return Verified(trace)["M4"];
+  };
+  EXPECT_EQ(judged(1), Verdict::inconclusive);
+  EXPECT_EQ(judged(100'000), Verdict::inconclusive);
+}
+
 // L2: the end on CPU 2 is what shows it there; its switches, where they were recorded, show it too.
 TEST(LostEvents, HideWhichCpusAThreadUsed) {
   const auto judged = [](const std::string& switches, bool is_lost) {
@@ -475,6 +510,18 @@ TEST(LostEvents, HideAnInstanceOnAThreadThatMayUseTheirCpu) {
     EXPECT_EQ(judged("1", "40 discard user until=41 count=2").of(rule, "thread 101"), Verdict::pass)
         << "nothing was lost then";
   }
+}
+
+// All that its end counts was seen since somebody attached to it.
+TEST(LostEvent, TakesNothingOfAnAttachedProcessWhoseTotalsAgree) {
+  const Verified verified(R"(
+    process app attached
+    callback fusion
+    5 discard user until=8 count=3
+    10 start fusion
+    12 end fusion)");
+  for (const auto* rule : {"M2", "M6", "M7", "M8", "M9", "E3"})
+    EXPECT_EQ(verified[rule], Verdict::pass) << rule;
 }
 
 }  // namespace

@@ -145,6 +145,26 @@ TEST(MappingPersistent, IsInconclusiveWhereTheThreadItLeftWasNeverAnnounced) {
   EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive) << "run_end counts what nobody recorded";
 }
 
+// Totals prove that nobody's announcement is missing: threads that were never announced are strays.
+TEST(MappingPersistent, FailsHoweverManyStrayThreadsItMovedTo) {
+  auto trace = trace_of(R"(
+    callback fusion pooled
+    thread own callback of=fusion tid=101
+    thread first worker tid=102 silent
+    thread second worker tid=103 silent
+    10 start fusion on=own
+    12 end fusion on=own
+    14 finish own
+    20 start fusion on=first
+    22 end fusion on=first
+    30 start fusion on=second
+    32 end fusion on=second)");
+  trace.erase<ThreadFini>([](const ThreadFini& fini, const EventHead&) { return fini.tid != 101; });
+  for (auto& event : trace.events)
+    if (auto* end = std::get_if<RunEnd>(&event.body)) end->threads = 1;
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::fail);
+}
+
 // All that tells of the first thread is lost, and of the callback what came before the second one.
 TextTrace without_first_thread(const std::string& lines, bool is_registered) {
   auto trace = trace_of("process app crash\n" + std::string(kReplaced) + lines);

@@ -197,5 +197,27 @@ TEST(TimeSane, IsInconclusiveWhenAReleaseLiesBehindItsStart) {
   EXPECT_THAT(verified("17").evidence("T6", "trace"), HasSubstr("a release 5 ns after its start"));
 }
 
+// Every number and total agrees: what was lost costs no proof, but what M4 is decided by.
+TEST(NoLoss, IsInconclusiveWhereALossLeavesARuleUndecided) {
+  constexpr auto kMoved = R"(
+    callback fusion pooled
+    thread t1 callback of=fusion tid=101
+    thread t2 callback of=fusion tid=102
+    10 start fusion on=t1
+    12 end fusion on=t1
+    14 finish t1
+    20 begin t2
+    30 start fusion on=t2
+    32 end fusion on=t2)";
+  const auto judged = [&](const std::string& loss) { return Verified(kMoved + loss); };
+  const auto beside = judged("\n40 discard user until=42 count=1");
+  EXPECT_EQ(beside["M4"], Verdict::fail);
+  EXPECT_EQ(beside["T2"], Verdict::pass);
+  const auto between = judged("\n16 discard user until=18 count=1");
+  EXPECT_EQ(between["M4"], Verdict::inconclusive);
+  EXPECT_EQ(between["T2"], Verdict::inconclusive);
+  EXPECT_THAT(between.evidence("T2", "trace"), HasSubstr("1 user-space event lost"));
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -39,7 +39,6 @@ enum class DefectKind : std::uint8_t {
   streams_apart,
   sched_switch_gaps,
   cpus_not_recorded,
-  losses_not_listed,
   time_runs_backwards,
   clocks_unrelated,
   clocks_drifted,

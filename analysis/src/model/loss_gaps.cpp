@@ -1,0 +1,29 @@
+#include "loss_gaps.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+
+EventKinds kinds_of(Domain domain) noexcept {
+  return domain == Domain::kernel ? kKernelKinds : kStateKinds | kRunKinds;
+}
+
+const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timestamp end) {
+  const Hidden any{.kinds = kinds_of(Domain::user),
+                   .scope = {.host = host},
+                   .window = {.from = begin, .to = end}};
+  return model.gaps.gap({&any, 1});
+}
+
+Gap gap_of(const Loss& loss, std::size_t place) {
+  const bool is_counted = loss.kind == LossKind::discarded_events;
+  return {
+      .scope = {.host = loss.host, .cpu = loss.cpu},
+      .kinds = kinds_of(loss.domain),
+      .window = {.from = loss.begin, .to = std::max(loss.begin, loss.end)},
+      .at_most = is_counted ? loss.count : std::nullopt,
+      .reason = {
+          .cause = GapCause::loss, .at = loss.begin, .about = static_cast<std::uint32_t>(place)}};
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,19 @@
+// Losses as gaps of what is known.
+#pragma once
+
+#include "facts.hpp"
+
+#include <cstddef>
+
+namespace cie::analysis {
+
+// `place`: in the model's losses.
+Gap gap_of(const Loss& loss, std::size_t place);
+
+// The first gap of applications' events on a machine that overlaps the two, edges included; null: there is none.
+const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timestamp end);
+
+// The events of a domain.
+EventKinds kinds_of(Domain domain) noexcept;
+
+}  // namespace cie::analysis

@@ -1,0 +1,217 @@
+#include "recorded_knowledge.hpp"
+
+#include "callback_doubts.hpp"
+#include "judgement.hpp"
+#include "model/callback_questions.hpp"
+#include "model/loss_gaps.hpp"
+#include "thread_losses.hpp"
+#include "thread_questions.hpp"
+#include "user_losses_of_processes.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+template <typename Index, typename Subjects>
+void for_each_index(const Subjects& subjects, const auto& visit) {
+  for (std::size_t i = 0; i < subjects.size(); ++i)
+    visit(Index{static_cast<std::uint32_t>(i)});
+}
+
+Scope of_process(ProcessIndex process) { return {.process = process}; }
+
+}  // namespace
+
+RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& lives,
+                                     const KernelHoles& holes, const Proof& proof,
+                                     const HiddenCallbacks& unseen)
+    : model_(model),
+      proof_(proof),
+      // Only what a callback's thread emits as it runs is emitted on a CPU that it may use: others announce it, and
+      // tell of its end.
+      knowledge_(model.gaps, [&model, &proof](const Hidden& hidden, std::int32_t cpu) {
+        return hidden.kinds.has_any(kStateKinds) ||
+               may_use(model, proof, *hidden.scope.thread, cpu);
+      }) {
+  if (const auto& missing = proof.missing_user_part())
+    add({}, kinds_of(Domain::user), {}, GapCause::missing_part,
+        without_event(EventRef{}, *missing));
+  for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) { expect_state(index); });
+  for_each_index<CallbackIndex>(model.callbacks,
+                                [&](CallbackIndex index) { expect_registration(index); });
+  for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
+    add_exits(index, lives, holes);
+    if (auto hidden = unseen.unseen_on(index)) {
+      add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
+          GapCause::unseen_entities, *std::move(hidden));
+    }
+  });
+  for_each_index<CallbackIndex>(model.callbacks, [&](CallbackIndex index) {
+    add_reused_identity(index);
+    add_unordered_registrations(index);
+    prove_runs(index);
+  });
+}
+
+Scope RecordedKnowledge::scope_of(CallbackIndex callback) const {
+  const auto process = model_.callbacks[at(callback)].process;
+  return {.host = model_.processes[at(process)].host, .process = process, .callback = callback};
+}
+
+Scope RecordedKnowledge::scope_of(ThreadIndex thread) const {
+  const auto process = model_.threads[at(thread)].process;
+  return {.host = model_.processes[at(process)].host, .process = process, .thread = thread};
+}
+
+Evidence RecordedKnowledge::evidence_of(const Reason& reason) const {
+  return reason.cause == GapCause::loss ? evidence_of_loss(model_, reason) : reasons_[reason.about];
+}
+
+void RecordedKnowledge::add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause,
+                            Evidence reason) {
+  knowledge_.add({.scope = scope,
+                  .kinds = kinds,
+                  .window = window,
+                  .reason = {.cause = cause,
+                             .at = reason.time.value_or(kEarliest),
+                             .about = static_cast<std::uint32_t>(reasons_.size())}});
+  reasons_.push_back(std::move(reason));
+}
+
+void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evidence reason) {
+  if (knowledge_.gap({&missing, 1}) != nullptr) return;
+  reason.note += ": other announcements may be missing, too";
+  add(of_process(process), kStateKinds, {}, GapCause::unaccounted, std::move(reason));
+}
+
+// Who is announced is counted by the end of a process. Without that, whoever ran or told of itself was announced.
+void RecordedKnowledge::expect_state(ProcessIndex index) {
+  const auto& process = model_.processes[at(index)];
+  const Scope scope{.host = process.host, .process = index};
+  const auto hidden = [&scope](EventKind kind) {
+    return Hidden{.kinds = kind, .scope = scope, .window = {}};
+  };
+  if (is_ros2_only(process)) return;
+  if (!process.run_begin) {
+    expect(hidden(EventKind::process_begin), index,
+           without_event(process.first_seen.value_or(EventRef{}), "no run_begin was seen"));
+  }
+  if (auto unseen = proof_.unaccounted_threads(index))
+    expect(hidden(EventKind::announcement), index, *std::move(unseen));
+  if (proof_.are_all_announced(index))
+    knowledge_.discharge(EventKind::announcement, of_process(index), {});
+}
+
+// Before it ran at all. What ROS 2 made before its recording it never tells.
+void RecordedKnowledge::expect_registration(CallbackIndex index) {
+  const auto& callback = model_.callbacks[at(index)];
+  if (!callback.is_accounted) return;
+  auto first = callback.starts.first ? callback.starts.first_at.time : kLatest;
+  for (const auto* pair : callback.ran_on)
+    first = std::min(first, pair->first_start.time);
+  const bool is_seen =
+      callback.registered && (callback.may_repeat || callback.registered->time <= first);
+  if (is_seen) return;
+  expect({.kinds = EventKind::registration,
+          .scope = scope_of(index),
+          .window = {.from = kEarliest, .to = first}},
+         callback.process,
+         without_event(callback.ran_on.empty() ? first_sign(model_, callback)
+                                               : callback.ran_on.front()->first_start,
+                       "its callback_init was not seen"));
+}
+
+void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
+                                  const KernelHoles& holes) {
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  const auto& life = lives.of(index);
+  if (is_ros2_only(process) && thread.tid != process.pid) {
+    // Whoever ran before and behind is still there.
+    for (const auto* pair : thread.ran) {
+      if (!pair->is_certain || !is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
+      knowledge_.discharge(EventKind::thread_exit, scope_of(index),
+                           {.from = pair->first_start.time, .to = pair->last_activity.time});
+    }
+    // The kernel would tell it.
+    const bool is_told = model_.hosts[at(process.host)].has_switches &&
+                         !holes.since(process.host, life.begin, life.end);
+    if (!is_told) {
+      add(scope_of(index), EventKind::thread_exit, {}, GapCause::not_recorded,
+          without_event(moment(life.end, thread.tid),
+                        "no event of ROS 2 tells that a thread ends: another one may have had "
+                        "the tid " +
+                            std::to_string(thread.tid) + " before"));
+    }
+  }
+  // Where a process ended in order each of its threads told its end.
+  const bool must_tell = process.run_end && !thread.fini &&
+                         (thread.announced || !proof_.are_all_announced(thread.process));
+  if (must_tell) {
+    add(scope_of(index), EventKind::thread_exit, {}, GapCause::unaccounted,
+        evidence("run_end", process.run_end->at,
+                 "the end of " + thread_name(thread) +
+                     " was not seen: callbacks may have started after it"));
+  } else if (!life.has_ended()) {
+    add(scope_of(index), EventKind::thread_exit, {.from = life.end, .to = kLatest},
+        GapCause::not_recorded,
+        without_event(moment(life.end, thread.tid),
+                      "the exit of " + thread_name(thread) + " was not seen"));
+  }
+}
+
+// What its address told of since may be of another callback.
+void RecordedKnowledge::add_reused_identity(CallbackIndex index) {
+  const auto& callback = model_.callbacks[at(index)];
+  for (const auto* pair : callback.ran_on) {
+    auto doubt = perhaps_anothers(*pair);
+    if (!doubt) continue;
+    add(scope_of(index), EventKind::registration,
+        {.from = callback.own ? callback.own->others_since.time : pair->first_start.time,
+         .to = kLatest},
+        GapCause::reused_identity, *std::move(doubt));
+    return;
+  }
+}
+
+// Events of two CPUs have no order within a nanosecond.
+void RecordedKnowledge::add_unordered_registrations(CallbackIndex index) {
+  const auto& callback = model_.callbacks[at(index)];
+  const auto add_at = [&](const EventRef& init, const Move& move) {
+    const bool is_first = init.time == move.last_on_from.time;
+    if (!is_first && init.time != move.first_on_to.time) return;
+    const auto& thread = model_.threads[at(is_first ? move.from : move.to)];
+    add(scope_of(index), EventKind::registration, {.from = init.time, .to = init.time},
+        GapCause::clock,
+        evidence("callback_init", init,
+                 "in the nanosecond of its instance on " + thread_name(thread) +
+                     ": which of the two came first is unknown"));
+  };
+  for (const auto& move : callback.moves)
+    if (callback.last_init) add_at(*callback.last_init, move);
+  if (!callback.registered_moves) return;
+  for (const auto& [move, init] : *callback.registered_moves)
+    add_at(init, move);
+}
+
+// Numbers and totals tell which instances were lost, and between which others.
+void RecordedKnowledge::prove_runs(CallbackIndex index) {
+  const auto& callback = model_.callbacks[at(index)];
+  const auto scope = scope_of(index);
+  if (!proof_.loss(index)) knowledge_.discharge(EventKind::run_end, scope, {});
+  const auto& lost = proof_.lost_runs(index);
+  if (!lost) {
+    knowledge_.discharge(EventKind::run_start, scope, {});
+    return;
+  }
+  const Hidden run{.kinds = EventKind::run_start, .scope = scope, .window = {}};
+  if (knowledge_.gap({&run, 1}) != nullptr) return;
+  add(scope, kRunKinds, {}, GapCause::unaccounted, *lost);
+}
+
+}  // namespace cie::analysis
