@@ -65,6 +65,37 @@ TEST(Ros2RaggedStreams, InAChunkNothingIsMissingBehindTheEndOfOne) {
   EXPECT_EQ(timer.outside_window, 1U) << "from 90 to 91";
 }
 
+// What a thread does next on one CPU follows on what it did there last, whichever other CPU's record ended
+// meanwhile, as in a snapshot.
+TEST(Ros2RaggedStreams, NothingIsMissingOfAThreadThatStayedOnAnotherCpu) {
+  const auto timer = [](const std::string& time) {
+    return result_of(
+               "10 callback_start callback=0x31 stream=2\n11 callback_end callback=0x31 stream=2\n"
+               "60 callback_start callback=0x30\n" +
+               time +
+               " second_ends\n70 callback_end callback=0x30\n"
+               "90 callback_start callback=0x30\n91 callback_end callback=0x30\n")
+        .callback("/n@Timer(1)");
+  };
+  EXPECT_EQ(timer("65").cut, 1U);
+  EXPECT_EQ(timer("65").incomplete, 0U);
+  EXPECT_EQ(timer("70").instances, 1U);
+  EXPECT_EQ(timer("70").incomplete, 0U);
+}
+
+TEST(Ros2RaggedStreams, NorWhereTheRecordOfAnotherCpuBegan) {
+  const auto timer = result_of(R"(
+    40 callback_start callback=0x30
+    50 second_begins
+    52 callback_end callback=0x30
+    60 callback_start callback=0x30 stream=2
+    61 callback_end callback=0x30 stream=2
+)")
+                         .callback("/n@Timer(1)");
+  EXPECT_EQ(timer.incomplete, 0U);
+  EXPECT_EQ(timer.instances, 1U);
+}
+
 // Another session beside it tells what one CPU's stream of this one does not, if it records that CPU.
 TEST(Ros2RaggedStreams, AnotherSessionTellsNothingOfACpuThatItDoesNotRecord) {
   const auto result = result_of(kOtherSession + kBeginsLate + R"(

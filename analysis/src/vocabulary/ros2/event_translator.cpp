@@ -185,6 +185,9 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
   process.last.tid = head.tid.value_or(LastEvent::kNoThread);
   if (head.time >= host.next_look) [[unlikely]]
     look_at_losses(host, head, emitting);
+  if (emitting.thread->is_behind_edge) [[unlikely]]
+    pass_edge(head, *emitting.thread);
+  emitting.thread->seen_in = head.stream;
   const bool has_emitted = std::exchange(process.has_emitted, true);
   const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,

@@ -53,6 +53,7 @@ class EventTranslator final : public Translator {
     StreamIndex stream{};
     Timestamp from;
     Timestamp until;
+    bool is_edge = false;  // the stream has ended, and others go on
   };
   struct Host {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
@@ -61,6 +62,7 @@ class EventTranslator final : public Translator {
     std::vector<Loss> losses{};       // that have not ended
     Timestamp next_bound = kLatest;   // of these, to come
     bool is_losing = false;           // one has begun
+    bool has_only_edges = false;      // and each of those that have begun is one
     StreamIndex only_loser = kNone;   // the one stream that does, if there is no other
     // From when on an event has to be looked at for losses: from each, while something is lost.
     Timestamp next_look = kLatest;
@@ -151,8 +153,10 @@ class EventTranslator final : public Translator {
   static void complete_in_process(const EmittingThread& emitting, CallbackStart& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
-  void lose(const EventHead& head, Timestamp from, Timestamp until);
+  void lose(const EventHead& head, Timestamp from, Timestamp until, bool is_edge = false);
   // Before the event of that thread is translated: what may have ended unseen is open no more.
+  // Its next event after another stream began.
+  static void pass_edge(const EventHead& head, ros2::Thread& thread);
   static void look_at_losses(Host& host, const EventHead& head, const EmittingThread& emitting);
   // Begins and ends of losses.
   static void pass_bounds(Host& host, Timestamp now);
@@ -168,8 +172,7 @@ class EventTranslator final : public Translator {
   static bool has_events_since(const Host& host, Timestamp time);
   // The packet may end a gap between sessions.
   void end_gap(const Event& packet_begin, EventBatch& batch);
-  // `may_be_made`: and something may have been made, unseen.
-  static void forget_what_runs(Host& host, bool may_be_made = true);
+  static void forget_what_runs(Host& host);
   // The process that speaks now spoke before such a gap.
   void tell_lived_on(Event& event, const Translation& translation, const ros2::Process& process,
                      EventBatch& batch);

@@ -20,6 +20,7 @@ void forget(ros2::Thread& thread) {
 
 // What one thread leaves for another one, and what is known of a process only as long as all of its
 // events are seen.
+// `may_be_made`: something may have been made, unseen.
 void forget_what_is_handed_on(ros2::Process& process, bool may_be_made = true) {
   if (may_be_made) process.directory.lose();
   process.queues.clear();
@@ -30,44 +31,49 @@ void forget_what_is_handed_on(ros2::Process& process, bool may_be_made = true) {
 
 }  // namespace
 
-void EventTranslator::lose(const EventHead& head, Timestamp from, Timestamp until) {
+void EventTranslator::lose(const EventHead& head, Timestamp from, Timestamp until, bool is_edge) {
   const auto& stream = stream_of(head);
   if (stream.is_kernel) return;
   auto& host = *stream.host;
-  host.losses.push_back({.stream = head.stream, .from = from, .until = std::max(from, until)});
+  host.losses.push_back(
+      {.stream = head.stream, .from = from, .until = std::max(from, until), .is_edge = is_edge});
   host.next_bound = std::min(host.next_bound, from);
   host.next_look = std::min(host.next_look, from);
   links_.lose();
 }
 
 void EventTranslator::pass_bounds(Host& host, Timestamp now) {
+  const bool is_any_lost = std::ranges::any_of(
+      host.losses, [now](const Loss& loss) { return !loss.is_edge && loss.from <= now; });
   std::erase_if(host.losses, [now](const Loss& loss) { return loss.until <= now; });
   host.next_bound = kLatest;
   host.is_losing = false;
+  host.has_only_edges = true;
   for (const auto& loss : host.losses) {
     const bool has_begun = loss.from <= now;
     host.next_bound = std::min(host.next_bound, has_begun ? loss.until : loss.from);
     if (!has_begun) continue;
+    host.has_only_edges = host.has_only_edges && loss.is_edge;
     const bool is_only = !host.is_losing || host.only_loser == loss.stream;
     host.only_loser = is_only ? loss.stream : kNone;
     host.is_losing = true;
   }
   host.next_look = host.is_losing ? kEarliest : host.next_bound;
-  forget_what_runs(host);
+  if (is_any_lost) forget_what_runs(host);
 }
 
 // A stream that loses events has no room for them: it loses the end of what it shows the begin of
 // only with all ends that follow. So what is seen to begin and to end in it belongs together, unless
 // the thread was elsewhere meanwhile. In whichever other stream a thread is seen, it may have been
-// in that one since, unseen.
+// in that one since, unseen. Where a stream has but ended before others, as in a snapshot, what a thread does
+// next in the same other stream follows on what it did there last.
 void EventTranslator::look_at_losses(Host& host, const EventHead& head,
                                      const EmittingThread& emitting) {
   if (head.time >= host.next_bound) pass_bounds(host, head.time);
   if (!host.is_losing) return;
   auto& thread = *emitting.thread;
-  const bool was_seen_all_the_time =
-      head.stream == host.only_loser && thread.seen_in == head.stream;
-  if (!was_seen_all_the_time) forget(thread);
+  const bool may_have_stayed = host.has_only_edges || head.stream == host.only_loser;
+  if (!may_have_stayed || thread.seen_in != head.stream) forget(thread);
   thread.seen_in = head.stream;
   forget_what_is_handed_on(*emitting.process);
 }
@@ -92,11 +98,11 @@ void EventTranslator::tell_lived_on(Event& event, const Translation& translation
                ProcessContinued{.since = process.last.time, .stream = process.last.stream});
 }
 
-void EventTranslator::forget_what_runs(Host& host, bool may_be_made) {
+void EventTranslator::forget_what_runs(Host& host) {
   for (auto& [pid, process] : host.processes) {
     for (auto& [tid, thread] : process.threads)
       forget(thread);
-    forget_what_is_handed_on(process, may_be_made);
+    forget_what_is_handed_on(process);
   }
 }
 
@@ -131,7 +137,16 @@ void EventTranslator::begin_stream(const EventHead& head) {
   }
   if (!has_events_since(*stream.host, channel.begin) || has_events_beside(stream)) return;
   links_.lose();
-  forget_what_runs(*stream.host, channel.describes_entities);
+  for (auto& [pid, process] : stream.host->processes) {
+    for (auto& [tid, thread] : process.threads)
+      thread.is_behind_edge = true;
+    forget_what_is_handed_on(process, channel.describes_entities);
+  }
+}
+
+void EventTranslator::pass_edge(const EventHead& head, ros2::Thread& thread) {
+  thread.is_behind_edge = false;
+  if (thread.seen_in != head.stream) forget(thread);
 }
 
 // Another session may follow.
@@ -144,7 +159,7 @@ void EventTranslator::end_stream(const EventHead& head) {
     links_.end_channel(stream.channel, detail::wrapping_add(head.time.ns, stream.offset_ns));
     end_losses(*stream.host, stream.channel, head.time);
   } else if (!channel_of(head).ends_apart.value_or(false) && !has_events_beside(stream)) {
-    lose(head, head.time, kLatest);
+    lose(head, head.time, kLatest, true);
   }
 }
 

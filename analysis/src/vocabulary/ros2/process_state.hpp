@@ -155,7 +155,10 @@ struct Thread {
   std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
   bool is_waiting = false;
   bool is_named = false;  // it was told what the tracer calls it
-  WrittenRef writing{};   // until the thread's next event
+  bool is_behind_edge =
+      false;  // another CPU's stream began since its last event: it may have been there before
+  std::optional<StreamIndex> seen_in{};  // its last event
+  WrittenRef writing{};                  // until the thread's next event
   std::vector<RunningCallback> open{};
   TakenMessages<Address, std::int64_t> taken{};  // source timestamps, by rmw's subscription
   TakenMessages<const Callback*, QueuedMessage> dequeued{};
@@ -163,7 +166,6 @@ struct Thread {
   std::optional<Request> requested{};
   std::vector<RunningCallback> skipped{};  // open inside the last one that ended with others inside
   LastRecorded last_recorded{};            // where several sessions recorded the host
-  std::optional<StreamIndex> seen_in{};    // since something is being lost
   RunsBesideOwn beside_own{};
   std::string name{};           // as the tracer calls it
   bool is_of_executor = false;  // this project's own, announced for what that has to do itself
