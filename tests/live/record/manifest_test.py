@@ -245,6 +245,26 @@ class Manifest(unittest.TestCase):
         self.assertEqual(lives.returncode, 0, said)  # its own was left alone
         self.assertEqual(homes(), ["cie-record-others"])
 
+    # Until somebody registers, LTTng is asked who did.
+    def test_signals_pass_while_lttng_does_not_answer_who_registered(self):
+        for options in ((), ("--snapshot", "1"), ("--rotate", "1")):
+            with self.subTest(options=options):
+                ready = scratch / f"silent{''.join(options)}.ready"
+                process = self.background(cie.program, "record", "-o", ready.with_suffix(""), "--kernel=no", *options,
+                                          "--", "sh", "-c", 'echo $$ >"$0"; exec sleep 60', ready)
+                wait_for(lambda: ready.exists() and ready.read_text(), "the command runs")
+                command = int(ready.read_text())
+                daemon = child_of(recorder_of(process), "lttng-sessiond")
+                time.sleep(0.5)
+                os.kill(daemon, signal.SIGSTOP)
+                try:
+                    time.sleep(0.5)  # it is asked five times a second
+                    process.send_signal(signal.SIGTERM)
+                    wait_for(lambda: not is_running(command), "the command has got it", 1)
+                finally:
+                    os.kill(daemon, signal.SIGCONT)
+                process.communicate(timeout=60)
+
     def test_a_recorder_that_fails_leaves_no_daemon(self):
         def few_descriptors():
             resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))

@@ -42,7 +42,7 @@ void ChunksKeeping::abandon() noexcept {
 void ChunksKeeping::on_request(Target& /*target*/) { tracing_.refuse_snapshot(); }
 
 void ChunksKeeping::poll(Target& target) {
-  poll_rotation();
+  if (!tracing_.is_asking()) poll_rotation();
   const bool is_asking = rotation_->is_asking();
   if (is_asking) {
     warn_of_silence();
@@ -103,6 +103,7 @@ void ChunksKeeping::end_rotation() {
 Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
   RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
+  tracing_.settle();
   settle_rotation();
   tracing_.end();
   end_kernel(std::move(kernel_), tracing_);

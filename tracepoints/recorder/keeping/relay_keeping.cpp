@@ -114,6 +114,7 @@ Outcome RelayKeeping::finish(const std::optional<ExitStatus>& exit) {
   RecordingManifest& manifest = tracing_.manifest;
   manifest.exit = exit;
   tracing_.begin_end();
+  tracing_.settle();
   end_last_session();
   manifest.end = now();
   tracing_.note_processes();

@@ -44,16 +44,6 @@ std::vector<fs::path> unsealed_in(const fs::path& directory) {
 // What LTTng takes seldom longer for.
 constexpr std::chrono::seconds kUsualAnswer{1};
 
-// Of a call that is done, and forgotten thereby.
-template <typename Result>
-Result answer_of(std::optional<LongCall<Result>>& call) {
-  const struct Forget {
-    std::optional<LongCall<Result>>& call;
-    ~Forget() { call.reset(); }
-  } forget{call};
-  return call->get();
-}
-
 bool has_events_of_user(const StreamSummary& stream) {
   return stream.file.parent_path().filename() != kKernelDirectory && has_events(stream);
 }

@@ -81,7 +81,8 @@ void SnapshotsKeeping::on_request(Target& /*target*/) {
 }
 
 void SnapshotsKeeping::poll(Target& target) {
-  if (!tracing_.is_daemon_lost() || flight_->is_saving()) look_at_flight();
+  const bool may_ask = !tracing_.is_daemon_lost() && !tracing_.is_asking();
+  if (may_ask || flight_->is_saving()) look_at_flight();
   if (!flight_->is_saving()) {
     tracing_.look_for_applications(target);
     forget_processes();
@@ -150,6 +151,7 @@ void SnapshotsKeeping::save_at_the_end() {
 // Every snapshot has its own manifest.
 Outcome SnapshotsKeeping::finish(const std::optional<ExitStatus>& exit) {
   tracing_.manifest.exit = exit;
+  tracing_.settle();
   save_at_the_end();
   tracing_.end();
   const KeptInSnapshots kept{.saved = flight_->saved(),

@@ -135,7 +135,7 @@ void Tracing::note_processes() {
 void Tracing::look_for_applications(Target& target) {
   if (session_ && !is_daemon_lost_) {
     const bool is_any_told = processes_ && processes_->count() != 0;
-    registration_.look(*session_, target, is_any_told);
+    registration_.look(session_, target, is_any_told);
   }
   if (registration_.is_anybody() && !has_noted_first_) {
     has_noted_first_ = true;
@@ -159,7 +159,7 @@ void Tracing::note_running(const Target& target) {
 }
 
 bool Tracing::has_checked_daemon() {
-  if (is_daemon_lost_ || Clock::now() < next_check_) {
+  if (is_daemon_lost_ || is_asking() || Clock::now() < next_check_) {
     return false;
   }
   next_check_ = Clock::now() + kCheckInterval;
@@ -241,8 +241,17 @@ std::vector<std::string> Tracing::end_session() {
   return std::move(result.problems);
 }
 
+void Tracing::settle() {
+  if (is_daemon_lost_) return;
+  const seconds patience = this->patience();
+  if (!registration_.settle(patience)) {
+    add_problem(manifest.problems, give_up_daemon("tell of applications", patience));
+  }
+}
+
 void Tracing::end() {
   begin_end();
+  settle();
   if (!is_daemon_lost_) {
     add_problems(manifest.problems, end_session());
   }

@@ -49,6 +49,8 @@ class Tracing {
   void note_processes();
   // Whether anybody is recorded.
   void look_for_applications(Target& target);
+  // LTTng has not answered that yet: nobody else may ask it.
+  bool is_asking() const noexcept { return registration_.is_asking(); }
   // Whether the daemons are alive is looked at every second: true then, if the session daemon is.
   bool has_checked_daemon();
   // Warns of a disk that is almost full; a full one is a problem of the manifest.
@@ -59,6 +61,9 @@ class Tracing {
   // Somebody asks for a snapshot of what is written anyway.
   void refuse_snapshot();
 
+  // Waits for what LTTng was asked and did not answer: what is asked at the end would wait for it, too.
+  // Its daemon is lost if it does not.
+  void settle();
   // The end. From here on nobody is named who begins.
   void begin_end() { ending_ = now(); }
   // The same, and ends the session unless its daemon is lost. Problems are the manifest's.

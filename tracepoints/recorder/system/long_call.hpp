@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <future>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -43,5 +44,15 @@ class LongCall {
   std::future<Result> result_;
   std::thread thread_;
 };
+
+// Of a call that is done, and forgotten thereby.
+template <typename Result>
+Result answer_of(std::optional<LongCall<Result>>& call) {
+  const struct Forget {
+    std::optional<LongCall<Result>>& call;
+    ~Forget() { call.reset(); }
+  } forget{call};
+  return call->get();
+}
 
 }  // namespace cie::record

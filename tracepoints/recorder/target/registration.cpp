@@ -16,6 +16,7 @@ namespace cie::record {
 namespace {
 
 constexpr std::chrono::milliseconds kLookInterval{200};
+constexpr std::chrono::milliseconds kUsualAnswer{100};  // what LTTng takes seldom longer for
 
 // The kernel lets such a thread make no other one (sched(7)), so that LTTng-UST, which makes two and waits for them
 // before main(), never returns.
@@ -46,14 +47,17 @@ std::string nobody_registered(const Target& target, bool is_ros2) {
 
 }  // namespace
 
-void Registration::look(const TracingSession& session, const Target& target, bool is_any_told) {
-  const auto now = std::chrono::steady_clock::now();
-  if (is_anybody() || now < next_look_) {
-    return;
+void Registration::look(const std::shared_ptr<TracingSession>& session, const Target& target,
+                        bool is_any_told) {
+  if (!asking_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (is_anybody() || now < next_look_) return;
+    next_look_ = now + kLookInterval;
+    asking_.emplace([session] { return session->traced_processes(); });
   }
-  next_look_ = now + kLookInterval;
+  if (!asking_->is_done(kUsualAnswer)) return;
   try {
-    first_ = session.traced_processes();
+    first_ = answer_of(asking_);
   } catch (const RecordError&) {
     return;  // the daemon's own state is watched elsewhere
   }
@@ -62,6 +66,10 @@ void Registration::look(const TracingSession& session, const Target& target, boo
     has_warned_of_nobody_ = true;
     console_.warn(nobody_registered(target, is_ros2_));
   }
+}
+
+bool Registration::settle(std::chrono::seconds patience) const {
+  return !asking_ || asking_->is_done(patience);
 }
 
 void Registration::warn_of_others(const Target& target) {

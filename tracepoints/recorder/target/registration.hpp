@@ -4,10 +4,13 @@
 #include "lttng/tracing_session.hpp"
 #include "options/options.hpp"
 #include "system/console.hpp"
+#include "system/long_call.hpp"
 #include "target/target.hpp"
 
 #include <chrono>
 #include <cstddef>
+#include <memory>
+#include <optional>
 #include <vector>
 
 namespace cie::record {
@@ -22,7 +25,12 @@ class Registration {
 
   // Asks until an application is registered at that moment: each question costs every one some time. `is_any_told`:
   // one told that it begins, though it may be gone since, so nobody is missed.
-  void look(const TracingSession& session, const Target& target, bool is_any_told);
+  // Waits a tenth of a second at most; what LTTng answers later is taken at the next call.
+  void look(const std::shared_ptr<TracingSession>& session, const Target& target, bool is_any_told);
+  // LTTng has not answered yet: nobody else may ask it.
+  bool is_asking() const noexcept { return asking_ && !asking_->is_done(); }
+  // Waits for that so long. False: it did not.
+  bool settle(std::chrono::seconds patience) const;
   // Of those that registered first: says so if one is none of the command's.
   void warn_of_others(const Target& target);
 
@@ -39,6 +47,7 @@ class Registration {
   bool has_warned_of_nobody_ = false;
   bool has_warned_of_others_ = false;
   std::chrono::steady_clock::time_point next_look_{};
+  std::optional<LongCall<std::vector<TracedProcess>>> asking_{};
 };
 
 }  // namespace cie::record
