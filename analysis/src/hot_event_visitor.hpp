@@ -19,6 +19,7 @@ struct Analyzer::Pipeline::HotEventVisitor {
     pipeline.queues.apply(head, who, e, pipeline.cut && pipeline.cut->is_snapshot());
   }
   void operator()(const SampleLost& e) const { pipeline.queues.apply(head, who, e); }
+  void operator()(const PublishFailed& e) const { pipeline.queues.apply(who, e); }
   void operator()(const ThreadWakeup& e) const { pipeline.instances->apply(head, who, e); }
   [[gnu::always_inline]] void operator()(const CallbackStart& e) const {
     const auto runner = pipeline.registry.runner_of(head, who);

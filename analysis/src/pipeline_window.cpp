@@ -37,8 +37,8 @@ bool Analyzer::Pipeline::pass_by(const Event& event, const Emitter& who) {
           [](const ClockSync&) { return true; }, [](const ThreadWakeup&) { return true; },
           [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
           [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
-          [](const Publish&) { return false; }, [](const UntracedInstance&) { return false; },
-          [](const ResponseTaken&) { return false; },
+          [](const Publish&) { return false; }, [](const PublishFailed&) { return false; },
+          [](const UntracedInstance&) { return false; }, [](const ResponseTaken&) { return false; },
           [](const ForeignCallback& told) { return !told.ran; },
           [&](const SchedSwitch& e) {
             if (!is_before) note_switch_behind(event.head, who.host, e);

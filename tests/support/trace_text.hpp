@@ -25,6 +25,7 @@
 //   kernel                             a kernel channel even if no line needs it
 // Verbs (C callback, T thread, P publisher; any user event takes cpu=N and `on=T`):
 //   release C [overwritten=N] · wakeup C [spurious] · lost C count=N
+//   unsent P [total=N] (of the message that it published last)
 //   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or wakeup
 //   end C [seq=N] [exception] · publish P on=T [seq=N]
 //   initial|applied|audit T [policy=fifo|rr|other|batch|idle|deadline|ext] [priority= nice= runtime=

@@ -66,6 +66,16 @@ void Writer::user_event(std::int64_t time, const Line& line) {
     publish(time, line);
     return;
   }
+  if (verb == "unsent") {
+    auto& publisher = named(publishers_, line, line.word(2));
+    publisher.unsent =
+        line.number<std::uint64_t>("total", static_cast<std::int64_t>(publisher.unsent + 1));
+    add(time, of_line(line, nullptr, *publisher.process),
+        PublishFailed{.publisher = PublisherId{publisher.id},
+                      .source_timestamp_realtime_ns = publisher.written.rbegin()->second,
+                      .total = publisher.unsent});
+    return;
+  }
   auto& callback = named(callbacks_, line, line.word(2));
   const auto head = of_line(line, callback.thread, *callback.process);
   if (verb == "start") {

@@ -117,6 +117,7 @@ struct Publisher {
   PublisherInit init;
   std::uint64_t next = 0;
   std::map<std::uint64_t, std::int64_t> written;  // source timestamps by seq
+  std::uint64_t unsent = 0;
 };
 
 // A line and its time.

@@ -15,11 +15,23 @@ const unrecordedPublishers = () => {
   );
 };
 
+// Null: all messages were sent.
+const unsentMessages = () => {
+  const publishers = report.processes.flatMap(process => process.unsent ?? []).sort((a, b) => b.messages - a.messages);
+  if (!publishers.length) return null;
+  const messages = publishers.reduce((sum, publisher) => sum + publisher.messages, 0);
+  return soft(
+    `${plural(messages, "message")} ${messages === 1 ? "was" : "were"} not sent in time and reached nobody: ` +
+      `${publishers.map(({messages, topic}) => `${count(messages)} on ${topic || "an unknown topic"}`).join(", ")}.`,
+  );
+};
+
 export const chains = () => {
   if (!report.chains.length) {
     const drawn = graph();
+    const unsent = unsentMessages();
     const note = unrecordedPublishers();
-    if (drawn || note) section("chains", "Who takes whose messages", drawn, note);
+    if (drawn || unsent || note) section("chains", "Who takes whose messages", drawn, unsent, note);
     return;
   }
   const short = c => shortNames.chains[report.chains.indexOf(c)];
@@ -48,6 +60,7 @@ export const chains = () => {
     "chains",
     "Chains of callbacks",
     graph(),
+    unsentMessages(),
     unrecordedPublishers(),
     scrolled(
       "Table of chains",

@@ -322,6 +322,13 @@ struct alignas(64) PublisherFacts {
   std::uint64_t writer_gid = 0;
   std::optional<NodeId> node{};
   std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
+  // Running totals of messages that were not sent, the least and the largest that was told.
+  std::optional<std::uint64_t> first_unsent{};
+  std::uint64_t last_unsent = 0;
+
+  std::uint64_t unsent() const noexcept {
+    return first_unsent ? last_unsent - *first_unsent + 1 : 0;
+  }
 };
 
 // Messages that instances of one callback took from another, or from outside any callback seen.

@@ -412,6 +412,22 @@ std::map<ProcessIndex, std::map<std::string, std::uint64_t>> publications_of(con
   return published;
 }
 
+// Of each process, by publisher.
+std::map<ProcessIndex, std::vector<UnsentMessages>> unsent_of(const Model& model) {
+  std::map<ProcessIndex, std::vector<UnsentMessages>> unsent;
+  for (const auto& publisher : model.publishers) {
+    if (publisher.unsent() == 0) continue;
+    const auto node = std::ranges::find_if(model.nodes, [&publisher](const NodeFacts& facts) {
+      return facts.process == publisher.process && facts.id == publisher.node;
+    });
+    unsent[publisher.process].push_back(
+        {.node = node == model.nodes.end() ? std::string() : node->name,
+         .topic = publisher.topic,
+         .messages = publisher.unsent()});
+  }
+  return unsent;
+}
+
 Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto& model = context.model;
   Report report;
@@ -423,6 +439,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   const auto runs = verdicts_on_runs(verdicts);
   const auto exits = exits_of(model);
   auto published = publications_of(model);
+  auto unsent = unsent_of(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
@@ -444,6 +461,8 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
         .host_index = process.host,
         .traces = process.traces,
         .published = published[index]};
+    if (const auto found = unsent.find(index); found != unsent.end())
+      entry.unsent = std::move(found->second);
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_ros2_only(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

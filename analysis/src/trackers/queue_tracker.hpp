@@ -1,5 +1,5 @@
 // What waits for a callback: its releases, those that took the place of others, and samples that
-// never reached it.
+// never reached it. Messages that were not sent.
 #pragma once
 
 #include <cie/analysis/event.hpp>
@@ -40,6 +40,14 @@ class QueueTracker {
       callback.lost_at_first = event.total - std::min<std::uint64_t>(event.total, event.count);
     callback.lost = event.total;
     callback.lost_at = ref(head);
+  }
+
+  // Threads that publish at once may tell their totals in another order.
+  void apply(const Emitter& who, const PublishFailed& event) {
+    if (!who.process || event.total == 0) return;
+    auto& publisher = model_.publishers[registry_.publisher(who, event.publisher)];
+    publisher.first_unsent = std::min(publisher.first_unsent.value_or(event.total), event.total);
+    publisher.last_unsent = std::max(publisher.last_unsent, event.total);
   }
 
  private:

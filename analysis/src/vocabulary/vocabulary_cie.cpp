@@ -164,6 +164,14 @@ void publish(const Payload& p, VocabularyState&, EventBody& body) {
                                  p.number<std::int64_t>(kEvent["source_timestamp_realtime_ns"])};
 }
 
+void publish_failed(const Payload& p, VocabularyState&, EventBody& body) {
+  constexpr auto kEvent = provider::kPublishFailed;
+  body.emplace<PublishFailed>() = {.publisher = p.id<PublisherId>(kEvent["publisher_id"]),
+                                   .source_timestamp_realtime_ns = p.number<std::int64_t>(
+                                       kEvent["source_timestamp_realtime_ns"]),
+                                   .total = p.number<std::uint64_t>(kEvent["total"])};
+}
+
 void sample_lost(const Payload& p, VocabularyState&, EventBody& body) {
   constexpr auto kEvent = provider::kSampleLost;
   body.emplace<SampleLost>() = {.callback = p.id<CallbackId>(kEvent["callback_id"]),
@@ -209,6 +217,7 @@ const std::vector<Translation>& cie_vocabulary() {
       translation(provider::kCallbackStart, callback_start, /*starts_callback=*/true),
       translation(provider::kCallbackEnd, callback_end),
       translation(provider::kPublish, publish),
+      translation(provider::kPublishFailed, publish_failed),
       translation(provider::kSampleLost, sample_lost),
       translation(provider::kClockSync, clock_sync)};
   return table;

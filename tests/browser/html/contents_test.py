@@ -318,6 +318,14 @@ class Contents(Page):
         self.assertIn("7 of 1\u202f200 messages taken came from publishers that were not recorded.",
                       self.see("[aria-labelledby=chains] p"))
 
+    def test_messages_that_were_not_sent_are_counted_by_publisher(self):
+        def change(report):
+            report["processes"][0]["unsent"] = [{"node": "/a", "topic": "/scan", "messages": 1},
+                                                {"node": "/a", "topic": "/map", "messages": 2}]
+        self.shown(change)
+        self.assertIn("3 messages were not sent in time and reached nobody: 2 on /map, 1 on /scan.",
+                      self.see("[aria-labelledby=chains] p"))
+
     def test_rules_that_hold_are_folded_and_a_symbol_is_one_line(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")
         folded = self.browser.evaluate("[...document.querySelectorAll('#rules ~ details')].map(d => [d.open, d.querySelector('summary').textContent])")

@@ -48,6 +48,14 @@ TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
   EXPECT_FALSE(json_of(test::sample_report()).contains("clocks"));
 }
 
+TEST(ReportJson, CountsMessagesThatWereNotSentWhereThereAreSuch) {
+  auto report = test::sample_report();
+  EXPECT_FALSE(json_of(report)["processes"][0].contains("unsent"));
+  report.processes.front().unsent = {{.node = "/a", .topic = "/scan", .messages = 3}};
+  EXPECT_EQ(json_of(report)["processes"][0]["unsent"],
+            Json::parse(R"([{"node": "/a", "topic": "/scan", "messages": 3}])"));
+}
+
 TEST(ReportJson, CountsMessagesOfPublishersThatWereNotRecordedWhereThereAreSuch) {
   auto report = test::sample_report();
   report.edges.resize(3);

@@ -19,6 +19,13 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
+TEST(ReportScreen, SaysWhoseMessagesWereNotSent) {
+  auto report = shared_report();
+  report.processes.front().unsent = {{.node = "/a", .topic = "/scan", .messages = 3}};
+  EXPECT_THAT(screen_of(report, test::sample_verdicts(), {.columns = 100}),
+              HasSubstr("\n  3 messages were not sent in time and reached nobody: 3 on /scan\n"));
+}
+
 TEST(ReportScreen, OfATerminalOf80Columns) {
   EXPECT_EQ(screen_of(shared_report(), test::sample_verdicts(), {.columns = 80, .unicode = true}),
             "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"

@@ -82,6 +82,18 @@ TEST(ReportText, SaysHowManyMessagesCameFromPublishersThatWereNotRecorded) {
                                 "recorded\n"));
 }
 
+TEST(ReportText, SaysWhoseMessagesWereNotSent) {
+  auto report = test::sample_report();
+  const auto text = [&report] { return report_text_of(report, nullptr, {.columns = 200}); };
+  EXPECT_THAT(text(), Not(HasSubstr("not sent")));
+  report.processes.front().unsent = {{.node = "/a", .topic = "/scan", .messages = 1}};
+  EXPECT_THAT(text(),
+              HasSubstr("\n1 message was not sent in time and reached nobody: 1 on /scan\n"));
+  report.processes.front().unsent->push_back({.node = "/a", .topic = "/map", .messages = 2});
+  EXPECT_THAT(text(), HasSubstr("\n3 messages were not sent in time and reached nobody: 2 on /map, "
+                                "1 on /scan\n"));
+}
+
 // Where ids are wanted, one can find it in the other outputs.
 TEST(ReportText, NamesAChainWithoutASpecByItsFirstAndLastCallback) {
   auto report = test::sample_report();

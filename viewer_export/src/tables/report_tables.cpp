@@ -482,7 +482,8 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
                         chains.size(), report.chains.size());
   }
-  for (const auto& note : {messages_note(report), unrecorded_publishers(report)}) {
+  for (const auto& note :
+       {messages_note(report), unsent_messages(report), unrecorded_publishers(report)}) {
     if (note.empty()) continue;
     for (const auto& line : wrap(note, style.columns))
       text += line + "\n";

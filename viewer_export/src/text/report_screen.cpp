@@ -362,8 +362,9 @@ class ReportScreen {
     append(lines, counts("releases missed", &CallbackReport::missed_releases));
     append(lines, counts("samples lost", &CallbackReport::lost_samples));
     append(lines, counts("samples overwritten", &CallbackReport::overwritten_samples));
-    if (const auto note = unrecorded_publishers(report_); !note.empty())
-      append(lines, paragraph("  ", note, 1, style_));
+    for (const auto& note : {unsent_messages(report_), unrecorded_publishers(report_)}) {
+      if (!note.empty()) append(lines, paragraph("  ", note, 1, style_));
+    }
     append(lines, open_runs());
     append(lines, without_runs("no instance seen", [](const CallbackReport& callback) {
              return !callback.has_run() && !callback.never_ran();

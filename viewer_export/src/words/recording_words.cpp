@@ -195,4 +195,25 @@ std::string unrecorded_publishers(const analysis::Report& report) {
                      taken->unrecorded, counted(taken->messages, "message"));
 }
 
+std::string unsent_messages(const analysis::Report& report) {
+  std::vector<const analysis::UnsentMessages*> publishers;
+  std::uint64_t messages = 0;
+  for (const auto& process : report.processes) {
+    if (!process.unsent) continue;
+    for (const auto& publisher : *process.unsent) {
+      publishers.push_back(&publisher);
+      messages += publisher.messages;
+    }
+  }
+  if (messages == 0) return {};
+  std::ranges::stable_sort(publishers, std::ranges::greater{}, &analysis::UnsentMessages::messages);
+  std::string on;
+  for (const auto* publisher : publishers) {
+    on += fmt::format("{}{} on {}", on.empty() ? "" : ", ", publisher->messages,
+                      publisher->topic.empty() ? "an unknown topic" : printable(publisher->topic));
+  }
+  return fmt::format("{} {} not sent in time and reached nobody: {}", counted(messages, "message"),
+                     messages == 1 ? "was" : "were", on);
+}
+
 }  // namespace cie::viewer_export

@@ -47,6 +47,10 @@ std::optional<bool> is_complete(const analysis::Report& report);
 // "2 of 12 messages taken came from publishers that were not recorded"; empty: none did.
 std::string unrecorded_publishers(const analysis::Report& report);
 
+// "3 messages were not sent in time and reached nobody: 2 on /scan, 1 on /map": the most first; empty: all
+// were sent.
+std::string unsent_messages(const analysis::Report& report);
+
 // "seq-gaps x 5: " and what that means: errors of the trace, then losses. Of more than two, the
 // gravest and how many more there are.
 std::vector<std::string> damages_of(const analysis::Report& report, std::string_view gap);

@@ -198,6 +198,14 @@ struct Publish {
   // What its thread ran may have ended since, unseen.
   bool is_runner_unknown = false;
 };
+// The message of a `publish` that reached nobody.
+struct PublishFailed {
+  static constexpr EventCategory kCategory = EventCategory::callback;
+  static constexpr std::string_view kName = "publish_failed";
+  PublisherId publisher{};
+  std::int64_t source_timestamp_realtime_ns = 0;
+  std::uint64_t total = 0;
+};
 struct SampleLost {
   static constexpr EventCategory kCategory = EventCategory::callback;
   static constexpr std::string_view kName = "sample_lost";

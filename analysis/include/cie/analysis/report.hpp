@@ -140,6 +140,13 @@ struct HostReport {
   std::optional<Duration> recorded{};  // how long it was; empty: not known
 };
 
+// Messages of one publisher that reached nobody: they were not sent in time.
+struct UnsentMessages {
+  std::string node;  // empty: not known
+  std::string topic;
+  std::uint64_t messages = 0;
+};
+
 // The one place of a process's host and pid: other rows name it by its number. Report::hosts
 // describes the host itself.
 struct ProcessReport {
@@ -167,6 +174,8 @@ struct ProcessReport {
   std::vector<std::uint32_t> traces{};
   // Publications by topic, as far as it is known; not part of the JSON.
   std::map<std::string, std::uint64_t> published{};
+  // By publisher, in the order of their ids. Empty: none was seen.
+  std::optional<std::vector<UnsentMessages>> unsent{};
 };
 
 struct CallbackThread {

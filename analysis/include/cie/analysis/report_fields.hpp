@@ -57,6 +57,12 @@ void fields(auto& visit, Is<TraceDefect> auto& d) {
   visit("advice", d.advice);
 }
 
+void fields(auto& visit, Is<UnsentMessages> auto& u) {
+  visit("node", u.node);
+  visit("topic", u.topic);
+  visit("messages", u.messages);
+}
+
 void fields(auto& visit, Is<ProcessReport> auto& p) {
   visit("host", p.host);
   visit("pid", p.pid);
@@ -66,6 +72,7 @@ void fields(auto& visit, Is<ProcessReport> auto& p) {
   visit.number("index", p.index);
   visit.present("tracetools", p.tracetools);
   visit.present("tells_messages", p.tells_messages);
+  visit.present("unsent", p.unsent);
 }
 
 void fields(auto& visit, Is<CallbackThread> auto& t) {

@@ -49,6 +49,7 @@ std::optional<std::uint64_t> digest_of(const EventBody& body) {
                  [&](const CallbackStart& e) { return of(e.callback, e.seq); },
                  [&](const CallbackEnd& e) { return of(e.callback, e.seq); },
                  [&](const Publish& e) { return of(e.publisher, e.seq); },
+                 [&](const PublishFailed& e) { return of(e.publisher, e.total); },
                  [&](const SampleLost& e) { return of(e.callback, e.total); },
                  [&](const ClockSync& e) { return of(e.monotonic_ns); },
                  [&](const ThreadSched& e) { return of(e.tid, e.n); },
