@@ -24,6 +24,19 @@ inline std::string screen_of(const analysis::VerdictReport& verdicts,
   return out.str();
 }
 
+inline analysis::SubjectVerdict judged(analysis::SubjectKind kind, const char* subject,
+                                       analysis::Verdict verdict) {
+  return {.about = {.kind = kind},
+          .subject = subject,
+          .verdict = verdict,
+          .evidence = {{.event = "x",
+                        .time = analysis::Timestamp{1},
+                        .cpu = {},
+                        .pid = {},
+                        .tid = {},
+                        .note = "n"}}};
+}
+
 inline std::string line_of(const analysis::VerdictReport& verdicts,
                            const analysis::Report& report) {
   std::ostringstream out;

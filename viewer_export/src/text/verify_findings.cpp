@@ -4,6 +4,7 @@
 #include <cie/analysis/rule_pages.hpp>
 
 #include "tables/report_tables.hpp"
+#include "verify_subjects.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 #include "worst_run_words.hpp"
@@ -29,20 +30,6 @@ using analysis::SubjectKind;
 using analysis::SubjectVerdict;
 using analysis::ThreadReport;
 using analysis::Verdict;
-
-bool counts(const SubjectVerdict& subject, Verdict verdict) {
-  return subject.verdict == verdict && !subject.is_suppressed();
-}
-
-const CallbackReport* reported_callback(const Judged& judged, const SubjectVerdict& subject) {
-  if (subject.about.kind != SubjectKind::callback || !subject.about.index) return nullptr;
-  return judged.rows.find(analysis::CallbackIndex{*subject.about.index});
-}
-
-const ThreadReport* reported_thread(const Judged& judged, const SubjectVerdict& subject) {
-  if (subject.about.kind != SubjectKind::thread || !subject.about.index) return nullptr;
-  return judged.rows.find(analysis::ThreadIndex{*subject.about.index});
-}
 
 // That missed deadlines.
 const CallbackReport* late_callback(const Judged& judged, const SubjectVerdict& subject) {
@@ -275,13 +262,6 @@ std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {
   return fmt::format("{} of {}", some, counted(static_cast<std::uint64_t>(all), "callback"));
 }
 
-// Violating subjects of M1 that the trace names were registered; of others the id is in the spec alone.
-bool are_all_registered(const RuleVerdict& rule) {
-  return std::ranges::none_of(rule.subjects, [](const SubjectVerdict& subject) {
-    return counts(subject, Verdict::fail) && !subject.about.index;
-  });
-}
-
 // Threads that did not get their parameters explain why nothing ran: an executor refuses to run so.
 void put_cause_first(const Judged& judged, std::vector<Finding>& findings) {
   const auto cause = std::ranges::find_if(
@@ -480,69 +460,6 @@ std::string unjudged_parameters(const analysis::VerdictReport& verdicts) {
                        counted(callbacks, "callback"), callbacks == 1 ? "has" : "have");
   }
   return {};
-}
-
-namespace {
-
-// What releases callbacks of that kind less often.
-std::string_view slower_source(CallbackKind kind) {
-  switch (kind) {
-    case CallbackKind::timer:
-      return "give it a longer period";
-    case CallbackKind::subscription:
-      return "let its publishers send less often";
-    case CallbackKind::service:
-      return "let its clients ask less often";
-    case CallbackKind::client:
-      return "let it ask less often";
-    case CallbackKind::waitable:
-      return "let what it waits for (goals, events) come less often";
-  }
-  return {};
-}
-
-// Of R1, where those that violate it are of one kind; empty: they are not.
-std::string remedy_of_arrivals(const Judged& judged, const RuleVerdict& rule) {
-  std::optional<CallbackKind> kind;
-  for (const auto& subject : rule.subjects) {
-    if (!counts(subject, Verdict::fail)) continue;
-    const auto* callback = reported_callback(judged, subject);
-    if (callback == nullptr || !callback->kind || kind.value_or(*callback->kind) != *callback->kind)
-      return {};
-    kind = callback->kind;
-  }
-  if (!kind) return {};
-  return fmt::format(
-      "shorten the callback, raise its priority or give it a CPU, or {}; cie report shows where the "
-      "time went",
-      slower_source(*kind));
-}
-
-}  // namespace
-
-std::string remedy_of(const Judged& judged, const Finding& finding) {
-  const auto& id = finding.rule->id;
-  if (id == analysis::kArrivalExceedsTurnaroundRule) {
-    if (auto remedy = remedy_of_arrivals(judged, *finding.rule); !remedy.empty()) return remedy;
-  }
-  if (id == analysis::kSpecifiedCallbackSeenRule && are_all_registered(*finding.rule))
-    return "let the recording last until the callback has run, or remove its entry";
-  if (const auto remedy = remedy_of_refusal(*finding.rule); !remedy.empty())
-    return std::string(remedy);
-  const auto executor = executor_of(*finding.rule, judged.report);
-  // Groups of several callbacks do not explain it.
-  const bool is_isolated = executor == ExecutorSeen::isolated;
-  const bool is_alone = id == analysis::kOneThreadPerCallbackRule && is_isolated &&
-                        !is_any_thread_shared(judged.report);
-  const bool is_none = executor == ExecutorSeen::none;
-  if (is_none || is_alone ||
-      (id != analysis::kOneCallbackPerThreadRule && id != analysis::kOneThreadPerCallbackRule)) {
-    std::string text(remedy_of_rule(id, is_none || is_alone));
-    if (text.ends_with('.')) text.pop_back();
-    return text;
-  }
-  return is_isolated ? "give each callback a callback group of its own"
-                     : "run with --executor isolated";
 }
 
 }  // namespace cie::viewer_export
