@@ -38,10 +38,7 @@ std::optional<Evidence> perhaps_told_by_own(const RuleContext& context,
   if (auto unseen = context.proof.unseen_callbacks(callback.process)) return unseen;
   if (auto unseen = context.proof.unseen_threads(callback.process)) return unseen;
   for (const auto* pair : callback.ran_on) {
-    for (const auto* other : model.threads[at(pair->thread)].ran) {
-      if (!model.callbacks[at(other->callback)].is_accounted) continue;
-      if (const auto& lost = context.proof.loss(other->callback)) return lost;
-    }
+    if (const auto& lost = context.losses.of_own(pair->thread)) return lost;
   }
   return std::nullopt;
 }

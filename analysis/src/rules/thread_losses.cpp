@@ -60,6 +60,22 @@ ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> ca
       lose_elsewhere(callback, own, loss);
     }
   }
+  find_own(loss_of);
+}
+
+void ThreadLosses::find_own(Loss loss_of) {
+  for (const auto& callback : model_.callbacks) {
+    if (callback.is_accounted || model_.processes[at(callback.process)].is_from_ros2) continue;
+    for (const auto* pair : callback.ran_on)
+      of_own_.try_emplace(pair->thread, &kNone);
+  }
+  for (auto& [thread, own] : of_own_) {
+    const auto& ran = model_.threads[at(thread)].ran;
+    const auto lost = std::ranges::find_if(ran, [&](const CallbackOnThread* pair) {
+      return model_.callbacks[at(pair->callback)].is_accounted && (proof_.*loss_of)(pair->callback);
+    });
+    if (lost != ran.end()) own = &(proof_.*loss_of)((*lost)->callback);
+  }
 }
 
 bool may_use(const Model& model, const Proof& proof, ThreadIndex index, std::int32_t cpu) {
@@ -123,6 +139,11 @@ const std::optional<Evidence>& ThreadLosses::of_every_run(ThreadIndex thread) co
   const auto found = of_every_run_.find(thread);
   return found != of_every_run_.end() ? *found->second
                                       : anywhere(model_.threads[at(thread)].process);
+}
+
+const std::optional<Evidence>& ThreadLosses::of_own(ThreadIndex thread) const {
+  const auto found = of_own_.find(thread);
+  return found != of_own_.end() ? *found->second : kNone;
 }
 
 const std::optional<Evidence>& ThreadLosses::anywhere(ProcessIndex process) const {

@@ -36,8 +36,11 @@ class ThreadLosses {
   const std::optional<Evidence>& of_every_run(ThreadIndex thread) const;
   // On any thread of the process: of a callback of which none is known.
   const std::optional<Evidence>& anywhere(ProcessIndex process) const;
+  // Of what this project's executors ran on the thread, beside callbacks of another one.
+  const std::optional<Evidence>& of_own(ThreadIndex thread) const;
 
  private:
+  void find_own(Loss loss_of);
   // By process and CPU: instances that ran on none of the threads that their callbacks ran on otherwise.
   struct Elsewhere {
     const std::optional<Evidence>* loss = nullptr;  // the first one's
@@ -52,6 +55,7 @@ class ThreadLosses {
   const Proof& proof_;
   std::vector<const std::optional<Evidence>*> on_threads_;
   std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
+  std::map<ThreadIndex, const std::optional<Evidence>*> of_own_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
   std::map<ProcessIndex, const std::optional<Evidence>*> anywhere_;  // in the process
   std::map<std::pair<ProcessIndex, std::int32_t>, Elsewhere> elsewhere_;

@@ -175,6 +175,21 @@ std::unique_ptr<Model> idle_threads(std::uint32_t count) {
   return model;
 }
 
+// Of another executor, on one thread of a process that tells of all its own, of which there are none.
+std::unique_ptr<Model> callbacks_of_another_executor(std::uint32_t count) {
+  auto model = lossy_process();
+  model->losses.clear();
+  model->processes.front().run_end = RunTotals{.at = event_at(2'000'000'000)};
+  const auto group = add_group(*model);
+  const auto thread = add_thread(*model, ThreadRole::pool);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto callback = add_callback(*model, group);
+    model->callbacks[at(callback)].is_accounted = false;
+    run(*model, callback, thread, 1'000'000 + i);
+  }
+  return model;
+}
+
 std::int64_t processor_ns() {
   timespec now{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -225,17 +240,15 @@ TEST_P(Growth, OfTheCostIsThatOfTheFacts) {
   EXPECT_LE(cost_of_rows(*many), cost_of_rows(*few) * kTimes * 5 / 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rules, Growth,
-                         ::testing::Values(Growing{"Isolated", isolated_callbacks},
-                                           Growing{"OneGroup", callbacks_of_one_group},
-                                           Growing{"OneThread", callbacks_of_a_pool<1>},
-                                           Growing{"Pool", callbacks_of_a_pool<2>},
-                                           Growing{"Threads", threads_of_one_callback},
-                                           Growing{"ThreadsWithoutEnd", threads_without_end},
-                                           Growing{"IdleThreads", idle_threads}),
-                         [](const ::testing::TestParamInfo<Growing>& each) {
-                           return std::string(each.param.name);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Rules, Growth,
+    ::testing::Values(
+        Growing{"Isolated", isolated_callbacks}, Growing{"OneGroup", callbacks_of_one_group},
+        Growing{"OneThread", callbacks_of_a_pool<1>}, Growing{"Pool", callbacks_of_a_pool<2>},
+        Growing{"Threads", threads_of_one_callback},
+        Growing{"ThreadsWithoutEnd", threads_without_end}, Growing{"IdleThreads", idle_threads},
+        Growing{"AnotherExecutor", callbacks_of_another_executor}),
+    [](const ::testing::TestParamInfo<Growing>& each) { return std::string(each.param.name); });
 
 }  // namespace
 }  // namespace cie::test
