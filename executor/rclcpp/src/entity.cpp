@@ -248,6 +248,12 @@ class SubscriptionEntity final : public Entity {
   std::weak_ptr<LostMessages> lost_;  // the notice's
 };
 
+// The five services of a lifecycle node are rcl's state machine's: a LifecycleNode ends them, and the middleware's
+// calls with them, before it drops rclcpp's objects, whose copies of the handle point at nothing then.
+bool is_rcls(const rclcpp::ServiceBase& service) {
+  return demangled(typeid(service)).find("lifecycle_msgs::srv::") != std::string::npos;
+}
+
 class ServiceEntity final : public Entity {
  public:
   explicit ServiceEntity(const rclcpp::ServiceBase::SharedPtr& service)
@@ -260,10 +266,13 @@ class ServiceEntity final : public Entity {
   std::size_t depth() const override { return depth_; }
   void connect(Notice notice) override {
     if (const auto service = service_.lock()) {
-      service->set_on_new_request_callback(notice_of_middleware(
-          std::move(notice), listening_.begin(),
-          std::make_shared<Registration<rcl_service_t>>(service->get_service_handle(),
-                                                        rcl_service_set_on_new_request_callback)));
+      std::shared_ptr<Registration<rcl_service_t>> registration;
+      if (!is_rcls(*service)) {
+        registration = std::make_shared<Registration<rcl_service_t>>(
+            service->get_service_handle(), rcl_service_set_on_new_request_callback);
+      }
+      service->set_on_new_request_callback(
+          notice_of_middleware(std::move(notice), listening_.begin(), std::move(registration)));
     }
   }
   void disconnect() noexcept override {

@@ -128,7 +128,8 @@ class BuiltTest(unittest.TestCase):
         log = run(["cmake", "-S", options.source / "executor/rclcpp", "-B", empty, *options.cmake,
                    "-DCMAKE_DISABLE_FIND_PACKAGE_rclcpp_components=ON",
                    f"-DCMAKE_PREFIX_PATH={self.workspace.cie};{os.environ['AMENT_PREFIX_PATH'].replace(':', ';')}"])
-        self.assertIn("there is no rclcpp_components: cie_component_container is not built", log)
+        self.assertIn("there is no rclcpp_components: cie_component_container is not built",
+                      " ".join(log.split()))  # CMake breaks a warning's lines
 
 
 if __name__ == "__main__":

@@ -5,6 +5,10 @@
 #include <memory>
 #include <vector>
 
+namespace lifecycle_msgs::srv {
+struct GetState : std_srvs::srv::SetBool {};
+}  // namespace lifecycle_msgs::srv
+
 namespace cie_rclcpp {
 namespace {
 
@@ -70,6 +74,20 @@ TEST_F(LifetimesTest, TheMiddlewareDoesNotCallAServiceOrAClientThatHasGone) {
   asking.reset();
   EXPECT_FALSE(of_service->reader->notice.is_set());
   EXPECT_FALSE(of_client->reader->notice.is_set());
+}
+
+// rcl's state machine ends the services of a lifecycle node before rclcpp's objects of them go: who keeps the
+// handle of one then reads what has been freed.
+TEST_F(LifetimesTest, NobodyKeepsTheHandleOfAServiceOfRclsStateMachine) {
+  using lifecycle_msgs::srv::GetState;
+  const auto managed = node("managed");
+  const auto serving = managed->create_service<GetState>(
+      "~/mine", [](const GetState::Request::SharedPtr&, const GetState::Response::SharedPtr&) {});
+  const auto owners = serving->get_service_handle().use_count();
+  const auto served = serve(managed);
+  served->look();
+  EXPECT_TRUE(serving->get_service_handle()->reader->notice.is_set());
+  EXPECT_EQ(serving->get_service_handle().use_count(), owners);
 }
 
 // With its owner's last handle an entity ends, whatever the executor knows of it then.
