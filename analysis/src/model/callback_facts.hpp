@@ -249,6 +249,7 @@ struct alignas(64) CallbackFacts {
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
   std::uint64_t cut_instances = 0;
+  std::uint64_t cut_by_begin = 0;  // of these, by the begin of the window that was asked for
   Rare<InstancesOutside> outside{};
   // The longest that one may have executed or been blocked for, of those (cut ones included) of which
   // that is not known.

@@ -240,7 +240,7 @@ void fill(CallbackReport& report, const RuleContext& context, CallbackIndex inde
   report.cut = facts.cut_instances;
   const auto known = known_instances(model, facts);
   const auto outside = facts.outside ? facts.outside->count : 0;
-  report.runs_not_seen = known - std::min(known, facts.starts.count - outside);
+  report.runs_not_seen = known - std::min(known, facts.starts.count - outside + facts.cut_by_begin);
   if (const auto left_out = left_out_instances(facts); left_out > 0)
     report.outside_window = left_out;
   report.may_lack_runs = context.proof.lost_runs(index).has_value();

@@ -435,6 +435,7 @@ void WindowCut::finish() {
     conclude_queue(facts, state);
     const auto cut = cut_by_begin(facts, state);
     facts.cut_instances += cut;
+    facts.cut_by_begin = cut;
     facts.starts_left_out -= std::min(facts.starts_left_out, cut);
     if (!facts.fini) continue;
     // An instance that began before the window and never ended is no violation in it.
