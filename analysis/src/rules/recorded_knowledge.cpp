@@ -69,7 +69,8 @@ Scope RecordedKnowledge::scope_of(ThreadIndex thread) const {
 }
 
 Evidence RecordedKnowledge::evidence_of(const Reason& reason) const {
-  return reason.cause == GapCause::loss ? evidence_of_loss(model_, reason) : reasons_[reason.about];
+  const bool is_recorders = reason.cause == GapCause::loss || reason.cause == GapCause::stream_edge;
+  return is_recorders ? evidence_of_recorder(model_, reason) : reasons_[reason.about];
 }
 
 void RecordedKnowledge::add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause,
@@ -201,7 +202,6 @@ void RecordedKnowledge::add_unordered_registrations(CallbackIndex index) {
 
 // Numbers and totals tell which instances were lost, and between which others.
 void RecordedKnowledge::prove_runs(CallbackIndex index) {
-  const auto& callback = model_.callbacks[at(index)];
   const auto scope = scope_of(index);
   if (!proof_.loss(index)) knowledge_.discharge(EventKind::run_end, scope, {});
   const auto& lost = proof_.lost_runs(index);

@@ -326,7 +326,7 @@ const Rule kNoLoss{
         "missing is seldom the harmless part.",
     .inconclusive_when =
         "events or packets of applications were discarded, or nobody recorded them between two "
-        "sessions, and some subject of a rule lost its proof with them; or when nothing was seen "
+        "sessions, and some subject of a rule lost its proof with them or is undecided by them; or when nothing was seen "
         "of a process, a chunk or the kernel's events that the recording's manifest names; or when "
         "its recorder failed or has not ended, and no totals prove that nothing is missing.",
     .remedy =

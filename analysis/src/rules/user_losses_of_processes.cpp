@@ -1,5 +1,6 @@
 #include "user_losses_of_processes.hpp"
 
+#include "judgement.hpp"
 #include "kernel_holes.hpp"
 #include "model/loss_gaps.hpp"
 #include "model/recorded_parts.hpp"
@@ -9,14 +10,17 @@
 
 namespace cie::analysis {
 
-Evidence evidence_of_loss(const Model& model, const Reason& reason) {
-  return evidence_of(model.losses[reason.about]);
+Evidence evidence_of_recorder(const Model& model, const Reason& reason) {
+  if (reason.cause == GapCause::loss) return evidence_of(model.losses[reason.about]);
+  return evidence("stream_begin", moment(reason.at),
+                  "the record of another CPU begins here (" + model.streams[reason.about].path +
+                      "): what happened there before is not known");
 }
 
 std::optional<Evidence> UserLossesOfProcesses::between(ProcessIndex process, Timestamp begin,
                                                        Timestamp end) const {
   const auto* gap = user_gap(model_, model_.processes[at(process)].host, begin, end);
-  return gap != nullptr ? std::optional(evidence_of_loss(model_, gap->reason)) : std::nullopt;
+  return gap != nullptr ? std::optional(evidence_of_recorder(model_, gap->reason)) : std::nullopt;
 }
 
 std::optional<Evidence> UserLossesOfProcesses::since(ProcessIndex process, Timestamp time) const {
@@ -34,7 +38,7 @@ std::optional<Evidence> UserLossesOfProcesses::unseen_process(HostIndex host, Ti
   const auto& recordings = model_.recordings;
   const bool is_named = !recordings.empty() && std::ranges::all_of(recordings, names_all_processes);
   if (gap == nullptr || is_named) return std::nullopt;
-  auto doubt = evidence_of_loss(model_, gap->reason);
+  auto doubt = evidence_of_recorder(model_, gap->reason);
   doubt.note += ": a whole process may be among them, and no manifest names all that ran";
   return doubt;
 }

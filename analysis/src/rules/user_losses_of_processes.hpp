@@ -11,8 +11,8 @@
 
 namespace cie::analysis {
 
-// What a gap hides that a loss made.
-Evidence evidence_of_loss(const Model& model, const Reason& reason);
+// Of a gap that a loss made, or the edge of a stream.
+Evidence evidence_of_recorder(const Model& model, const Reason& reason);
 
 class UserLossesOfProcesses {
  public:

@@ -1,5 +1,7 @@
 #include "channel_windows.hpp"
 
+#include "model/loss_gaps.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis {
@@ -28,23 +30,24 @@ void ChannelWindows::end(StreamIndex index) {
   update(channels_[model_.streams[at(index)].channel]);
 }
 
-// What was counted before it began may lack events of its own.
-std::optional<Loss> ChannelWindows::wake(StreamIndex index) {
+// A silence is no loss: nobody says that anything was lost.
+std::optional<Gap> ChannelWindows::wake(StreamIndex index) {
   auto& state = states_[index];
   state.is_idle = false;
   const auto* facts = find_stream(model_, index);
   if (facts == nullptr) return std::nullopt;
-  std::optional<Loss> loss;
+  std::optional<Gap> gap;
   if (state.counted_from && facts->begin && *state.counted_from < *facts->begin) {
-    loss = Loss{.kind = LossKind::discarded_packets,
-                .domain = facts->domain,
-                .host = facts->host,
-                .begin = *state.counted_from,
-                .end = *facts->begin,
-                .note = facts->path};
+    gap = Gap{.scope = {.host = facts->host},
+              .kinds = kinds_of(facts->domain),
+              .window = {.from = *state.counted_from, .to = *facts->begin},
+              .at_most = {},
+              .reason = {.cause = GapCause::stream_edge,
+                         .at = *facts->begin,
+                         .about = static_cast<std::uint32_t>(index)}};
   }
   update(channels_[facts->channel]);
-  return loss;
+  return gap;
 }
 
 bool ChannelWindows::narrows(StreamIndex index) const {

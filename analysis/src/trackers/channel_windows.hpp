@@ -39,8 +39,9 @@ class ChannelWindows {
     state->events += count;
     return state->is_idle;
   }
-  // A stream that was taken for idle has an event after all. What that has cost already, if anything.
-  std::optional<Loss> wake(StreamIndex index);
+  // A stream that was taken for idle has an event after all: where it may lack earlier ones of which instances
+  // were counted meanwhile.
+  std::optional<Gap> wake(StreamIndex index);
 
   // Window of the channel that a stream belongs to.
   const CoveredWindow& window_of(StreamIndex stream) const noexcept {

@@ -96,7 +96,7 @@ void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) 
 }
 
 void RecordingTracker::wake(StreamIndex stream) {
-  if (auto loss = windows_.wake(stream)) losses_.add(std::move(*loss));
+  if (const auto gap = windows_.wake(stream)) model_.gaps.add(*gap);
 }
 
 bool RecordingTracker::is_kernel(StreamIndex index) const {
