@@ -3,6 +3,7 @@
 #include "completeness_rules.hpp"
 #include "execution_rules.hpp"
 #include "foreign_work_rule.hpp"
+#include "judgement.hpp"
 #include "mapping_rules.hpp"
 #include "message_rules.hpp"
 #include "model/natural_order.hpp"
