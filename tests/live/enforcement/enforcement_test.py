@@ -307,8 +307,9 @@ class Enforcement(unittest.TestCase):
         rules = verify(app.directory, app.spec)
         self.assertEqual([s["subject"] for s in failing(rules, "S3")], [f"thread {tid}"])
         self.assertIn("SCHED_IDLE", json.dumps(failing(rules, "S3")))
-        self.assertEqual(verdicts(rules, "S1", "S2"), ["PASS", "PASS"],
-                         "it was configured as it should, and before its first instance")
+        self.assertEqual(verdicts(rules, "S2"), ["PASS"], "configured before its first instance")
+        # As it should, too: but an instance that starts once the audit has found it runs as SCHED_IDLE.
+        self.assertIn([s["subject"] for s in failing(rules, "S1")], ([], [f"thread {tid}"]))
 
 
 def begin(directory):
