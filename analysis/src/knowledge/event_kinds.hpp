@@ -34,8 +34,8 @@ enum class EventKind : std::uint8_t {
 class EventKinds {
  public:
   constexpr EventKinds() noexcept = default;
-  constexpr EventKinds(EventKind kind) noexcept
-      : bits_{bit(kind)} {}  // NOLINT(google-explicit-constructor)
+  // One kind is a set. NOLINTNEXTLINE(google-explicit-constructor)
+  constexpr EventKinds(EventKind kind) noexcept : bits_{bit(kind)} {}
   constexpr EventKinds(std::initializer_list<EventKind> kinds) noexcept {
     for (const auto kind : kinds) {
       bits_ |= bit(kind);

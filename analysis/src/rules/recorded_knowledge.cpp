@@ -38,9 +38,10 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
         return hidden.kinds.has_any(kStateKinds) ||
                may_use(model, proof, *hidden.scope.thread, cpu);
       }) {
-  if (const auto& missing = proof.missing_user_part())
+  if (const auto& missing = proof.missing_user_part()) {
     add({}, kinds_of(Domain::user), {}, GapCause::missing_part,
         without_event(EventRef{}, *missing));
+  }
   for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) { expect_state(index); });
   for_each_index<CallbackIndex>(model.callbacks,
                                 [&](CallbackIndex index) { expect_registration(index); });

@@ -21,9 +21,10 @@ class PidNamespaces {
     if (inode == 0 || !head.pid) return;
     const auto pid = *head.pid;
     auto& known = recent_[static_cast<std::size_t>(pid) % recent_.size()];
-    if (known.inode != inode || known.pid != pid)
+    if (known.inode != inode || known.pid != pid) {
       known = {
           .pid = pid, .inode = inode, .told_pid = pid_in_namespace(number_of(inode, pid), pid)};
+    }
     head.pid = known.told_pid;
   }
 

@@ -459,7 +459,7 @@ rclcpp::SubscriptionBase::SharedPtr owner_of(
     const rclcpp::Waitable::SharedPtr& waitable,
     const std::vector<rclcpp::SubscriptionBase::WeakPtr>& subscriptions) {
   for (const auto& each : subscriptions) {
-    const auto subscription = each.lock();
+    auto subscription = each.lock();
     if (!subscription) continue;
     for (const auto& handler : subscription->get_event_handlers()) {
       if (&event_handler(handler) == waitable.get()) return subscription;

@@ -291,9 +291,10 @@ bool EventTranslator::is_of_other_executor(const Payload& start, const ros2::Con
     return true;
   }
   runs.leave(callback, head);  // what it is nothing says
-  if (runs.is_of_others())
+  if (runs.is_of_others()) {
     emit(head, ForeignCallback{.logical_id = id, .ran = head.time, .stream = head.stream},
          context.sink);
+  }
   return false;
 }
 
