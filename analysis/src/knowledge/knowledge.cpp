@@ -108,12 +108,16 @@ const Gap* Knowledge::gap(std::span<const Hidden> all) const {
   std::vector<std::vector<Choice>> limited;  // of events that find room in few places
   for (const auto& hidden : all) {
     const Gap* found = nullptr;
-    for_each_place(hidden, [&](const Place& place) {
-      const auto& gap = place.held->gap;
-      if (found == nullptr || comes_before(gap, *found)) {
-        found = &gap;
-      }
-      return first == nullptr;  // of the others it is enough that there is one
+    for_each_lane(hidden, [&](std::size_t lane) {
+      visit_lane(lane, hidden, [&](const Place& place) {
+        const auto& gap = place.held->gap;
+        if (found == nullptr || comes_before(gap, *found)) {
+          found = &gap;
+        }
+        return false;  // the others of the lane are later
+      });
+      return found == nullptr ||
+             first == nullptr;  // of further events it is enough that there is one
     });
     if (found == nullptr) {
       return nullptr;
@@ -158,16 +162,14 @@ const Gap* Knowledge::gap(std::span<const Hidden> all) const {
 
 std::vector<std::optional<std::int32_t>> Knowledge::cpus(const Hidden& hidden) const {
   std::vector<std::optional<std::int32_t>> found;
-  for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
+  for_each_lane(hidden, [&](std::size_t lane) {
     const auto cpu = lanes_[lane].scope.cpu;
-    if (std::find(found.begin(), found.end(), cpu) != found.end()) {
-      continue;
-    }
-    const bool is_none = visit_lane(lane, hidden, [](const Place&) { return false; });
-    if (!is_none) {
+    const bool is_new = std::find(found.begin(), found.end(), cpu) == found.end();
+    if (is_new && !visit_lane(lane, hidden, [](const Place&) { return false; })) {
       found.push_back(cpu);
     }
-  }
+    return true;
+  });
   return found;
 }
 
@@ -197,52 +199,46 @@ TimeWindow Knowledge::bounds(const Hidden& hidden) const {
 // Until `visit` returns false.
 template <typename Visit>
 void Knowledge::for_each_place(const Hidden& hidden, const Visit& visit) const {
+  for_each_lane(hidden, [&](std::size_t lane) { return visit_lane(lane, hidden, visit); });
+}
+
+// Those that may hold it. Until `visit` returns false.
+template <typename Visit>
+void Knowledge::for_each_lane(const Hidden& hidden, const Visit& visit) const {
+  const auto visit_all = [&visit](const std::vector<std::size_t>& lanes) {
+    return std::all_of(lanes.begin(), lanes.end(), visit);
+  };
+  const auto visit_of = [&visit_all](const auto& lanes, auto key) {
+    const auto found = lanes.find(key);
+    return found == lanes.end() || visit_all(found->second);
+  };
+  const auto visit_each = [&visit_all](const auto& lanes) {
+    return std::all_of(lanes.begin(), lanes.end(),
+                       [&visit_all](const auto& of_one) { return visit_all(of_one.second); });
+  };
   const auto& scope = hidden.scope;
-  if (!visit_lanes(wide_lanes_, hidden, visit)) {
+  if (!visit_all(wide_lanes_)) {
     return;
   }
-  if (scope.process) {
-    const auto found = process_lanes_.find(static_cast<std::uint32_t>(*scope.process));
-    if (found != process_lanes_.end() && !visit_lanes(found->second, hidden, visit)) {
-      return;
-    }
-  } else {
-    for (const auto& [process, lanes] : process_lanes_) {
-      if (!visit_lanes(lanes, hidden, visit)) {
-        return;
-      }
-    }
+  const bool is_going_on =
+      scope.process ? visit_of(process_lanes_, static_cast<std::uint32_t>(*scope.process))
+                    : visit_each(process_lanes_);
+  if (!is_going_on) {
+    return;
   }
   // Of what the event does not name, the gap of any may hide it.
   const bool is_any = (!scope.callback && of_callbacks_.has_any(hidden.kinds)) ||
                       (!scope.thread && of_threads_.has_any(hidden.kinds));
   if (is_any) {
-    for (const auto& [subject, lanes] : subject_lanes_) {
-      if (!visit_lanes(lanes, hidden, visit)) {
-        return;
-      }
-    }
+    visit_each(subject_lanes_);
     return;
   }
-  if (scope.callback && !visit_subject(key_of(*scope.callback), hidden, visit)) {
+  if (scope.callback && !visit_of(subject_lanes_, key_of(*scope.callback))) {
     return;
   }
   if (scope.thread) {
-    visit_subject(key_of(*scope.thread), hidden, visit);
+    visit_of(subject_lanes_, key_of(*scope.thread));
   }
-}
-
-template <typename Visit>
-bool Knowledge::visit_lanes(const std::vector<std::size_t>& lanes, const Hidden& hidden,
-                            const Visit& visit) const {
-  return std::all_of(lanes.begin(), lanes.end(),
-                     [&](std::size_t lane) { return visit_lane(lane, hidden, visit); });
-}
-
-template <typename Visit>
-bool Knowledge::visit_subject(std::uint64_t key, const Hidden& hidden, const Visit& visit) const {
-  const auto found = subject_lanes_.find(key);
-  return found == subject_lanes_.end() || visit_lanes(found->second, hidden, visit);
 }
 
 template <typename Visit>

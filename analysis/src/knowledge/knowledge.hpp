@@ -86,10 +86,7 @@ class Knowledge {
   std::vector<Choice> choices(const Hidden& hidden, std::size_t enough, bool& is_unbounded) const;
 
   template <typename Visit>
-  bool visit_lanes(const std::vector<std::size_t>& lanes, const Hidden& hidden,
-                   const Visit& visit) const;
-  template <typename Visit>
-  bool visit_subject(std::uint64_t key, const Hidden& hidden, const Visit& visit) const;
+  void for_each_lane(const Hidden& hidden, const Visit& visit) const;
 
   MayBeOn may_be_on_;
   std::size_t most_gaps_;

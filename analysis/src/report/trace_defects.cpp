@@ -21,7 +21,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 41> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 40> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",

@@ -134,7 +134,8 @@ void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
                      Claims<const Move*>& claims) {
   const Scope of_process{.host = scope.host, .process = scope.process};
   const auto run = hidden(EventKind::run_start, scope);
-  if (moves.exist_of(callback)) claims.needs({run});
+  const bool is_any_lost = context.known.knowledge().gap({&run, 1}) != nullptr;
+  if (is_any_lost && moves.exist_of(callback)) claims.needs({run});
   const auto& process = context.model.processes[at(callback.process)];
   // One that `run_end` counts and nobody saw may be announced for it.
   if (process.run_end) claims.needs({run, hidden(EventKind::announcement, of_process)});

@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t kMaxLosses = 100'000;
 // Of a live system every loss is looked at again and again.
 constexpr std::size_t kMaxLiveLosses = 1'000;
-// Of which the kernel's have half, so that they leave room for those in user space.
 }  // namespace
 
 void LossLog::add(Loss loss) {
@@ -31,6 +30,7 @@ std::size_t LossLog::list(const Loss& loss) {
   auto& losses = model_.losses;
   const bool is_kernel = loss.domain == Domain::kernel;
   const auto limit = is_live_ ? kMaxLiveLosses : kMaxLosses;
+  // The kernel's leave room for those in user space.
   const bool is_full = is_kernel ? kernel_losses_ >= limit / 2 : losses.size() >= limit;
   if (is_full) {
     const auto [rest, is_first] = rest_.try_emplace(
