@@ -47,6 +47,7 @@ ExecutorState::~ExecutorState() {
   core_->end_spawned_threads();
   core_->drop_all_nodes();
   core_->wait_until_idle();
+  server_->thread.wait_until_idle();  // whose thread would otherwise be the last to hold it
 }
 
 // --- membership -----------------------------------------------------------------------------------
