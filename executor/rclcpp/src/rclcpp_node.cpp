@@ -311,11 +311,11 @@ void RclcppNode::serve_new(const Contents& contents, Changes& changes) {
     return is_own ? as_internal(make_entity(subscription))
                   : as_callback(group, make_entity(subscription));
   });
-  const bool has_lifecycle = is_default && has_lifecycle_services(contents);
   serve_each(group, contents.services, changes, [&](const auto& service) {
     const std::string name = service->get_service_name();
     return is_of_node(name, kParameterServices) ||
-                   (has_lifecycle && is_of_node(name, kLifecycleServices))
+                   (is_default && is_of_node(name, kLifecycleServices) &&
+                    has_lifecycle_services(contents))
                ? as_internal(make_entity(service))
                : as_callback(group, make_entity(service));
   });
@@ -344,7 +344,8 @@ bool RclcppNode::is_of_node(std::string_view service,
          std::ranges::find(names, service.substr(name_.size() + 1)) != names.end();
 }
 
-// A node of the user's may have a service of one of these names.
+// A node of the user's may have a service of one of these names. Asked of services that have just come
+// alone: a LifecycleNode that ends frees what its services' names are in before the services.
 bool RclcppNode::has_lifecycle_services(const Contents& contents) const {
   const auto has = [&](std::string_view name) {
     return std::ranges::any_of(contents.services, [&](const auto& each) {

@@ -3,6 +3,7 @@
 #include "support/rclcpp/tests/spinning.hpp"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace lifecycle_msgs::srv {
@@ -88,6 +89,24 @@ TEST_F(LifetimesTest, NobodyKeepsTheHandleOfAServiceOfRclsStateMachine) {
   served->look();
   EXPECT_TRUE(serving->get_service_handle()->reader->notice.is_set());
   EXPECT_EQ(serving->get_service_handle().use_count(), owners);
+}
+
+// A LifecycleNode that is dropped while it is a member ends them, and is looked at meanwhile.
+TEST_F(LifetimesTest, NobodyAsksAServiceOfRclsStateMachineAgain) {
+  using lifecycle_msgs::srv::GetState;
+  const auto managed = node("managed");
+  std::vector<rclcpp::Service<GetState>::SharedPtr> services;
+  for (const auto* name : {"change_state", "get_state", "get_available_states",
+                           "get_available_transitions", "get_transition_graph"}) {
+    services.push_back(managed->create_service<GetState>(
+        std::string{"~/"} + name,
+        [](const GetState::Request::SharedPtr&, const GetState::Response::SharedPtr&) {}));
+  }
+  const auto served = serve(managed);
+  served->look();
+  for (const auto& each : services)
+    each->get_service_handle()->fini();
+  EXPECT_NO_THROW(served->look());
 }
 
 // With its owner's last handle an entity ends, whatever the executor knows of it then.

@@ -11,6 +11,9 @@
 struct rcl_service_t : rmw_double::OwnedReader {
   using OwnedReader::OwnedReader;
   std::function<void(const void* from, void* to)> copy{};
+  // As rcl_service_fini() does; rcl's state machine calls it for the services of a lifecycle node.
+  void fini() { has_ended = true; }
+  bool has_ended = false;
 };
 
 rcl_ret_t rcl_take_request_with_info(const rcl_service_t* service, rmw_service_info_t* info,

@@ -18,6 +18,7 @@ class ClientBase : public ServiceEnd<rcl_client_t> {
     handle_->gid = gid_;
     listen("response " + name);  // those for others, too
   }
+  const char* get_service_name() const { return name_.c_str(); }
   QoS get_response_subscription_actual_qos() const { return QoS{reader_->qos()}; }
   void set_on_new_response_callback(const std::function<void(std::size_t)>& callback) {
     on_new_.set(*reader_, callback);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -32,7 +33,6 @@ class ServiceEnd {
     on_new_.clear(*reader_);
 #endif
   }
-  const char* get_service_name() const { return name_.c_str(); }
   std::shared_ptr<rmw_request_id_t> create_request_header() {
     return std::make_shared<rmw_request_id_t>();
   }
@@ -56,6 +56,11 @@ class ServiceBase : public ServiceEnd<rcl_service_t> {
   ServiceBase(const std::string& name, const rmw_qos_profile_t& profile)
       : ServiceEnd(name, profile) {
     listen("request " + name);
+  }
+  // rcl's handle has it: rclcpp reads what has been freed where this throws.
+  const char* get_service_name() const {
+    if (handle_->has_ended) throw std::logic_error{"the name of a service that has ended"};
+    return name_.c_str();
   }
   QoS get_request_subscription_actual_qos() const { return QoS{reader_->qos()}; }
   void set_on_new_request_callback(const std::function<void(std::size_t)>& callback) {
