@@ -63,4 +63,9 @@ struct Hidden {
   bool is_unnumbered = false;
 };
 
+inline Hidden hidden(EventKinds kinds, const Scope& scope, Timestamp from = kEarliest,
+                     Timestamp to = kLatest) {
+  return {.kinds = kinds, .scope = scope, .window = {.from = from, .to = to}};
+}
+
 }  // namespace cie::analysis

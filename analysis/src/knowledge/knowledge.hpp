@@ -47,6 +47,7 @@ class Knowledge {
   // proven that not all are hidden. Never null where an execution that hides them is consistent with the recording; where one is
   // not, it may still name a gap. Valid until the next add().
   const Gap* gap(std::span<const Hidden> all) const;
+  const Gap* gap(const Hidden& one) const { return gap({&one, 1}); }
 
   // The CPUs of the gaps that may hide it; an empty one: of a gap that may be any CPU's.
   std::vector<std::optional<std::int32_t>> cpus(const Hidden& hidden) const;

@@ -12,7 +12,7 @@ const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timesta
   const Hidden any{.kinds = kinds_of(Domain::user),
                    .scope = {.host = host},
                    .window = {.from = begin, .to = end}};
-  return model.gaps.gap({&any, 1});
+  return model.gaps.gap(any);
 }
 
 Gap gap_of(const Loss& loss, std::size_t place) {

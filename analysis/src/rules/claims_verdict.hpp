@@ -13,8 +13,8 @@ namespace cie::analysis {
 
 // `shows(witness)`: its events, as a list of Evidence.
 template <typename Witness, typename Shows>
-void tell(const Claims<Witness>& claims, const RecordedKnowledge& known, const Shows& shows,
-          Judgement& judgement) {
+void weigh(const Claims<Witness>& claims, const RecordedKnowledge& known, const Shows& shows,
+           Judgement& judgement) {
   judgement.check(claims.count());
   const bool is_proven = claims.verdict() == Verdict::fail;
   for (const auto& reason : claims.reasons())

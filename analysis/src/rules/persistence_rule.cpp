@@ -44,11 +44,6 @@ std::vector<Evidence> witnesses_of(const RuleContext& context, const CallbackFac
   return witnesses;
 }
 
-Hidden hidden(EventKinds kinds, const Scope& scope, Timestamp from = kEarliest,
-              Timestamp to = kLatest) {
-  return {.kinds = kinds, .scope = scope, .window = {.from = from, .to = to}};
-}
-
 // Up to the nanosecond before it.
 Timestamp before(Timestamp time) { return time - Duration{1}; }
 
@@ -102,8 +97,8 @@ void claim_registered_move(const RuleContext& context, const Scope& scope,
   const auto left = move.last_on_from.time;
   claims.needs({hidden(EventKind::registration, scope, init.time, init.time)});
   if (!is_ros2_only(context.model.processes[at(*scope.process)])) {
-    claims.needs({hidden(EventKind::process_begin, {.host = scope.host, .process = scope.process},
-                         left, init.time)});
+    claims.needs({hidden(EventKind::process_begin, context.known.scope_of(*scope.process), left,
+                         init.time)});
   }
   if (to.begin < init.time) {
     auto run = scope;
@@ -121,7 +116,7 @@ void claim_first_thread(const RuleContext& context, const CallbackFacts& callbac
   if (!callback.is_accounted || callback.starts.first.value_or(0) <= promised) return;
   const auto begin = process.first_moment == RunMoment::start ? process.run_begin->time : kEarliest;
   const auto first = callback.starts.first_at.time;
-  const Scope of_process{.host = scope.host, .process = scope.process};
+  const auto of_process = context.known.scope_of(*scope.process);
   claims.needs({hidden(EventKind::announcement, of_process, begin, first),
                 hidden(EventKind::run_start, scope, begin, first),
                 hidden(EventKind::run_end, scope, begin, first)});
@@ -132,9 +127,9 @@ void claim_first_thread(const RuleContext& context, const CallbackFacts& callbac
 void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
                      const CallbackFacts& callback, const Scope& scope,
                      Claims<const Move*>& claims) {
-  const Scope of_process{.host = scope.host, .process = scope.process};
+  const auto of_process = context.known.scope_of(*scope.process);
   const auto run = hidden(EventKind::run_start, scope);
-  const bool is_any_lost = context.known.knowledge().gap({&run, 1}) != nullptr;
+  const bool is_any_lost = context.known.knowledge().gap(run) != nullptr;
   if (is_any_lost && moves.exist_of(callback)) claims.needs({run});
   const auto& process = context.model.processes[at(callback.process)];
   // One that `run_end` counts and nobody saw may be announced for it.
@@ -171,7 +166,7 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         auto claims = claim_moves(context, index);
         claims.checked(callback.starts.count);
         claim_lost_runs(context, moves, callback, context.known.scope_of(index), claims);
-        tell(
+        weigh(
             claims, context.known,
             [&](const Move* move) { return witnesses_of(context, callback, *move); }, judgement);
       });

@@ -23,8 +23,6 @@ void for_each_index(const Subjects& subjects, const auto& visit) {
     visit(Index{static_cast<std::uint32_t>(i)});
 }
 
-Scope of_process(ProcessIndex process) { return {.process = process}; }
-
 }  // namespace
 
 RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& lives,
@@ -47,9 +45,9 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
                                 [&](CallbackIndex index) { expect_registration(index); });
   for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
     add_exits(index, lives, holes);
-    if (auto hidden = unseen.unseen_on(index)) {
+    if (auto unseen_here = unseen.unseen_on(index)) {
       add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
-          GapCause::unseen_entities, *std::move(hidden));
+          GapCause::unseen_entities, *std::move(unseen_here));
     }
   });
   for_each_index<CallbackIndex>(model.callbacks, [&](CallbackIndex index) {
@@ -59,14 +57,20 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
   });
 }
 
+Scope RecordedKnowledge::scope_of(ProcessIndex process) const {
+  return {.host = model_.processes[at(process)].host, .process = process};
+}
+
 Scope RecordedKnowledge::scope_of(CallbackIndex callback) const {
-  const auto process = model_.callbacks[at(callback)].process;
-  return {.host = model_.processes[at(process)].host, .process = process, .callback = callback};
+  auto scope = scope_of(model_.callbacks[at(callback)].process);
+  scope.callback = callback;
+  return scope;
 }
 
 Scope RecordedKnowledge::scope_of(ThreadIndex thread) const {
-  const auto process = model_.threads[at(thread)].process;
-  return {.host = model_.processes[at(process)].host, .process = process, .thread = thread};
+  auto scope = scope_of(model_.threads[at(thread)].process);
+  scope.thread = thread;
+  return scope;
 }
 
 Evidence RecordedKnowledge::evidence_of(const Reason& reason) const {
@@ -86,27 +90,23 @@ void RecordedKnowledge::add(const Scope& scope, EventKinds kinds, TimeWindow win
 }
 
 void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evidence reason) {
-  if (knowledge_.gap({&missing, 1}) != nullptr) return;
+  if (knowledge_.gap(missing) != nullptr) return;
   reason.note += ": other announcements may be missing, too";
-  add(of_process(process), kStateKinds, {}, GapCause::unaccounted, std::move(reason));
+  add(scope_of(process), kStateKinds, {}, GapCause::unaccounted, std::move(reason));
 }
 
 // Who is announced is counted by the end of a process. Without that, whoever ran or told of itself was announced.
 void RecordedKnowledge::expect_state(ProcessIndex index) {
   const auto& process = model_.processes[at(index)];
-  const Scope scope{.host = process.host, .process = index};
-  const auto hidden = [&scope](EventKind kind) {
-    return Hidden{.kinds = kind, .scope = scope, .window = {}};
-  };
+  const auto scope = scope_of(index);
   if (is_ros2_only(process)) return;
   if (!process.run_begin) {
-    expect(hidden(EventKind::process_begin), index,
+    expect(hidden(EventKind::process_begin, scope), index,
            without_event(process.first_seen.value_or(EventRef{}), "no run_begin was seen"));
   }
   if (auto unseen = proof_.unaccounted_threads(index))
-    expect(hidden(EventKind::announcement), index, *std::move(unseen));
-  if (proof_.are_all_announced(index))
-    knowledge_.discharge(EventKind::announcement, of_process(index), {});
+    expect(hidden(EventKind::announcement, scope), index, *std::move(unseen));
+  if (proof_.are_all_announced(index)) knowledge_.discharge(EventKind::announcement, scope, {});
 }
 
 // Before it ran at all. What ROS 2 made before its recording it never tells.
@@ -119,10 +119,7 @@ void RecordedKnowledge::expect_registration(CallbackIndex index) {
   const bool is_seen =
       callback.registered && (callback.may_repeat || callback.registered->time <= first);
   if (is_seen) return;
-  expect({.kinds = EventKind::registration,
-          .scope = scope_of(index),
-          .window = {.from = kEarliest, .to = first}},
-         callback.process,
+  expect(hidden(EventKind::registration, scope_of(index), kEarliest, first), callback.process,
          without_event(callback.ran_on.empty() ? first_sign(model_, callback)
                                                : callback.ran_on.front()->first_start,
                        "its callback_init was not seen"));
@@ -210,8 +207,7 @@ void RecordedKnowledge::prove_runs(CallbackIndex index) {
     knowledge_.discharge(EventKind::run_start, scope, {});
     return;
   }
-  const Hidden run{.kinds = EventKind::run_start, .scope = scope, .window = {}};
-  if (knowledge_.gap({&run, 1}) != nullptr) return;
+  if (knowledge_.gap(hidden(EventKind::run_start, scope)) != nullptr) return;
   add(scope, kRunKinds, {}, GapCause::unaccounted, *lost);
 }
 

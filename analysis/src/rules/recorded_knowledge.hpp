@@ -24,6 +24,7 @@ class RecordedKnowledge {
   // Why, in words.
   Evidence evidence_of(const Reason& reason) const;
 
+  Scope scope_of(ProcessIndex process) const;
   Scope scope_of(CallbackIndex callback) const;
   Scope scope_of(ThreadIndex thread) const;
 
