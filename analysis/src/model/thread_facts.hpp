@@ -373,9 +373,13 @@ struct alignas(64) ThreadFacts {
   Rare<std::pair<std::string, EventRef>> beside_own{};
 
   // M6: on-CPU time outside instances, from the first wait to the end; needs kernel events.
+  struct ForeignWork {
+    Duration seen{};
+    Duration span{};
+    bool is_whole = false;  // else there may be more of it
+  };
   std::optional<Timestamp> first_wait{};
-  std::optional<std::int64_t> foreign_ns{};
-  std::optional<std::int64_t> foreign_span_ns{};
+  Rare<ForeignWork> foreign{};
 
   std::optional<std::int64_t> busy_ns{};  // on-CPU time; empty: not known without a hole
   // First of its own events on a CPU of which the kernel recorded nothing at that time.

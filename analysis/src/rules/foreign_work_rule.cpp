@@ -196,40 +196,47 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
                              "it exits, and the end of its work was not seen"));
     return;
   }
-  const auto budget = *entry.foreign_work_budget_ns;
   const auto host = model.processes[at(thread.process)].host;
   // What was not recorded before the first wait that was seen may hide the first one.
   const auto loss = thread.first_wait
                         ? context.holes.since(host, work_begins(context, thread), end.time)
                         : context.kernel_record.loss(index);
-  if (loss) {
-    judgement.doubt(loss);
+  if (!thread.foreign || !thread.first_wait) {
+    judgement.doubt(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
     return;
   }
-  if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
-    judgement.doubt(without_event(end, why_unmeasured(model, thread)));
+  const auto& work = *thread.foreign;
+  const bool is_whole = work.is_whole && !loss;
+  if (is_whole && work.span == Duration{0}) return;  // it was over before the window
+  // To where the work was counted no event need stand.
+  const auto counted_to = *thread.first_wait + work.span;
+  // The longest time that it may be work of.
+  const auto earliest = work_begins(context, thread);
+  const auto begin =
+      context.holes.since(host, earliest, *thread.first_wait) ? earliest : *thread.first_wait;
+  const auto span = is_whole ? work.span : std::max(counted_to, end.time) - begin;
+  const auto budget = *entry.foreign_work_budget_ns;
+  // seen / span > budget / second, in whole nanoseconds.
+  const bool is_above =
+      static_cast<Int128>(work.seen.ns) * 1'000'000'000 > static_cast<Int128>(budget) * span.ns;
+  if (!is_whole && (!is_above || context.lives.may_be_another(index, counted_to))) {
+    judgement.doubt(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
     return;
   }
-  if (*thread.foreign_span_ns == 0) return;  // it was over before the window
   judgement.check();
   if (is_unread) {
     judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),
                               "nobody announced whose thread it is: it ran one callback"));
   }
-  // foreign / span > budget / second, in whole nanoseconds.
-  const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
-                        static_cast<Int128>(budget) * *thread.foreign_span_ns;
   if (!is_above) return;
   judgement.overrule(perhaps_in_callbacks(context, index));
   judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
                           "first wait: foreign work is counted from here"));
-  // To where the work was counted no event need stand.
-  const auto counted_to = *thread.first_wait + Duration{*thread.foreign_span_ns};
-  judgement.fail(
-      without_event(moment(counted_to, thread.tid),
-                    nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
-                        nanoseconds(*thread.foreign_span_ns) + "; " + place(context, entry.line) +
-                        " allows " + nanoseconds(budget) + " per second"));
+  judgement.fail(without_event(moment(counted_to, thread.tid),
+                               (is_whole ? "" : "at least ") + nanoseconds(work.seen) +
+                                   " on a CPU outside callbacks within " + nanoseconds(span) +
+                                   "; " + place(context, entry.line) + " allows " +
+                                   nanoseconds(budget) + " per second"));
 }
 
 bool asks_for_budgets(const SchedulingSpec* spec) {
@@ -299,8 +306,8 @@ const Rule kNoForeignWork{
         "instances, a callback started on it before it was seen to be announced or where another "
         "announcement may be lost, the context vtid is absent, it may have served what ROS 2's "
         "events do not show (M2), or (for the budget) there are no kernel events, their record has "
-        "a hole or begins after the thread, or read-backs or the end of the thread were lost, or no "
-        "callback was seen on it and no total tells that none ran.",
+        "a hole or begins after the thread and what they show is within the budget, or read-backs or the end of the "
+        "thread were lost, or no callback was seen on it and no total tells that none ran.",
     .remedy =
         "register the callback to the thread that runs it; move other work to a thread of its own "
         "(Executor::spawn_thread); record with --kernel.",

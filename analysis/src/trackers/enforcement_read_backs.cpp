@@ -80,8 +80,7 @@ void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
   }
   const bool is_configured = event.moment == SchedMoment::applied && thread.applied.size() == 1;
   if (is_configured) {  // what it did until then is none of its work
-    state.first_wait.reset();
-    thread.first_wait.reset();
+    forget_foreign_work(index);
   }
   compare_in_order(thread, state, read_back_of(head, event));
 }

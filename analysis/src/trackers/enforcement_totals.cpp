@@ -79,21 +79,17 @@ void EnforcementTracker::begin_window(Timestamp begin) {
     const auto before = std::exchange(state.busy_before, mark.total.execution);
     if (thread.busy_ns)
       *thread.busy_ns = is_over ? 0 : *thread.busy_ns - (state.busy_before - before).ns;
-    if (!state.first_wait || state.first_wait->time >= begin) continue;
-    state.first_wait.reset();
-    thread.first_wait.reset();
-    thread.foreign_ns.reset();
-    thread.foreign_span_ns.reset();
+    if (!state.foreign || state.foreign->begin >= begin) continue;
+    forget_foreign_work(index);
     if (const auto over = work_end_of(thread)) {  // what was totalled then is of before the window
       if (over->time > begin) continue;
       thread.first_wait = begin;
-      thread.foreign_ns = thread.foreign_span_ns = 0;
+      thread.foreign = ThreadFacts::ForeignWork{.is_whole = true};
       continue;
     }
     if (instances_.is_inside_unseen(index)) continue;  // until that instance has ended
-    state.first_wait = mark;
-    state.inside_before = instances_.inside_execution(index, host, begin);
-    thread.first_wait = begin;
+    begin_foreign_work(index,
+                       {.mark = mark, .inside = instances_.inside_execution(index, host, begin)});
   }
 }
 
@@ -149,22 +145,48 @@ bool EnforcementTracker::is_told_since(const ThreadFacts& thread, const OfThread
          thread.last_seen->time > state.record_end->mark.time;
 }
 
+void EnforcementTracker::begin_foreign_work(ThreadIndex index, const Reading& begin) {
+  threads_[index].foreign =
+      ForeignWork{.begin = begin.mark.time, .counted_to = begin, .seen = Duration{0}};
+  model_.threads[at(index)].first_wait = begin.mark.time;
+}
+
+void EnforcementTracker::forget_foreign_work(ThreadIndex index) {
+  threads_[index].foreign.reset();
+  auto& thread = model_.threads[at(index)];
+  thread.first_wait.reset();
+  thread.foreign.reset();
+}
+
+void EnforcementTracker::count_foreign_work(HostIndex host, ForeignWork& work,
+                                            const Reading& until) const {
+  const auto& from = work.counted_to;
+  const auto parts = ThreadTimeline::between(from.mark, until.mark);
+  if (parts && from.inside && until.inside &&
+      !timeline_.overlaps_hole(host, from.mark.time, until.mark.time)) {
+    work.seen += parts->execution - (*until.inside - *from.inside);
+  } else {
+    work.is_whole = false;
+  }
+  work.counted_to = until;
+}
+
 void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host,
                                             const Reading& reading) {
   auto& thread = model_.threads[at(index)];
-  thread.foreign_ns.reset();
-  thread.foreign_span_ns.reset();
+  thread.foreign.reset();
   const auto& state = threads_[index];
-  if (!state.first_wait || !thread.is_known_to_kernel) return;
+  if (!state.foreign || !thread.is_known_to_kernel) return;
   if (!model_.hosts[at(host)].has_switches) return;
   auto end = reading.mark.time;
-  const auto parts = ThreadTimeline::between(*state.first_wait, reading.mark);
-  if (!parts || !reading.inside || !state.inside_before) return;
-  if (!is_recorded(thread, state.first_wait->time, end)) return;
   if (thread.kernel_exit) end = std::min(end, thread.kernel_exit->time);
-  if (end < state.first_wait->time) return;
-  thread.foreign_ns = (parts->execution - (*reading.inside - *state.inside_before)).ns;
-  thread.foreign_span_ns = (end - state.first_wait->time).ns;
+  if (end < state.foreign->begin) return;
+  auto work = *state.foreign;
+  count_foreign_work(host, work, reading);
+  thread.foreign = ThreadFacts::ForeignWork{
+      .seen = work.seen,
+      .span = end - work.begin,
+      .is_whole = work.is_whole && is_recorded(thread, work.begin, reading.mark.time)};
 }
 
 std::optional<EnforcementTracker::Reading> EnforcementTracker::end_of(

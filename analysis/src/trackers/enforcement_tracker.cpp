@@ -209,11 +209,11 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
-      if (!state.first_wait && !thread.fini && !thread.kernel_exit && has_begun_work(thread) &&
-          !instances_.is_inside_unseen(*index)) {
-        state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
-        state.inside_before = instances_.inside_execution(*index, host, head.time);
-        thread.first_wait = head.time;
+      if (state.foreign) {
+        count_foreign_work(host, *state.foreign, reading(*index, host, head.time));
+      } else if (!thread.fini && !thread.kernel_exit && has_begun_work(thread) &&
+                 !instances_.is_inside_unseen(*index)) {
+        begin_foreign_work(*index, reading(*index, host, head.time));
       }
       if (thread.fini || is_dead) {  // its last switch-out, unless another follows
         prev.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;

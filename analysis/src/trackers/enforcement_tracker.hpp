@@ -87,6 +87,14 @@ class EnforcementTracker {
     ThreadTimeline::Mark mark;
     std::optional<Duration> inside;  // on-CPU time in instances
   };
+  // On-CPU time of a thread outside instances since its first wait, from wait to wait as far as the kernel's
+  // record is whole.
+  struct ForeignWork {
+    Timestamp begin;
+    Reading counted_to;
+    Duration seen;
+    bool is_whole = true;
+  };
   // A priority that a thread inherits through a mutex, as sched_pi_setprio tells.
   struct Inheritance {
     bool is_boosted = false;        // runs at such a priority
@@ -121,8 +129,7 @@ class EnforcementTracker {
     std::optional<bool> may_be_boosted_before;
     // Nothing has shown it at its own priority since the switch that its facts tell of.
     bool is_still_raised = false;
-    Rare<ThreadTimeline::Mark> first_wait;
-    std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
+    Rare<ForeignWork> foreign;
     // When the trace that told of it first ended, or a later one that told of it since.
     Rare<Reading> record_end;
     Duration busy_before;            // of earlier incarnations of its tid
@@ -214,6 +221,9 @@ class EnforcementTracker {
   // It spoke after the record of it had ended in one trace: another one tells of it, too.
   static bool is_told_since(const ThreadFacts& thread, const OfThread& state);
   Reading reading(ThreadIndex index, HostIndex host, Timestamp time);
+  void begin_foreign_work(ThreadIndex index, const Reading& begin);
+  void forget_foreign_work(ThreadIndex index);
+  void count_foreign_work(HostIndex host, ForeignWork& work, const Reading& until) const;
   void total_foreign_work(ThreadIndex index, HostIndex host, const Reading& end);
   // Busy time and foreign work of the threads that have not ended, until the record of them did, or now.
   void total(std::optional<Timestamp> now);

@@ -92,6 +92,16 @@ TEST(NoForeignWork, ComparesTimeOutsideCallbacksWithTheBudgetExactly) {
   EXPECT_EQ(Verified(kForeignTime).of("M6", "thread 101"), Verdict::pass) << "no budget";
 }
 
+// Whole up to the wait at 60: 3 ns and 10 ns.
+TEST(NoForeignWork, FailsByWhatWasSeenWholeBesideAHole) {
+  const auto trace = std::string(kForeignTime) + "\n68 discard kernel until=62 count=1";
+  const Verified above(trace, budget(129'999'999));
+  EXPECT_EQ(above.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_THAT(above.evidence("M6", "thread 101"),
+              HasSubstr("at least 13 ns on a CPU outside callbacks within 100 ns"));
+  EXPECT_EQ(Verified(trace, budget(130'000'000)).of("M6", "thread 101"), Verdict::inconclusive);
+}
+
 TEST(NoForeignWork, SaysOfAThreadThatNeverWaitsThatItDoesNot) {
   auto trace = std::string(kForeignTime);
   for (auto at = trace.find("state=1"); at != std::string::npos; at = trace.find("state=1"))
