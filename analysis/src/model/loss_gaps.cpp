@@ -15,6 +15,17 @@ const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timesta
   return model.gaps.gap(any);
 }
 
+Gap edge_of(const Model& model, StreamIndex index, TimeWindow window) {
+  const auto& stream = model.streams[at(index)];
+  return {.scope = {.host = stream.host},
+          .kinds = kinds_of(stream.domain),
+          .window = window,
+          .at_most = {},
+          .reason = {.cause = GapCause::stream_edge,
+                     .at = stream.begin.value_or(window.from),
+                     .about = static_cast<std::uint32_t>(index)}};
+}
+
 Gap gap_of(const Loss& loss, std::size_t place) {
   const bool is_counted = loss.kind == LossKind::discarded_events;
   return {

@@ -1,4 +1,4 @@
-// Losses as gaps of what is known.
+// Losses, and the edges of streams, as gaps of what is known.
 #pragma once
 
 #include "facts.hpp"
@@ -9,6 +9,9 @@ namespace cie::analysis {
 
 // `place`: in the model's losses.
 Gap gap_of(const Loss& loss, std::size_t place);
+
+// What a stream may lack outside of what it covers.
+Gap edge_of(const Model& model, StreamIndex stream, TimeWindow window);
 
 // The first gap of applications' events on a machine that overlaps the two, edges included; null: there is none.
 const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timestamp end);

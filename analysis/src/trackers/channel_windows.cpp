@@ -38,13 +38,7 @@ std::optional<Gap> ChannelWindows::wake(StreamIndex index) {
   if (facts == nullptr) return std::nullopt;
   std::optional<Gap> gap;
   if (state.counted_from && facts->begin && *state.counted_from < *facts->begin) {
-    gap = Gap{.scope = {.host = facts->host},
-              .kinds = kinds_of(facts->domain),
-              .window = {.from = *state.counted_from, .to = *facts->begin},
-              .at_most = {},
-              .reason = {.cause = GapCause::stream_edge,
-                         .at = *facts->begin,
-                         .about = static_cast<std::uint32_t>(index)}};
+    gap = edge_of(model_, index, {.from = *state.counted_from, .to = *facts->begin});
   }
   update(channels_[facts->channel]);
   return gap;

@@ -1,6 +1,7 @@
 #include "recording_tracker.hpp"
 
 #include "model/clock_differences.hpp"
+#include "model/loss_gaps.hpp"
 #include "model/stream_ends.hpp"
 #include "recorded_window.hpp"
 
@@ -221,18 +222,16 @@ bool RecordingTracker::is_outlasted(const ChannelWindows::Channel& channel) cons
   return false;
 }
 
-// A reader that does not know ahead what streams cover cannot leave any out.
+// A reader that does not know ahead what streams cover cannot leave any out: nothing of them counts.
 void RecordingTracker::set_apart(const ChannelWindows::Channel& channel) {
   for (const auto index : channel.streams) {
     auto& facts = model_.streams[index];
     facts.is_apart = facts.events > 0;
     if (!facts.is_apart) continue;
-    losses_.add(Loss{.kind = LossKind::discarded_packets,
-                     .domain = channel.domain,
-                     .host = channel.host,
-                     .begin = *channel.window.end,
-                     .end = *channel.window.begin,
-                     .note = facts.path});
+    model_.gaps.add(
+        edge_of(model_, StreamIndex{index}, {.from = kEarliest, .to = *channel.window.begin}));
+    model_.gaps.add(
+        edge_of(model_, StreamIndex{index}, {.from = *channel.window.end, .to = kLatest}));
   }
 }
 
