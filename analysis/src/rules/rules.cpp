@@ -143,23 +143,21 @@ const RulePage* find_rule_page(std::string_view id) {
 
 namespace {
 
-const Rule& find_rule(std::string_view id) { return *std::ranges::find(rules(), id, &Rule::id); }
+// What leaves a rule undecided that is not about the trace itself.
+void note_losses(const RuleVerdict& rule, Judgement& losses) {
+  for (const auto& subject : rule.subjects) {
+    if (subject.verdict != Verdict::inconclusive) continue;
+    for (const auto& item : subject.evidence)
+      if (item.is_user_loss) losses.doubt(item);
+  }
+}
 
 // T2: a loss costs what a rule is undecided by.
-void doubt_losses(VerdictReport& report) {
+void doubt_losses(VerdictReport& report, Judgement&& losses) {
   const auto no_loss = std::ranges::find(report.rules, kNoLoss.id, &RuleVerdict::id);
   const bool is_passed = no_loss != report.rules.end() && no_loss->verdict == Verdict::pass;
   if (!is_passed || no_loss->subjects.empty()) return;
-  Judgement losses(NamedSubject::trace());
   losses.check(no_loss->subjects.front().checked);
-  for (const auto& rule : report.rules) {
-    if (find_rule(rule.id).needs.is_about_trace) continue;
-    for (const auto& subject : rule.subjects) {
-      if (subject.verdict != Verdict::inconclusive) continue;
-      for (const auto& item : subject.evidence)
-        if (item.is_user_loss) losses.doubt(item);
-    }
-  }
   auto verdict = std::move(losses).finish();
   if (verdict->verdict == Verdict::pass) return;
   no_loss->verdict = verdict->verdict;
@@ -171,11 +169,13 @@ void doubt_losses(VerdictReport& report) {
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   const SharedDoubts doubts(context);
+  Judgement losses(NamedSubject::trace());
   for (const auto& rule : rules()) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;
     report.rules.push_back(judge(rule, context, doubts));
+    if (!rule.needs.is_about_trace) note_losses(report.rules.back(), losses);
   }
-  doubt_losses(report);
+  doubt_losses(report, std::move(losses));
   report.verdict = overall_verdict(report);
   return report;
 }
