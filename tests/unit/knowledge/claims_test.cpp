@@ -1,5 +1,7 @@
 #include "knowledge/claims.hpp"
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -64,6 +66,41 @@ TEST_F(OfClaims, DecidesNothingWhereWhatItNeedsMayBeHidden) {
   EXPECT_EQ(claims_.verdict(), Verdict::inconclusive);
   EXPECT_TRUE(claims_.witnesses().empty());
   EXPECT_EQ(claims_.reasons().at(0).at, Timestamp{10});
+}
+
+// The picture of viewer_export/docs/verdicts.md: between A, which ends at 20, and B, which starts at 40 on the
+// same tid, there is a gap from 25 to 35.
+class OfThePicture : public testing::Test {
+ protected:
+  static Hidden of_thread(EventKind kind, std::int64_t from, std::int64_t to) {
+    return hidden(kind, {.thread = ThreadIndex{0}}, Timestamp{from}, Timestamp{to});
+  }
+  Verdict verdict(std::optional<std::uint64_t> lost, bool is_each_thread_counted) {
+    Knowledge knowledge;
+    knowledge.add({.scope = {},
+                   .kinds = kStateKinds | kRunKinds,
+                   .window = {Timestamp{25}, Timestamp{35}},
+                   .at_most = lost});
+    if (is_each_thread_counted) knowledge.discharge(EventKind::announcement, {}, {});
+    Claims<std::string> claims{knowledge};
+    claims.checked(2);
+    claims.violation("A and B", {{of_thread(EventKind::thread_exit, 20, 40),
+                                  of_thread(EventKind::announcement, 20, 40)}});
+    return claims.verdict();
+  }
+};
+
+TEST_F(OfThePicture, AnotherThreadMayHaveTheTid) {
+  EXPECT_EQ(verdict({}, false), Verdict::inconclusive);
+  EXPECT_EQ(verdict(2, false), Verdict::inconclusive);
+}
+
+TEST_F(OfThePicture, OneLostEventIsNoExitAndNoAnnouncementBoth) {
+  EXPECT_EQ(verdict(1, false), Verdict::fail);
+}
+
+TEST_F(OfThePicture, NoThreadBeginsWhereAllAreCounted) {
+  EXPECT_EQ(verdict({}, true), Verdict::fail);
 }
 
 TEST(OfBoth, TheSecondKindOfEvidenceTakesNothingFromTheFirst) {
