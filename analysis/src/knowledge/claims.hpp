@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -34,8 +35,9 @@ class Claims {
 
   void checked(std::uint64_t count = 1) noexcept { checked_ += count; }
 
-  // Proven unless one of the excuses is possible.
-  void violation(Witness witness, std::span<const Conjunction> excuses = {}) {
+  // Proven unless one of the excuses is possible. `witness`: or a function that makes it, called where it is kept.
+  template <typename Shown>
+  void violation(Shown&& witness, std::span<const Conjunction> excuses = {}) {
     if (is_proven_ && witnesses_.size() == kMostShown) {
       return;
     }
@@ -54,11 +56,16 @@ class Claims {
       add(excuses_, possible->reason);
     }
     if (is_proven_ == (possible == nullptr) && witnesses_.size() < kMostShown) {
-      witnesses_.push_back(std::move(witness));
+      if constexpr (std::is_invocable_r_v<Witness, Shown>) {
+        witnesses_.push_back(witness());
+      } else {
+        witnesses_.push_back(std::forward<Shown>(witness));
+      }
     }
   }
-  void violation(Witness witness, std::initializer_list<Conjunction> excuses) {
-    violation(std::move(witness), std::span{excuses.begin(), excuses.size()});
+  template <typename Shown>
+  void violation(Shown&& witness, std::initializer_list<Conjunction> excuses) {
+    violation(std::forward<Shown>(witness), std::span{excuses.begin(), excuses.size()});
   }
 
   // Passes only if these are not all hidden: they would be, or would make, a violation.

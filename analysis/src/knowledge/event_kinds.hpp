@@ -73,6 +73,7 @@ inline constexpr EventKinds kStateKinds{EventKind::process_begin, EventKind::reg
                                         EventKind::announcement,  EventKind::applied,
                                         EventKind::audit,         EventKind::thread_exit,
                                         EventKind::callback_exit, EventKind::process_exit};
+inline constexpr EventKinds kReadBackKinds{EventKind::applied, EventKind::audit};
 inline constexpr EventKinds kRunKinds{EventKind::run_start, EventKind::run_end, EventKind::release,
                                       EventKind::publication, EventKind::lost_sample};
 inline constexpr EventKinds kKernelKinds{EventKind::context_switch, EventKind::wakeup,

@@ -38,12 +38,12 @@ bool are_periods_known(const CallbackFacts& facts) {
 // judge. Empty: not known.
 std::optional<bool> had_one_thread_at_a_time(const RuleContext& context, CallbackIndex index) {
   const auto& facts = context.model.callbacks[at(index)];
-  Judgement judgement(context.names.callback(index));
-  judgement.check();
+  Judgement judgement(context.names.callback(index), context.known);
+  judgement.checked();
   SignsOfLife signs(context);
   judge_threads_together(context, signs, facts, judgement);
-  const auto together = std::move(judgement).finish()->verdict;
-  const auto verdict = std::max(together, claim_moves(context, index).verdict());
+  claim_moves(context, index, judgement);
+  const auto verdict = std::move(judgement).finish()->verdict;
   return verdict == Verdict::inconclusive ? std::nullopt : std::optional(verdict == Verdict::pass);
 }
 

@@ -31,7 +31,7 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   const auto& proof = context.proof;
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.check(callback.starts.count);
+        judgement.checked(callback.starts.count);
         judgement.doubt(proof.gap(callback));
         if (!callback.is_accounted && callback.starts.count != 0) {
           judgement.doubt(evidence("callback_start", callback.starts.first_at,
@@ -39,8 +39,8 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
         }
       });
   // Threads and publishers are named only if their numbers jump.
-  const auto doubt = [&verdicts](NamedSubject subject, const std::optional<Evidence>& gap) {
-    Judgement judgement(std::move(subject));
+  const auto doubt = [&](NamedSubject subject, const std::optional<Evidence>& gap) {
+    Judgement judgement(std::move(subject), context.known);
     judgement.doubt(gap);
     conclude(std::move(judgement), verdicts);
   };
@@ -109,8 +109,8 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(names.process(index));
-    judgement.check(1 + proof.totals_compared(index));
+    Judgement judgement(names.process(index), context.known);
+    judgement.checked(1 + proof.totals_compared(index));
     const bool is_of_ros2 = process.is_from_ros2;
     if (!has_begun_here(process)) {
       const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
@@ -266,8 +266,9 @@ void judge_specified(const RuleContext& context, const Asked& asked,
                      const std::vector<CallbackIndex>& registered, Suggestions& suggestions,
                      std::vector<SubjectVerdict>& verdicts) {
   const auto& model = context.model;
-  const auto judge = [&](Judgement judgement, const CallbackFacts* callback) {
-    judgement.check();
+  const auto judge = [&](NamedSubject subject, const CallbackFacts* callback) {
+    Judgement judgement(std::move(subject), context.known);
+    judgement.checked();
     if (callback != nullptr && known_instances(model, *callback) > 0) {
       if (auto note = unapplied(context, *callback)) judgement.remark(*std::move(note));
       conclude(std::move(judgement), verdicts);
@@ -293,7 +294,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     conclude(std::move(judgement), verdicts);
   };
   if (registered.empty()) {
-    judge(Judgement(NamedSubject::without_row(SubjectKind::callback, asked.id)), nullptr);
+    judge(NamedSubject::without_row(SubjectKind::callback, asked.id), nullptr);
   }
   for (const auto index : registered) {
     const auto& callback = model.callbacks[at(index)];
@@ -305,7 +306,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     // Of one callback's lifetimes one that ran is enough: the others need not have.
     const bool has_run = known_instances(model, callback) > 0;
     if (!has_run && std::ranges::any_of(registered, is_excused_by)) continue;
-    judge(Judgement(context.names.callback(index)), &callback);
+    judge(context.names.callback(index), &callback);
   }
 }
 
@@ -388,8 +389,8 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
   Suggestions suggestions(std::move(all), std::move(without_entry));
   for (const auto& entry : spec.threads()) {
     if (entry.is_dds_thread) continue;
-    Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
-    judgement.check();
+    Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id), context.known);
+    judgement.checked();
     if (announced.contains(entry.id)) {
       conclude(std::move(judgement), verdicts);
       continue;

@@ -23,7 +23,7 @@ std::vector<SubjectVerdict> judge_callbacks(const RuleContext& context, const Ju
   std::vector<SubjectVerdict> verdicts;
   verdicts.reserve(context.callbacks.size());
   for (const auto index : context.callbacks) {
-    Judgement judgement(context.names.callback(index));
+    Judgement judgement(context.names.callback(index), context.known);
     judge(index, context.model.callbacks[at(index)], judgement);
     conclude(std::move(judgement), verdicts);
   }
@@ -45,7 +45,7 @@ std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judg
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < context.model.threads.size(); ++i) {
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(context.names.thread(index));
+    Judgement judgement(context.names.thread(index), context.known);
     judge(index, context.model.threads[i], judgement);
     conclude(std::move(judgement), verdicts);
   }
@@ -54,11 +54,13 @@ std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judg
 
 // Starts without the context vtid belong to no thread: a rule about threads would judge the others
 // alone, or none.
-inline void note_missing_vtid(const Model& model, std::vector<SubjectVerdict>& verdicts) {
+inline void note_missing_vtid(const RuleContext& context,
+                              std::vector<SubjectVerdict>& verdicts) {
   const auto found = std::ranges::find_if(
-      model.callbacks, [](const CallbackFacts& facts) { return facts.starts_without_tid != 0; });
-  if (found == model.callbacks.end()) return;
-  Judgement judgement(NamedSubject::trace());
+      context.model.callbacks,
+      [](const CallbackFacts& facts) { return facts.starts_without_tid != 0; });
+  if (found == context.model.callbacks.end()) return;
+  Judgement judgement(NamedSubject::trace(), context.known);
   judgement.doubt(evidence("vtid", found->starts.first_at,
                            "starts without the context vtid belong to no thread"));
   conclude(std::move(judgement), verdicts);
@@ -75,7 +77,7 @@ inline void note_runs_lost_whole(const RuleContext& context,
   for (std::size_t i = 0; i < context.model.processes.size(); ++i) {
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     if (judged.contains(index)) continue;
-    Judgement judgement(context.names.process(index));
+    Judgement judgement(context.names.process(index), context.known);
     judgement.doubt(context.losses.anywhere(index));
     conclude(std::move(judgement), verdicts);
   }

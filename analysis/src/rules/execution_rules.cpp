@@ -50,7 +50,7 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
   const auto& proof = context.proof;
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.check(callback.starts.count);
+        judgement.checked(callback.starts.count);
         judgement.overrule(proof.lost_runs(index));
         const auto& fini = callback.fini;
         // exit() while it runs: what it counted then is no total.
@@ -116,7 +116,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
   const auto& proof = context.proof;
   return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
                                       Judgement& judgement) {
-    judgement.check(callback.starts.count);
+    judgement.checked(callback.starts.count);
     judgement.overrule(proof.loss(index));
     judgement.doubt(context.hidden.on_thread_of(callback));
     if (callback.overlap) {
@@ -162,7 +162,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
                                              Judgement& judgement) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
     for (const auto* pair : thread.ran)
-      judgement.check(pair->starts);
+      judgement.checked(pair->starts);
     judgement.overrule(losses.on(index));
     if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
@@ -186,7 +186,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
       }
     }
   });
-  note_missing_vtid(context.model, verdicts);
+  note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;
 }

@@ -111,7 +111,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
   }
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
-    judgement.check(pair->starts);
+    judgement.checked(pair->starts);
     const auto found = ownership_of(context.model, announcements, thread, callback, *pair);
     if (found.ownership == Ownership::own) continue;
     if (found.ownership == Ownership::unknown) {
@@ -223,7 +223,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
     judgement.doubt(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
     return;
   }
-  judgement.check();
+  judgement.checked();
   if (is_unread) {
     judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),
                               "nobody announced whose thread it is: it ran one callback"));
@@ -284,7 +284,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
       }
     }
   });
-  note_missing_vtid(context.model, verdicts);
+  note_missing_vtid(context, verdicts);
   return verdicts;
 }
 

@@ -2,6 +2,8 @@
 
 #include <cie/analysis/namespaced_pid.hpp>
 
+#include "recorded_knowledge.hpp"
+
 #include <algorithm>
 #include <tuple>
 #include <utility>
@@ -45,6 +47,9 @@ Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left) {
   return evidence("callback_start", left.start, "seq " + std::to_string(left.seq) + by);
 }
 
+Judgement::Judgement(NamedSubject subject, const RecordedKnowledge& known)
+    : Claims(known.knowledge()), subject_(std::move(subject)), known_(&known) {}
+
 void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }
 
 void Judgement::doubt(Evidence reason) { append(doubts_, std::move(reason)); }
@@ -62,10 +67,17 @@ void Judgement::overrule(const std::optional<Evidence>& reason) {
 void Judgement::remark(Evidence note) { append(remarks_, std::move(note)); }
 
 std::optional<SubjectVerdict> Judgement::finish() && {
+  const bool is_proven = Claims::verdict() == Verdict::fail;
+  for (const auto& reason : reasons())
+    append(doubts_, known_->evidence_of(reason));
+  for (const auto& shown : Claims::witnesses()) {
+    for (const auto& item : shown)
+      append(is_proven ? witnesses_ : doubts_, item);
+  }
   SubjectVerdict verdict{.about = subject_.about,
                          .subject = std::move(subject_.name) + subject_.place,
                          .place = std::move(subject_.place),
-                         .checked = checked_,
+                         .checked = count(),
                          .evidence = {},
                          .ordinal = std::move(subject_.ordinal)};
   if (!overruling_.empty()) {
@@ -74,12 +86,12 @@ std::optional<SubjectVerdict> Judgement::finish() && {
     std::ranges::move(witnesses_, std::back_inserter(verdict.evidence));
   } else if (!witnesses_.empty()) {
     verdict.verdict = Verdict::fail;
-    verdict.checked = std::max<std::uint64_t>(checked_, 1);
+    verdict.checked = std::max<std::uint64_t>(count(), 1);
     verdict.evidence = std::move(witnesses_);
   } else if (!doubts_.empty()) {
     verdict.verdict = Verdict::inconclusive;
     verdict.evidence = std::move(doubts_);
-  } else if (checked_ != 0) {
+  } else if (count() != 0) {
     verdict.verdict = Verdict::pass;
     verdict.evidence = std::move(remarks_);
   } else {

@@ -1,11 +1,11 @@
-// One subject on its way to a verdict: a rule reports what it finds, and the weight of the findings
-// is the same everywhere.
+// One subject on its way to a verdict: what a rule claims of it, in words.
 #pragma once
 
 #include <cie/analysis/time.hpp>
 #include <cie/analysis/verdict.hpp>
 
 #include "base/text.hpp"
+#include "knowledge/claims.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 
@@ -52,14 +52,17 @@ inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
 // callback takes the request alone, to respond later, has such instances too: rclcpp tells no end then.
 Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left);
 
-class Judgement {
+class RecordedKnowledge;
+
+// Claims of which each violation shows some events. Rules that do not claim what they need report what is missing
+// themselves.
+class Judgement : public Claims<std::vector<Evidence>> {
  public:
-  static constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer
+  static constexpr std::size_t kMaxEvidence = kMostShown;  // a witness is complete with far fewer
 
-  explicit Judgement(NamedSubject subject) : subject_(std::move(subject)) {}
+  // `known` must outlive it.
+  Judgement(NamedSubject subject, const RecordedKnowledge& known);
 
-  // `count` more instances or events were judged.
-  void check(std::uint64_t count = 1) noexcept { checked_ += count; }
   // A witness of the violation, or one more event of it.
   void fail(Evidence witness);
   // The same of `make()`, which is only called where the verdict has a place for it.
@@ -67,7 +70,9 @@ class Judgement {
   void fail(const Make& make) {
     if (!is_full()) fail(make());
   }
-  bool has_witness() const noexcept { return !witnesses_.empty(); }
+  bool has_witness() const noexcept {
+    return !witnesses_.empty() || verdict() == Verdict::fail;
+  }
   // So many witnesses that another one is not kept, and no doubt is told.
   bool is_full() const noexcept { return witnesses_.size() >= kMaxEvidence; }
   // Something that is missing and without which the subject does not pass.
@@ -92,7 +97,7 @@ class Judgement {
 
  private:
   NamedSubject subject_;
-  std::uint64_t checked_ = 0;
+  const RecordedKnowledge* known_;
   std::vector<Evidence> witnesses_;
   std::vector<Evidence> overruling_;
   std::vector<Evidence> doubts_;

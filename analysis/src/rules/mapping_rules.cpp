@@ -64,7 +64,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         };
         const auto several = std::ranges::count_if(thread.ran, is_witness);
         for (const auto* pair : in_order(model, thread.ran)) {
-          judgement.check(pair->starts);
+          judgement.checked(pair->starts);
           if (thread.ran.size() > 1) judgement.doubt(perhaps_anothers(*pair));
           if (several > 1 && is_witness(pair))
             judgement.fail([&] { return started_here(model, *pair); });
@@ -84,7 +84,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         judgement.doubt(context.hidden.on(index));
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
       });
-  note_missing_vtid(context.model, verdicts);
+  note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;
 }
@@ -210,7 +210,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
   SignsOfLife signs(context);
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.check(callback.starts.count);
+        judgement.checked(callback.starts.count);
         judge_threads_together(context, signs, callback, judgement);
         if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
         judgement.doubt(proof.lost_runs(index));
@@ -236,7 +236,7 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       by_id[{at(callback.process), callback.logical_id}].push_back(index);
       continue;
     }
-    Judgement judgement(names.callback(index));
+    Judgement judgement(names.callback(index), context.known);
     judgement.doubt(without_event(first_sign(model, callback),
                                   std::string(why_unidentified(callback)) +
                                       ": its logical id, which another may have, is unknown"));
@@ -246,8 +246,8 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
     std::ranges::stable_sort(indices, {}, [&model](CallbackIndex index) {
       return model.callbacks[at(index)].registered->time;
     });
-    Judgement judgement(names.callback(indices.front()));
-    judgement.check(indices.size());
+    Judgement judgement(names.callback(indices.front()), context.known);
+    judgement.checked(indices.size());
     judgement.doubt(
         proof.unseen_callbacks(model.callbacks[at(indices.front())].process));  // of any id
     for (std::size_t i = 0; i + 1 < indices.size(); ++i) {

@@ -32,7 +32,7 @@ bool is_by_others(const RuleContext& context, const CallbackFacts& callback,
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
   const auto allowed = most_allowed(context, callback, &SpecEntry::overwrites_allowed);
   const auto [lost, overwritten, are_totals_seen, is_at_least] = queue_losses(context, callback);
-  judgement.check(std::max(callback.releases, callback.starts.count));
+  judgement.checked(std::max(callback.releases, callback.starts.count));
   const auto where = [&callback](const Rare<EventRef>& running) {
     return running ? *running : callback.fini->at;
   };
@@ -114,7 +114,7 @@ void accuse(const ChainExtreme& extreme, const std::string& finding, Judgement& 
 void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
                  const std::optional<ClockError>& error, Judgement& judgement) {
   if (!bound.limit) return;
-  judgement.check(bound.measured.count());
+  judgement.checked(bound.measured.count());
   if (!bound.max) {
     if (bound.needs == nullptr) return;
     judgement.doubt(
@@ -139,7 +139,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
                       const std::optional<ClockError>& error, Judgement& judgement) {
   if (!asked.path_latency_ns || chain.inexact == 0) return;
   const auto limit = *asked.path_latency_ns;
-  judgement.check(chain.inexact - chain.without_upper_bound);
+  judgement.checked(chain.inexact - chain.without_upper_bound);
   const auto& lower = chain.max_path_latency_lower;
   if (lower && judge_largest(lower->value, error, limit) == Verdict::fail) {
     accuse(*lower,
@@ -314,7 +314,8 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
     const auto found = chains.find(asked.name);
     const auto* chain = found == chains.end() ? nullptr : &model.chains[at(found->second)];
     Judgement judgement(chain == nullptr ? NamedSubject::without_row(SubjectKind::chain, asked.name)
-                                         : context.names.chain(found->second));
+                                         : context.names.chain(found->second),
+                        context.known);
     judgement.overrule(losses.on(asked));
     if (chain == nullptr || chain->instances == 0) {
       judgement.doubt(without_event(

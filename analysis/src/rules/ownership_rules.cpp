@@ -88,7 +88,7 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
   std::erase_if(callbacks, [&](CallbackIndex index) {
     return context.is_after_window(model.callbacks[at(index)]);
   });
-  judgement.check(callbacks.size());
+  judgement.checked(callbacks.size());
   const auto witness = [&](const std::string& note) {
     judgement.fail([&] {
       return evidence("group_init", group.first_seen,
@@ -166,7 +166,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     seen.insert({group.process, group.id});
     const auto threads = isolated.of(group);
     judged.insert(threads.begin(), threads.end());
-    Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}));
+    Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}), context.known);
     if (!threads.empty()) {
       judge_group(context, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
@@ -189,7 +189,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
       return group.process == index;
     };
     if (std::ranges::any_of(model.groups, is_its)) continue;
-    Judgement judgement(names.group(process, kNoGroup));
+    Judgement judgement(names.group(process, kNoGroup), context.known);
     judgement.doubt(reason);
     conclude(std::move(judgement), verdicts);
   }
@@ -199,7 +199,8 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (!is_isolated(thread) || (!thread.group && judged.contains(index))) continue;
     if (thread.group && !seen.insert({thread.process, *thread.group}).second) continue;
     Judgement judgement(thread.group ? names.group(thread.process, *thread.group)
-                                     : names.group_of(index));
+                                     : names.group_of(index),
+                        context.known);
     judgement.doubt(evidence("thread_init", *thread.announced,
                              "no announcement of the group of isolated thread " +
                                  std::to_string(thread.tid) + " was seen"));
@@ -218,7 +219,7 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
     judgement.doubt(context.losses.of_every_run(index));
     if (thread.ran.empty()) return;
     for (const auto* pair : thread.ran)
-      judgement.check(pair->starts);
+      judgement.checked(pair->starts);
     judgement.doubt(proof.unseen_callbacks(thread.process));
     if (thread.announced) {
       for (const auto* pair : thread.ran) {
@@ -250,7 +251,7 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
                                   " announced threads were seen; this one was not announced"));
     }
   });
-  note_missing_vtid(context.model, verdicts);
+  note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;
 }

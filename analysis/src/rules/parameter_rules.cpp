@@ -157,7 +157,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
     judge_former(context, index, *applied, own.fini->time, entry, judgement);
     return;
   }
-  judgement.check();
+  judgement.checked();
   auto started = started_otherwise(context, index, of, entry);
   if (!started.witnesses.empty()) {
     for (auto& witness : started.witnesses)
@@ -226,7 +226,7 @@ void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callba
     const auto index = pair->thread;
     const auto& thread = context.model.threads[at(index)];
     if (!is_of_other_role(thread) || !is_there_for_certain(context.model, *pair)) continue;
-    judgement.check();
+    judgement.checked();
     const auto elsewhere = evidence("callback_start", pair->first_start,
                                     callback.logical_id + " ran " + counted(pair->starts, "time") +
                                         " on " + thread_name(thread) + ", which is not its own");
@@ -310,7 +310,7 @@ void fail_unconfigured(const RuleContext& context, ThreadIndex index, const Call
                        const EventRef& first_start, std::uint64_t seq, const ReadBack& match,
                        Judgement& judgement) {
   const auto& proof = context.proof;
-  judgement.check();
+  judgement.checked();
   if (proof.may_hide_read_back(index, nullptr, &match)) judgement.overrule(proof.loss(index));
   // What ran under another announcement counts there, too.
   const bool is_counted = context.model.threads[at(index)].former.empty();
@@ -372,12 +372,12 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
   if (match == thread.applied.end()) {
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
                             is_as_specified(*thread.first_audit, entry.parameters) == true;
-    if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.check();
+    if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.checked();
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
   if (starts.first_at.time >= match->at.time) {
-    judgement.check();
+    judgement.checked();
   } else if (match->change != 0) {
     judge_changed(context, index, callback, starts.first_at, *match, entry, judgement);
   } else {

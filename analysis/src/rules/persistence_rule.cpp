@@ -1,6 +1,5 @@
 #include "persistence_rule.hpp"
 
-#include "claims_verdict.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "possible_moves.hpp"
@@ -63,7 +62,7 @@ std::vector<Conjunction> registered_between(const CallbackFacts& callback, const
 }
 
 void claim_move(const RuleContext& context, const CallbackFacts& callback, const Scope& scope,
-                const Move& move, Claims<const Move*>& claims) {
+                const Move& move, Judgement& judgement) {
   const auto& from = context.lives.of(move.from);
   const auto& to = context.lives.of(move.to);
   const auto left = context.known.scope_of(move.from);
@@ -71,15 +70,16 @@ void claim_move(const RuleContext& context, const CallbackFacts& callback, const
   switch (succession(context, move.from, move.to)) {
     case Succession::together:  // threads that live together are M3's concern
       if (is_ros2_only(context.model.processes[at(callback.process)])) {
-        claims.needs(
+        judgement.needs(
             {hidden(EventKind::thread_exit, left, move.last_on_from.time, before(to.begin))});
       }
       break;
     case Succession::successive:
-      claims.violation(&move, registered_between(callback, scope, move));
+      judgement.violation([&] { return witnesses_of(context, callback, move); },
+                          registered_between(callback, scope, move));
       break;
     case Succession::unknown:
-      claims.needs({hidden(EventKind::thread_exit, left, from.end, before(to.begin))});
+      judgement.needs({hidden(EventKind::thread_exit, left, from.end, before(to.begin))});
       break;
   }
 }
@@ -87,7 +87,7 @@ void claim_move(const RuleContext& context, const CallbackFacts& callback, const
 // What was seen as a registration may repeat one: where a run_begin that announces what there is was lost.
 // Before it the callback may have run on the other thread already.
 void claim_registered_move(const RuleContext& context, const Scope& scope,
-                           const RegisteredMove& registered, Claims<const Move*>& claims) {
+                           const RegisteredMove& registered, Judgement& judgement) {
   const auto& [move, init] = registered;
   const auto& lives = context.lives;
   const auto& to = lives.of(move.to);
@@ -95,29 +95,29 @@ void claim_registered_move(const RuleContext& context, const Scope& scope,
       succession(context, move.from, move.to) == Succession::together)
     return;
   const auto left = move.last_on_from.time;
-  claims.needs({hidden(EventKind::registration, scope, init.time, init.time)});
+  judgement.needs({hidden(EventKind::registration, scope, init.time, init.time)});
   if (!is_ros2_only(context.model.processes[at(*scope.process)])) {
-    claims.needs({hidden(EventKind::process_begin, context.known.scope_of(*scope.process), left,
+    judgement.needs({hidden(EventKind::process_begin, context.known.scope_of(*scope.process), left,
                          init.time)});
   }
   if (to.begin < init.time) {
     auto run = scope;
     run.thread = move.to;
-    claims.needs({hidden(EventKind::run_start, run, std::max(left, to.begin), before(init.time))});
+    judgement.needs({hidden(EventKind::run_start, run, std::max(left, to.begin), before(init.time))});
   }
 }
 
 // Instances came before the first that was seen, as its number tells. All that tells of a thread that ran them
 // may be hidden with them.
 void claim_first_thread(const RuleContext& context, const CallbackFacts& callback,
-                        const Scope& scope, Claims<const Move*>& claims) {
+                        const Scope& scope, Judgement& judgement) {
   const auto& process = context.model.processes[at(callback.process)];
   const auto promised = callback.registered ? callback.first_next_seq : 0;
   if (!callback.is_accounted || callback.starts.first.value_or(0) <= promised) return;
   const auto begin = process.first_moment == RunMoment::start ? process.run_begin->time : kEarliest;
   const auto first = callback.starts.first_at.time;
   const auto of_process = context.known.scope_of(*scope.process);
-  claims.needs({hidden(EventKind::announcement, of_process, begin, first),
+  judgement.needs({hidden(EventKind::announcement, of_process, begin, first),
                 hidden(EventKind::run_start, scope, begin, first),
                 hidden(EventKind::run_end, scope, begin, first)});
 }
@@ -126,33 +126,33 @@ void claim_first_thread(const RuleContext& context, const CallbackFacts& callbac
 // the tid of one of its own.
 void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
                      const CallbackFacts& callback, const Scope& scope,
-                     Claims<const Move*>& claims) {
+                     Judgement& judgement) {
   const auto of_process = context.known.scope_of(*scope.process);
   const auto run = hidden(EventKind::run_start, scope);
   const bool is_any_lost = context.known.knowledge().gap(run) != nullptr;
-  if (is_any_lost && moves.exist_of(callback)) claims.needs({run});
+  if (is_any_lost && moves.exist_of(callback)) judgement.needs({run});
   const auto& process = context.model.processes[at(callback.process)];
   // One that `run_end` counts and nobody saw may be announced for it.
-  if (process.run_end) claims.needs({run, hidden(EventKind::announcement, of_process)});
-  claim_first_thread(context, callback, scope, claims);
+  if (process.run_end) judgement.needs({run, hidden(EventKind::announcement, of_process)});
+  claim_first_thread(context, callback, scope, judgement);
   // A client may be among what was lost, whose responses no event of ROS 2 shows.
-  if (process.is_from_ros2) claims.needs({hidden(EventKind::registration, of_process)});
+  if (process.is_from_ros2) judgement.needs({hidden(EventKind::registration, of_process)});
   for (const auto* pair : callback.ran_on) {
     const auto& thread = thread_of(context.model, pair->thread);
     const auto own = context.known.scope_of(pair->thread);
     auto unseen = hidden(EventKind::run_start, own);
     unseen.is_unnumbered = true;
     if (process.is_from_ros2 || !callback.is_accounted)
-      claims.needs({hidden(EventKind::registration, own), unseen});
+      judgement.needs({hidden(EventKind::registration, own), unseen});
     // A tid is presumed not to be given anew where the thread told its end.
     if (process.run_end && !thread.fini && pair->starts > 1) {
-      claims.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,
+      judgement.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,
                            before(pair->last_activity.time))});
     }
     if (thread.fini && pair->last_activity.time > thread.fini->time) {
       auto run_there = scope;
       run_there.thread = pair->thread;
-      claims.needs(
+      judgement.needs(
           {hidden(EventKind::run_start, run_there, thread.fini->time, pair->last_activity.time)});
     }
   }
@@ -163,30 +163,25 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.ran_on.empty()) return;
-        auto claims = claim_moves(context, index);
-        claims.checked(callback.starts.count);
-        claim_lost_runs(context, moves, callback, context.known.scope_of(index), claims);
-        weigh(
-            claims, context.known,
-            [&](const Move* move) { return witnesses_of(context, callback, *move); }, judgement);
+        judgement.checked(callback.starts.count);
+        claim_moves(context, index, judgement);
+        claim_lost_runs(context, moves, callback, context.known.scope_of(index), judgement);
       });
-  note_missing_vtid(context.model, verdicts);
+  note_missing_vtid(context, verdicts);
   return verdicts;
 }
 
 }  // namespace
 
-Claims<const Move*> claim_moves(const RuleContext& context, CallbackIndex index) {
+void claim_moves(const RuleContext& context, CallbackIndex index, Judgement& judgement) {
   const auto& callback = context.model.callbacks[at(index)];
   const auto scope = context.known.scope_of(index);
-  Claims<const Move*> claims(context.known.knowledge());
   for (const auto& move : callback.moves)
-    claim_move(context, callback, scope, move, claims);
+    claim_move(context, callback, scope, move, judgement);
   if (callback.registered_moves) {
     for (const auto& move : *callback.registered_moves)
-      claim_registered_move(context, scope, move, claims);
+      claim_registered_move(context, scope, move, judgement);
   }
-  return claims;
 }
 
 const Rule kMappingPersistent{

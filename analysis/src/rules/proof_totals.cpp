@@ -254,7 +254,7 @@ std::optional<Evidence> Proof::unaccounted_threads(ProcessIndex process) const {
 
 bool Proof::are_all_announced(ProcessIndex process) const {
   const auto& run_end = model_.processes[at(process)].run_end;
-  return run_end && has_begun_in_trace(process) && run_end->threads <= threads_announced(process);
+  return run_end && run_end->threads <= threads_announced(process);
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {

@@ -127,7 +127,7 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
         judgement.overrule(loss);
         judgement.doubt(inexact_releases(callback));
         judgement.doubt(calculated_releases(callback));
-        if (callback.min_inter_arrival) judgement.check(callback.instances);
+        if (callback.min_inter_arrival) judgement.checked(callback.instances);
         if (hung != nullptr) {
           const auto seq = "seq " + std::to_string(hung->seq);
           judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
@@ -179,7 +179,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
     }));
     if (!callback.kind) return;
     const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
-    judgement.check(callback.starts.count);
+    judgement.checked(callback.starts.count);
     const auto lost = context.proof.lost_runs(index);
     judgement.doubt(lost);
     judgement.doubt(calculated_releases(callback));
@@ -213,7 +213,7 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     if (!min && !max) return;
     // Before an instance that never ended, too.
     const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
-    judgement.check(std::max(callback.inter_arrival.count(), judged));
+    judgement.checked(std::max(callback.inter_arrival.count(), judged));
     judgement.overrule(loss);
     if (callback.instances >= 2) {
       judgement.doubt(inexact_releases(callback));

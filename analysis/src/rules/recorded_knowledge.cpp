@@ -45,6 +45,7 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
                                 [&](CallbackIndex index) { expect_registration(index); });
   for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
     add_exits(index, lives, holes);
+    prove_read_backs(index);
     if (auto unseen_here = unseen.unseen_on(index)) {
       add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
           GapCause::unseen_entities, *std::move(unseen_here));
@@ -196,6 +197,50 @@ void RecordedKnowledge::add_unordered_registrations(CallbackIndex index) {
   if (!callback.registered_moves) return;
   for (const auto& [move, init] : *callback.registered_moves)
     add_at(init, move);
+}
+
+std::vector<std::vector<Hidden>> RecordedKnowledge::read_backs(ThreadIndex thread, Timestamp from,
+                                                               Timestamp to) const {
+  const auto read = hidden(kReadBackKinds, scope_of(thread), from, to);
+  auto of_another_spin = read;
+  of_another_spin.is_unnumbered = true;
+  return {{read}, {hidden(EventKind::announcement, scope_of(thread), from, to), of_another_spin}};
+}
+
+// Numbers go on from one read-back to the next, and `thread_fini` has their total.
+void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  const auto& numbers = thread.read_backs;
+  const auto scope = scope_of(index);
+  const auto prove = [&](Timestamp from, Timestamp to) {
+    knowledge_.discharge(kReadBackKinds, scope, {.from = from, .to = to});
+  };
+  const auto& lost = proof_.loss(index);
+  if (thread.spins > 1) {  // numbers of several spins prove nothing but together
+    if (!lost) prove(kEarliest, kLatest);
+  } else if (numbers.count != 0) {
+    const auto first = numbers.first_at.time;
+    const auto last = numbers.last_at.time;
+    if (*numbers.first == 0) {
+      prove(kEarliest, first);
+    } else if (process.first_moment == RunMoment::announce && thread.announced &&
+               thread.announcements_at_init <= 1 && process.first_seen &&
+               process.first_seen->time >= process.run_begin->time) {
+      prove(kEarliest, thread.announced->time);
+    }
+    const auto& gap = numbers.first_gap;
+    prove(first, gap ? gap->before.time : last);
+    if (gap && numbers.missing == gap->seen - gap->expected) prove(gap->after.time, last);
+    const auto known = *numbers.first + numbers.count + numbers.missing;
+    // Behind a window another read-back may tell of a gap that begins within it.
+    const auto next = gap ? std::max(gap->after.time, last) : last;
+    if (thread.fini && thread.fini_read_backs <= known) prove(next, kLatest);
+  } else if (thread.fini && thread.fini_read_backs == 0) {
+    prove(kEarliest, kLatest);
+  }
+  if (lost && knowledge_.gap(hidden(kReadBackKinds, scope)) == nullptr)
+    add(scope, kReadBackKinds, {}, GapCause::unaccounted, *lost);
 }
 
 // Numbers and totals tell which instances were lost, and between which others.

@@ -24,6 +24,11 @@ class RecordedKnowledge {
   // Why, in words.
   Evidence evidence_of(const Reason& reason) const;
 
+  // What would have to be hidden for a read-back of the thread to have come between the two: one of its spin, or of
+  // another spin, whose numbers begin anew.
+  std::vector<std::vector<Hidden>> read_backs(ThreadIndex thread, Timestamp from = kEarliest,
+                                              Timestamp to = kLatest) const;
+
   Scope scope_of(ProcessIndex process) const;
   Scope scope_of(CallbackIndex callback) const;
   Scope scope_of(ThreadIndex thread) const;
@@ -40,6 +45,7 @@ class RecordedKnowledge {
   void add_reused_identity(CallbackIndex callback);
   void add_unordered_registrations(CallbackIndex callback);
   void prove_runs(CallbackIndex callback);
+  void prove_read_backs(ThreadIndex thread);
 
   const Model& model_;
   const Proof& proof_;

@@ -40,7 +40,7 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
                                               fini->at.time < *window_end);
     const auto until = is_told_last ? fini->at.time : *window_end;
     const auto since = latest_release(open);
-    judgement.check();
+    judgement.checked();
     if ((until - since).ns <= deadline) {
       judgement.doubt(evidence("callback_start", open.start,
                                "seq " + std::to_string(open.seq) +
@@ -74,7 +74,7 @@ void judge_outlived(const RuleContext& context, const CallbackFacts& callback,
   const auto& window = context.options.window;
   if (window && (window->to - since).ns <= deadline) return;  // asked for up to there
   const auto seq = "seq " + std::to_string(open.seq);
-  judgement.check();
+  judgement.checked();
   if (outlived->doubt) {
     judgement.doubt(outlived->doubt);
     return;
@@ -170,7 +170,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         const auto* entry = spec_entry(context, callback);
         const bool is_specified = entry != nullptr && entry->response_deadline_ns;
         const auto origin = is_specified ? place(context, entry->line) : "callback_init";
-        judgement.check(callback.instances);
+        judgement.checked(callback.instances);
         judgement.doubt(loss);
         judgement.overrule(doubtful_ends(callback, loss));
         judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
@@ -212,7 +212,7 @@ void judge_unended_budget(const CallbackFacts& callback, bool is_lost, std::int6
   if (is_lost || !has_unended(callback)) return;
   for (const auto& open : callback.open) {
     if (!open.executed || open.executed->first.ns <= wcet) continue;
-    judgement.check();
+    judgement.checked();
     judgement.fail(evidence("callback_start", open.start,
                             "seq " + std::to_string(open.seq) + " starts, and never ends"));
     judgement.fail(
@@ -230,7 +230,7 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr || !entry->wcet_ns) return;
     const auto wcet = *entry->wcet_ns;
-    judgement.check(callback.instances);
+    judgement.checked(callback.instances);
     judgement.doubt(loss);
     judgement.overrule(doubtful_ends(callback, loss));
     const auto& longest = callback.max_execution;

@@ -171,8 +171,8 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   const auto& after = model.callbacks[at(life.index)];
   std::vector<SubjectVerdict> compared;
   for (const auto index : before) {
-    Judgement judgement(context.names.callback(life.index));
-    judgement.check();
+    Judgement judgement(context.names.callback(life.index), context.known);
+    judgement.checked();
     compare_properties(model.callbacks[at(index)], after, judgement);
     compare_parameters(context, index, life.index, judgement);
     judgement.doubt(unseen_lifetime(context, index, life));
@@ -189,8 +189,8 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
     verdicts.push_back(std::move(compared.front()));
     return;
   }
-  Judgement judgement(context.names.callback(life.index));
-  judgement.check();
+  Judgement judgement(context.names.callback(life.index), context.known);
+  judgement.checked();
   judgement.doubt(
       registered_as(after, cie::counted(before.size(), "lifetime") +
                                " of this callback lived at the same time before, and differ: which "
@@ -311,7 +311,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       constexpr Timestamp kEver{std::numeric_limits<std::int64_t>::min()};
       const auto* const earlier = i == 0 ? unknown_lives.between(kEver, lives[i].begin) : nullptr;
       if (earlier != nullptr) {
-        Judgement judgement(names.callback(lives[i].index));
+        Judgement judgement(names.callback(lives[i].index), context.known);
         judgement.doubt(
             without_event(moment(earlier->end),
                           "a callback whose logical id is unknown ended here: it may have "
@@ -322,7 +322,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto ended = last_end(context, before);
       const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
       if (between != nullptr) {
-        Judgement judgement(names.callback(lives[i].index));
+        Judgement judgement(names.callback(lives[i].index), context.known);
         judgement.doubt(
             without_event(first_sign(model, model.callbacks[at(between->index)]),
                           "a callback whose logical id is unknown lived between this "
@@ -333,7 +333,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       }
       const auto& after = model.callbacks[at(lives[i].index)];
       if (may_follow_unseen(after, lives[i], ends_told)) {
-        Judgement judgement(names.callback(lives[i].index));
+        Judgement judgement(names.callback(lives[i].index), context.known);
         judgement.doubt(registered_as(after,
                                       "it was announced after the callback that had this id before "
                                       "ended: whether this is its next lifetime is unknown"));
@@ -341,7 +341,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
-        Judgement judgement(names.callback(lives[i].index));
+        Judgement judgement(names.callback(lives[i].index), context.known);
         judgement.doubt(
             without_event(last_sign(*open),
                           "the end of the callback that had this id before was not seen: "
@@ -353,7 +353,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   for (const auto& life : unknown) {
     const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
-    Judgement judgement(names.callback(life.index));
+    Judgement judgement(names.callback(life.index), context.known);
     judgement.doubt(without_event(first_sign(model, model.callbacks[at(life.index)]),
                                   "its logical id is unknown, so it cannot be compared with the "
                                   "callbacks of the process before"));

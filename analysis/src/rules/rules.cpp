@@ -157,7 +157,7 @@ void doubt_losses(VerdictReport& report, Judgement&& losses) {
   const auto no_loss = std::ranges::find(report.rules, kNoLoss.id, &RuleVerdict::id);
   const bool is_passed = no_loss != report.rules.end() && no_loss->verdict == Verdict::pass;
   if (!is_passed || no_loss->subjects.empty()) return;
-  losses.check(no_loss->subjects.front().checked);
+  losses.checked(no_loss->subjects.front().checked);
   auto verdict = std::move(losses).finish();
   if (verdict->verdict == Verdict::pass) return;
   no_loss->verdict = verdict->verdict;
@@ -169,7 +169,7 @@ void doubt_losses(VerdictReport& report, Judgement&& losses) {
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   const SharedDoubts doubts(context);
-  Judgement losses(NamedSubject::trace());
+  Judgement losses(NamedSubject::trace(), context.known);
   for (const auto& rule : rules()) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;
     report.rules.push_back(judge(rule, context, doubts));

@@ -205,7 +205,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   judgement.doubt(context.kernel_record.loss(index));
   judgement.doubt(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
-  judgement.check();
+  judgement.checked();
   const auto& last = thread.scheduled.back();
   if (const auto other = context.lives.may_be_another(index, last.first.at.time)) {
     judgement.doubt(other);
@@ -296,7 +296,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   if (is_unseen(thread, begin, judgement)) return;
   const auto* entry = sole_entry(context, thread);
   const auto kept = reference_of(thread, entry);
-  judgement.check();
+  judgement.checked();
   const auto later = std::next(kept);
   const auto& judged = later == thread.scheduled.end() ? *kept : *later;
   judgement.overrule(context.lives.may_be_another(index, judged.first.at.time));
@@ -349,7 +349,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
     if (!entry->parameters.policy) judge_own_cpus(context, thread, *entry, {}, judgement);
     return;
   }
-  judgement.check();
+  judgement.checked();
   if (context.kernel_record.loss(index)) judgement.doubt(context.losses.on(index));
   judgement.remark(evidence(
       "sampled", begin,
@@ -411,7 +411,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   judgement.overrule(context.user_losses.between(callback.process, Timestamp{}, start));
   judgement.overrule(lost_before(context, first->thread, start));
   if (match->first.at.time <= start) {
-    judgement.check();
+    judgement.checked();
     return;
   }
   const auto before = std::find_if(
@@ -422,7 +422,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
                              "was before the first instance is unknown"));
     return;
   }
-  judgement.check();
+  judgement.checked();
   const bool is_raised = before->first.prio < match->first.prio;
   if (is_raised) overrule_inherited(context, first->thread, *before, judgement);
   judgement.fail(

@@ -13,7 +13,8 @@ namespace cie::analysis {
 namespace {
 
 // Rules that judge instances have no subject at all when no start was recorded.
-std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model) {
+std::optional<SubjectVerdict> absent_starts(const Rule& rule, const RuleContext& context) {
+  const auto& model = context.model;
   if (!rule.needs.instances || model.events.by_name.contains("callback_start")) {
     return std::nullopt;
   }
@@ -23,7 +24,7 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
            (callback.fini && callback.fini->started != 0);
   });
   if (has_run == callbacks.end()) return std::nullopt;
-  Judgement judgement(NamedSubject::trace());
+  Judgement judgement(NamedSubject::trace(), context.known);
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
   judgement.doubt(without_event(moment(model.begin),
@@ -38,7 +39,7 @@ void doubt_events_without_pid(const Rule& rule, const RuleContext& context,
   const auto without = context.model.events.cie_without_pid;
   const bool is_judged = context.options.spec != nullptr || !rule.needs.spec;
   if (without == 0 || !rule.needs.instances || !is_judged) return;
-  Judgement judgement(NamedSubject::trace());
+  Judgement judgement(NamedSubject::trace(), context.known);
   judgement.doubt(
       without_event(moment(context.model.begin),
                     counted(without, "event") + " without the context vpid belong to no process"));
@@ -189,7 +190,7 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
     return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
   });
   if (is_doubted) return;
-  Judgement judgement(NamedSubject::trace());
+  Judgement judgement(NamedSubject::trace(), context.known);
   judgement.doubt(doubt);
   conclude(std::move(judgement), subjects);
 }
@@ -236,7 +237,7 @@ SharedDoubts::SharedDoubts(const RuleContext& context)
 
 void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects) const {
   if (subjects.empty()) {
-    if (auto absent = absent_starts(rule, context_.model)) subjects.push_back(*absent);
+    if (auto absent = absent_starts(rule, context_)) subjects.push_back(*absent);
   }
   doubt_events_without_pid(rule, context_, subjects);
   doubt_shared_pids(rule, context_.model, shared_, subjects);

@@ -71,35 +71,37 @@ void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   judgement.remark(by_read_back(at, note));
 }
 
-// What differs from what was applied. It is a witness by itself, unless other parameters may have been
-// applied meanwhile. `before`: the read-back that shows it; null: the kernel does.
-void judge_mismatch(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
-                    const ReadBack* before, Evidence later, Judgement& judgement) {
-  const auto& loss = context.proof.loss(index);
+// What differs from what was applied: unless other parameters may have been applied meanwhile; or before, where the
+// first audit of an attached process stands for that.
+void claim_mismatch(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
+                    const Evidence& later, Timestamp until, Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
-  auto first = evidence("thread_sched", applied.at,
-                        "applied: " + describe(applied) + whose(context.model, thread));
-  if (loss && context.proof.may_hide_read_back(index, &applied, before)) {
-    judgement.doubt(loss);
-    judgement.doubt(std::move(first));
-    judgement.doubt(std::move(later));
-    return;
-  }
-  judgement.fail(std::move(first));
-  judgement.fail(std::move(later));
+  const auto since = thread.applied.empty() ? kEarliest : applied.at.time;
+  judgement.violation(
+      [&] {
+        return std::vector{
+            evidence("thread_sched", applied.at,
+                     "applied: " + describe(applied) + whose(context.model, thread)),
+            later};
+      },
+      context.known.read_backs(index, since, until));
+}
+
+// Any read-back may show other parameters.
+void need_read_backs(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  for (const auto& hidden : context.known.read_backs(index))
+    judgement.needs(hidden);
 }
 
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& model = context.model;
-  const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
-  judgement.check(thread.audits_checked + thread.switches_checked);
-  judgement.overrule(doubt_of_first_audit(context, index));
+  judgement.checked(thread.audits_checked + thread.switches_checked);
   if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
-    judge_mismatch(context, index, applied, &audit,
+    claim_mismatch(context, index, applied,
                    evidence("thread_sched", audit.at, "later read back: " + describe(audit)),
-                   judgement);
+                   audit.at.time, judgement);
   }
   const auto host = model.processes[at(thread.process)].host;
   auto hole = context.kernel_record.loss(index);
@@ -124,13 +126,12 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
       hole = gap;
       continue;
     }
-    judge_mismatch(context, index, applied, nullptr,
+    claim_mismatch(context, index, applied,
                    evidence("sched_switch", priority.at,
                             "the kernel schedules it with " + priority_text(priority.prio)),
-                   judgement);
+                   kLatest, judgement);
   }
-  judgement.doubt(proof.loss(index));
-  judgement.doubt(proof.lost_first_read_back(index));
+  need_read_backs(context, index, judgement);
   judgement.doubt(unended_change(model, thread));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
@@ -187,7 +188,6 @@ Evidence why_no_cpu_is_judged(const ThreadFacts& thread, const EventRef& begin) 
 
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
-  const auto& proof = context.proof;
   return judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                     Judgement& judgement) {
     if (!is_known(thread) && thread.ran.empty()) return;
@@ -195,24 +195,24 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
       judge_scheduled_cpus(context, index, judgement);
       return;
     }
-    judgement.check(thread.cpus_checked);
+    judgement.checked(thread.cpus_checked);
     std::optional<Evidence> other;
     if (thread.cpu_violation) {
       other = context.lives.may_be_another(index, thread.cpu_violation->second.time);
     }
     if (thread.cpu_violation && !other) {
       const auto& [mask, where] = *thread.cpu_violation;
-      if (proof.may_hide_read_back(index, &mask, nullptr)) {
-        judgement.overrule(proof.loss(index));
-      }
-      judgement.fail(evidence("thread_sched", mask.at,
-                              "last read back: " + describe(mask) + whose(model, thread)));
-      judgement.fail(evidence(
-          "cpu", where,
-          "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
+      judgement.violation(
+          [&, &mask = mask, &where = where] {
+            return std::vector{evidence("thread_sched", mask.at,
+                                        "last read back: " + describe(mask) + whose(model, thread)),
+                               evidence("cpu", where,
+                                        "ran on CPU " + std::to_string(where.cpu.value_or(-1)) +
+                                            ", which is outside that mask")};
+          },
+          context.known.read_backs(index, mask.at.time));
     }
-    judgement.doubt(proof.loss(index));
-    judgement.doubt(proof.lost_first_read_back(index));
+    need_read_backs(context, index, judgement);
     judgement.doubt(unended_change(model, thread));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
@@ -257,7 +257,7 @@ bool may_be_given(const ForkFacts& fork) {
 
 void judge_fork(const ForkFacts& fork, const KernelHoles& holes, Judgement& judgement) {
   if (!is_first_run_seen(fork, holes) || may_be_given(fork)) return;
-  judgement.check();
+  judgement.checked();
   if (!is_real_time_priority(fork.child_first->prio)) return;
   judgement.fail(evidence("sched_process_fork", fork.at,
                           "thread " + std::to_string(fork.parent_tid) + " with " +
@@ -303,7 +303,7 @@ void judge_beginning(const Model& model, const Proof& proof, ThreadIndex index,
     if (!process.run_begin) judgement.doubt(proof.incompleteness(thread.process));
     return;
   }
-  judgement.check();
+  judgement.checked();
   judgement.overrule(
       proof.unseen_spin(index, birth_of(thread).value_or(Timestamp{}), thread.initial->at.time));
   if (!is_real_time(Policy{thread.initial->policy})) return;
@@ -343,7 +343,8 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     }
     // A child that never spoke: it has no process of ours to be named with.
     Judgement judgement(
-        NamedSubject::without_row(SubjectKind::thread, std::to_string(fork.child_tid)));
+        NamedSubject::without_row(SubjectKind::thread, std::to_string(fork.child_tid)),
+        context.known);
     judge_fork(fork, context.holes, judgement);
     conclude(std::move(judgement), verdicts);
   }
@@ -351,7 +352,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     const auto& thread = model.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     if (!is_known(thread)) continue;
-    Judgement judgement(names.thread(index));
+    Judgement judgement(names.thread(index), context.known);
     const auto& begin = thread.announced ? *thread.announced : thread.read_backs.first_at;
     if (!thread.announced) judgement.doubt(proof.loss(index));
     judge_beginning(model, proof, index, begin, judgement);

@@ -113,10 +113,10 @@ std::vector<SubjectVerdict> only(Judgement&& judgement) {
 }
 
 std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
-  Judgement judgement(NamedSubject::trace());
+  Judgement judgement(NamedSubject::trace(), context.known);
   for (const auto& stream : context.model.streams)
-    judgement.check(stream.packets);
-  if (context.model.streams.empty()) judgement.check(context.model.events.total);
+    judgement.checked(stream.packets);
+  if (context.model.streams.empty()) judgement.checked(context.model.events.total);
   for (const auto* loss : losses_of(context.model, is_damage)) {
     const auto item = [loss] { return evidence_of(*loss); };
     if (context.model.events.total == 0) judgement.fail(item);
@@ -145,8 +145,8 @@ void doubt_recorders(const RuleContext& context, Judgement& judgement) {
 
 std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   const auto& model = context.model;
-  Judgement judgement(NamedSubject::trace());
-  judgement.check(model.events.total);
+  Judgement judgement(NamedSubject::trace(), context.known);
+  judgement.checked(model.events.total);
   const auto is_of_users = [](const Loss& loss) { return loss.domain == Domain::user; };
   for (const auto* loss : losses_of(model, [](const Loss&) { return true; })) {
     const auto item = [loss] { return evidence_of(*loss); };
@@ -203,7 +203,7 @@ bool has_no_callbacks(const Model& model) {
 
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
-  Judgement judgement(NamedSubject::trace());
+  Judgement judgement(NamedSubject::trace(), context.known);
   const auto missing = [&](std::string note) {
     judgement.doubt(without_event(begin_of(context.model), std::move(note)));
   };
@@ -219,7 +219,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   if (is_idle) missing("no application registered a callback, as run_end says");
   for (const auto& requirement : required_of(context.model)) {
     if (events.by_name.contains(requirement.event)) {
-      judgement.check();
+      judgement.checked();
     } else if (is_idle && requirement.event != "run_begin") {
       continue;  // there was none to record
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
@@ -237,7 +237,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
       {{"vpid", events.cie_without_pid}, {"vtid", events.cie_without_tid}}};
   for (const auto& [name, without] : contexts) {
     if (without == 0) {
-      judgement.check();
+      judgement.checked();
     } else {
       missing(counted(without, "event") + " without " + std::string(name) +
               "; add it: lttng add-context --userspace --type=" + std::string(name));
@@ -252,8 +252,8 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
 
 std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   const auto& model = context.model;
-  Judgement judgement(NamedSubject::trace());
-  judgement.check(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
+  Judgement judgement(NamedSubject::trace(), context.known);
+  judgement.checked(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
   const auto apart = clocks_apart(model);
   for (const auto& [host, why] : apart)
     judgement.doubt(why);
