@@ -81,6 +81,13 @@ class Claims {
     needs(std::span{hidden.begin(), hidden.size()});
   }
 
+  // The same of each.
+  void needs_none(std::span<const Conjunction> each) {
+    for (const auto& hidden : each) {
+      needs(hidden);
+    }
+  }
+
   Verdict verdict() const noexcept {
     if (is_proven_) {
       return Verdict::fail;

@@ -51,6 +51,11 @@ class EventKinds {
     a.bits_ &= b.bits_;
     return a;
   }
+  constexpr EventKinds without(EventKinds other) const noexcept {
+    EventKinds rest;
+    rest.bits_ = bits_ & ~other.bits_;
+    return rest;
+  }
   template <typename Visit>
   constexpr void for_each(const Visit& visit) const {
     for (unsigned number = 0; number <= static_cast<unsigned>(EventKind::kernel_exit); ++number) {

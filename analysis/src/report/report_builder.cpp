@@ -244,8 +244,9 @@ ThreadReport report_of(const RuleContext& context, ThreadIndex index) {
   if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
   report.former = former_of(facts);
   report.is_contradicted = facts.cpu_violation || facts.raised_priority || facts.lowered_priority;
-  report.may_lack_read_backs = context.proof.may_hide_read_back(index, nullptr, nullptr) ||
-                               context.proof.lost_first_read_back(index).has_value();
+  report.may_lack_read_backs = std::ranges::any_of(
+      context.known.read_backs(index),
+      [&](const auto& all) { return context.known.knowledge().gap(all) != nullptr; });
   report.busy_ns = facts.busy_ns;
   return report;
 }

@@ -54,11 +54,10 @@ std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judg
 
 // Starts without the context vtid belong to no thread: a rule about threads would judge the others
 // alone, or none.
-inline void note_missing_vtid(const RuleContext& context,
-                              std::vector<SubjectVerdict>& verdicts) {
-  const auto found = std::ranges::find_if(
-      context.model.callbacks,
-      [](const CallbackFacts& facts) { return facts.starts_without_tid != 0; });
+inline void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {
+  const auto found = std::ranges::find_if(context.model.callbacks, [](const CallbackFacts& facts) {
+    return facts.starts_without_tid != 0;
+  });
   if (found == context.model.callbacks.end()) return;
   Judgement judgement(NamedSubject::trace(), context.known);
   judgement.doubt(evidence("vtid", found->starts.first_at,

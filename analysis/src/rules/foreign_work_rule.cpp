@@ -12,6 +12,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -84,20 +85,34 @@ Finding ownership_of(const Model& model, const std::vector<Announcement>& all,
   return {.ownership = Ownership::unknown, .at = pair.last_activity};
 }
 
-void fail_foreign(const CallbackFacts& callback, const CallbackOnThread& pair,
-                  const Announcement& announced, const ForeignStart& start, Judgement& judgement) {
-  judgement.fail([&] {
-    return evidence("thread_init", announced.at,
-                    "announced for callback " +
-                        (announced.callback ? std::to_string(to_number(*announced.callback))
-                                            : std::string("of its group")));
+std::vector<Evidence> foreign_start(const CallbackFacts& callback, const CallbackOnThread& pair,
+                                    const Announcement& announced, const ForeignStart& start) {
+  const bool is_start_seen = pair.starts != 0;
+  return {evidence("thread_init", announced.at,
+                   "announced for callback " + (announced.callback
+                                                    ? std::to_string(to_number(*announced.callback))
+                                                    : std::string("of its group"))),
+          evidence(is_start_seen ? "callback_start" : "callback_end", start.at,
+                   (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
+                       std::to_string(start.seq) + "), which is not its own")};
+}
+
+// It was announced for the other callback meanwhile; and for its own one again where that ran later.
+Conjunction announced_for_both(const RuleContext& context, ThreadIndex index,
+                               const Announcement& announced, const ForeignStart& start) {
+  const auto& [model, known] = std::tie(context.model, context.known);
+  const auto& thread = model.threads[at(index)];
+  const auto announcement = [&](Timestamp from, Timestamp to) {
+    return hidden(EventKind::announcement, known.scope_of(index), from, to);
+  };
+  Conjunction all{announcement(start.since, start.at.time)};
+  const auto ran_later = std::ranges::find_if(thread.ran, [&](const CallbackOnThread* pair) {
+    return pair->last_activity.time > start.at.time && pair->last_activity.time <= announced.next &&
+           serves(model, thread, announced, model.callbacks[at(pair->callback)]);
   });
-  judgement.fail([&] {
-    const bool is_start_seen = pair.starts != 0;
-    return evidence(is_start_seen ? "callback_start" : "callback_end", start.at,
-                    (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
-                        std::to_string(start.seq) + "), which is not its own");
-  });
+  if (ran_later != thread.ran.end())
+    all.push_back(announcement(start.at.time, (*ran_later)->last_activity.time));
+  return all;
 }
 
 void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
@@ -131,12 +146,8 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
                                                         " was not seen: it may be of its group"));
       continue;
     }
-    if (const auto spin =
-            context.proof.unseen_spin(index, found.start.since, found.start.at.time)) {
-      judgement.doubt(spin);  // it may have been for this callback
-      continue;
-    }
-    fail_foreign(callback, *pair, announced, found.start, judgement);
+    judgement.violation([&] { return foreign_start(callback, *pair, announced, found.start); },
+                        {announced_for_both(context, index, announced, found.start)});
   }
 }
 

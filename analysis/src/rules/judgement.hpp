@@ -70,9 +70,7 @@ class Judgement : public Claims<std::vector<Evidence>> {
   void fail(const Make& make) {
     if (!is_full()) fail(make());
   }
-  bool has_witness() const noexcept {
-    return !witnesses_.empty() || verdict() == Verdict::fail;
-  }
+  bool has_witness() const noexcept { return !witnesses_.empty() || verdict() == Verdict::fail; }
   // So many witnesses that another one is not kept, and no doubt is told.
   bool is_full() const noexcept { return witnesses_.size() >= kMaxEvidence; }
   // Something that is missing and without which the subject does not pass.

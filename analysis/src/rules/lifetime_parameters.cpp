@@ -25,19 +25,25 @@ std::optional<ThreadIndex> configured_thread(const Model& model, const CallbackF
   return found;
 }
 
-// What a lifetime's threads were applied last, each different one once.
 using Parameters = std::vector<const ReadBack*>;
+
+// What a lifetime's threads were applied last, each different one once, unless others are hidden.
+struct Applied {
+  Parameters parameters{};
+  std::vector<Conjunction> others{};
+};
 
 bool holds(const Parameters& all, const ReadBack& one) {
   return std::ranges::any_of(all, [&one](const auto* of) { return is_same_parameters(*of, one); });
 }
 
+// Null: nothing was.
 void add_applied(const RuleContext& context, ThreadIndex index, const ReadBack* applied,
-                 Parameters& all, Judgement& judgement) {
-  if (context.proof.may_hide_read_back(index, applied, nullptr))
-    judgement.overrule(context.proof.loss(index));
-  judgement.overrule(doubt_of_first_audit(context, index));
-  if (applied != nullptr && !holds(all, *applied)) all.push_back(applied);
+                 Applied& all) {
+  std::ranges::move(applied != nullptr ? context.known.other_parameters(index, *applied)
+                                       : context.known.read_backs(index),
+                    std::back_inserter(all.others));
+  if (applied != nullptr && !holds(all.parameters, *applied)) all.parameters.push_back(applied);
 }
 
 // Null: something was applied to each.
@@ -50,18 +56,16 @@ const CallbackOnThread* first_unread(const Model& model,
 }
 
 // Of threads that are no callback's own, as of a pool: of all that ran it, for which one does is chance.
-Parameters applied_to_shared(const RuleContext& context, CallbackIndex index,
-                             Judgement& judgement) {
-  Parameters all;
+Applied applied_to_shared(const RuleContext& context, CallbackIndex index, Judgement& judgement) {
+  Applied all;
   const auto& model = context.model;
   const auto pairs = on_shared_threads(model, model.callbacks[at(index)]);
-  for (const auto* pair : pairs) {
-    add_applied(context, pair->thread, last_applied(model, model.threads[at(pair->thread)]), all,
-                judgement);
-  }
-  if (!pairs.empty()) judgement.overrule(context.proof.lost_runs(index));
+  for (const auto* pair : pairs)
+    add_applied(context, pair->thread, last_applied(model, model.threads[at(pair->thread)]), all);
+  if (!pairs.empty())
+    all.others.push_back({hidden(EventKind::run_start, context.known.scope_of(index))});
   const auto* unread = first_unread(model, pairs);
-  if (!all.empty() && unread != nullptr) {
+  if (!all.parameters.empty() && unread != nullptr) {
     judgement.doubt(evidence("callback_start", unread->first_start,
                              "it ran on " + thread_name(model.threads[at(unread->thread)]) +
                                  ", of which nothing tells what was applied to it"));
@@ -69,54 +73,55 @@ Parameters applied_to_shared(const RuleContext& context, CallbackIndex index,
   return all;
 }
 
-// Why nothing was applied to the callback's threads as far as is known.
-void doubt_threads(const RuleContext& context, const CallbackFacts& callback,
-                   const std::vector<ThreadIndex>& own, Judgement& judgement) {
-  const auto& proof = context.proof;
-  for (const auto thread : own)
-    judgement.overrule(proof.loss(thread));
-  bool is_thread_known = !own.empty() || !callback.ran_on.empty();
-  for (const auto* pair : callback.ran_on) {  // perhaps its own, announced unseen
-    if (context.model.threads[at(pair->thread)].announced) continue;
-    is_thread_known = false;
-    judgement.doubt(proof.loss(pair->thread));
-  }
-  if (!is_thread_known) judgement.doubt(proof.unseen_threads(callback.process));
-}
-
 // Of its own thread or, without one, of those that ran it.
-Parameters applied_to(const RuleContext& context, CallbackIndex index, Judgement& judgement) {
+Applied applied_to(const RuleContext& context, CallbackIndex index, Judgement& judgement) {
   const auto& model = context.model;
   const auto& callback = model.callbacks[at(index)];
   const auto own = context.isolated.of(callback);
-  Parameters all;
+  Applied all;
   if (const auto thread = configured_thread(model, callback, own)) {
-    add_applied(context, *thread, last_applied(model, model.threads[at(*thread)], callback), all,
-                judgement);
+    add_applied(context, *thread, last_applied(model, model.threads[at(*thread)], callback), all);
     return all;
   }
-  doubt_threads(context, callback, own, judgement);
+  for (const auto thread : own)
+    add_applied(context, thread, nullptr, all);
+  const auto is_announced = [&model](const CallbackOnThread* pair) {
+    return model.threads[at(pair->thread)].announced.has_value();
+  };
+  const bool has_run = !own.empty() || !callback.ran_on.empty();
+  if (!has_run || !std::ranges::all_of(callback.ran_on, is_announced)) {
+    judgement.needs({hidden(EventKind::announcement, context.known.scope_of(callback.process))});
+  }
   return own.empty() ? applied_to_shared(context, index, judgement) : all;
 }
 
 // Both are of somewhere; of several threads with different parameters, chance decides which run it.
-void compare_applied(const Parameters& was, const Parameters& is, Judgement& judgement) {
-  const auto count_common = [](const Parameters& some, const Parameters& others) {
-    return std::ranges::count_if(some, [&](const auto* one) { return holds(others, *one); });
+void compare_applied(const Parameters& was, const Parameters& is,
+                     const std::vector<Conjunction>& others, Judgement& judgement) {
+  const auto count_common = [](const Parameters& some, const Parameters& others_of) {
+    return std::ranges::count_if(some, [&](const auto* one) { return holds(others_of, *one); });
   };
   const auto common = count_common(is, was);
   if (common == std::ssize(is) && common == std::ssize(was)) return;
-  const auto tell = [&](const char* when, const ReadBack& applied, const char* but) {
-    auto told = evidence("thread_sched", applied.at, when + describe(applied) + but);
-    return common == 0 ? judgement.fail(std::move(told)) : judgement.doubt(std::move(told));
-  };
   constexpr const char* kNotInBoth =
       "; it also ran on threads with the parameters of the other lifetime: which of its threads "
       "runs it is chance";
-  for (const auto* one : was)
-    if (!holds(is, *one)) tell("was: ", *one, common == 0 ? "" : kNotInBoth);
-  for (const auto* one : is)
-    if (!holds(was, *one)) tell("is: ", *one, common == 0 ? "" : kNotInBoth);
+  std::vector<Evidence> told;
+  const auto tell = [&](const char* when, const Parameters& some, const Parameters& than) {
+    for (const auto* one : some) {
+      if (holds(than, *one)) continue;
+      told.push_back(evidence("thread_sched", one->at,
+                              when + describe(*one) + (common == 0 ? "" : kNotInBoth)));
+    }
+  };
+  tell("was: ", was, is);
+  tell("is: ", is, was);
+  if (common == 0) {
+    judgement.violation(std::move(told), others);
+  } else {
+    for (auto& item : told)
+      judgement.doubt(std::move(item));
+  }
 }
 
 }  // namespace
@@ -136,8 +141,11 @@ void compare_parameters(const RuleContext& context, CallbackIndex index_before,
   const auto& model = context.model;
   const auto& before = model.callbacks[at(index_before)];
   const auto& after = model.callbacks[at(index_after)];
-  const auto was = applied_to(context, index_before, judgement);
-  const auto is = applied_to(context, index_after, judgement);
+  const auto [was, others_before] = applied_to(context, index_before, judgement);
+  const auto [is, others_after] = applied_to(context, index_after, judgement);
+  auto others = others_before;
+  others.insert(others.end(), others_after.begin(), others_after.end());
+  judgement.needs_none(others);
   if (was.empty() != is.empty() && !has_never_run(context, was.empty() ? before : after)) {
     judgement.doubt(registered_as(is.empty() ? after : before,
                                   "what its thread ran as in this lifetime is unknown"));
@@ -152,7 +160,7 @@ void compare_parameters(const RuleContext& context, CallbackIndex index_before,
                                      "nothing tells what its threads ran as"));
     }
   }
-  if (!was.empty() && !is.empty()) compare_applied(was, is, judgement);
+  if (!was.empty() && !is.empty()) compare_applied(was, is, others, judgement);
 }
 
 }  // namespace cie::analysis

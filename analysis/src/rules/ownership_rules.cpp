@@ -198,9 +198,9 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     const auto& thread = model.threads[i];
     if (!is_isolated(thread) || (!thread.group && judged.contains(index))) continue;
     if (thread.group && !seen.insert({thread.process, *thread.group}).second) continue;
-    Judgement judgement(thread.group ? names.group(thread.process, *thread.group)
-                                     : names.group_of(index),
-                        context.known);
+    Judgement judgement(
+        thread.group ? names.group(thread.process, *thread.group) : names.group_of(index),
+        context.known);
     judgement.doubt(evidence("thread_init", *thread.announced,
                              "no announcement of the group of isolated thread " +
                                  std::to_string(thread.tid) + " was seen"));

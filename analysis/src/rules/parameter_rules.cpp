@@ -103,9 +103,7 @@ constexpr const char* kUnknownSpec = "; by which spec of its process the thread 
 // Of a thread that ended with a former spec, which owes the later one nothing.
 void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
                   Timestamp end, const SpecEntry& entry, Judgement& judgement) {
-  if (context.proof.may_hide_read_back(index, &applied, nullptr)) {
-    judgement.doubt(context.proof.loss(index));
-  }
+  judgement.needs_none(context.known.other_parameters(index, applied));
   const auto& thread = context.model.threads[at(index)];
   if (is_as_specified(applied, entry.parameters) == true) return;
   const bool is_spec_told =
@@ -140,7 +138,6 @@ std::optional<Evidence> doubt_of_spec(const RuleContext& context, const ThreadFa
 void judge_as_specified(const RuleContext& context, ThreadIndex index,
                         std::optional<CallbackIndex> of, const SpecEntry& entry,
                         Judgement& judgement) {
-  const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
   const auto* callback = of ? &context.model.callbacks[at(*of)] : nullptr;
   const auto own = announcement_of(thread, callback);
@@ -158,18 +155,10 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
     return;
   }
   judgement.checked();
-  auto started = started_otherwise(context, index, of, entry);
-  if (!started.witnesses.empty()) {
-    for (auto& witness : started.witnesses)
-      judgement.fail(std::move(witness));
-    return;
-  }
-  for (auto& doubt : started.doubts)
-    judgement.doubt(std::move(doubt));
-  if (proof.may_hide_read_back(index, applied, nullptr)) {
-    judgement.overrule(proof.loss(index));
-  }
-  judgement.overrule(doubt_of_first_audit(context, index));
+  judge_started_otherwise(context, index, of, entry, judgement);
+  if (judgement.has_witness()) return;
+  const auto others = context.known.other_parameters(index, *applied);
+  judgement.needs_none(others);
   judgement.overrule(unended_change(context.model, thread, own));
   const auto is_right = is_as_specified(*applied, entry.parameters);
   if (!is_right) {
@@ -190,7 +179,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   if (differs_later) note += ", and read back later was " + describe(*last);
   auto failed = evidence("thread_sched", applied->at, std::move(note));
   failed.error = applied->error;
-  judgement.fail(std::move(failed));
+  judgement.violation(std::vector{std::move(failed)}, others);
 }
 
 // Threads whose announcement was lost may have been anybody's.
@@ -235,11 +224,11 @@ void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callba
     if (!is_right) {
       judgement.doubt(elsewhere);
     } else if (!*is_right) {
-      if (context.proof.may_hide_read_back(index, &*runs, nullptr))
-        judgement.overrule(context.proof.loss(index));
-      judgement.fail(elsewhere);
-      judgement.fail(evidence("thread_sched", runs->at,
-                              asks(context, entry) + "; that thread runs " + describe(*runs)));
+      judgement.violation(
+          std::vector{elsewhere,
+                      evidence("thread_sched", runs->at,
+                               asks(context, entry) + "; that thread runs " + describe(*runs))},
+          context.known.read_backs(index, runs->at.time));
     }
   }
 }
@@ -287,9 +276,7 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
 void judge_changed(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
                    const EventRef& first_start, const ReadBack& match, const SpecEntry& entry,
                    Judgement& judgement) {
-  if (context.proof.may_hide_read_back(index, nullptr, &match)) {
-    judgement.doubt(context.proof.loss(index));
-  }
+  judgement.needs_none(context.known.read_backs(index, kEarliest, match.at.time));
   const auto& thread = context.model.threads[at(index)];
   const auto own = announcement_of(thread, &callback);
   const ReadBack* former = nullptr;
@@ -309,20 +296,20 @@ void judge_changed(const RuleContext& context, ThreadIndex index, const Callback
 void fail_unconfigured(const RuleContext& context, ThreadIndex index, const CallbackFacts& callback,
                        const EventRef& first_start, std::uint64_t seq, const ReadBack& match,
                        Judgement& judgement) {
-  const auto& proof = context.proof;
   judgement.checked();
-  if (proof.may_hide_read_back(index, nullptr, &match)) judgement.overrule(proof.loss(index));
   // What ran under another announcement counts there, too.
   const bool is_counted = context.model.threads[at(index)].former.empty();
-  judgement.fail(evidence(
-      "callback_start", first_start,
-      callback.logical_id + " started (seq " + std::to_string(seq) + ") unconfigured" +
-          (is_counted
-               ? "; " + counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") +
-                     " did"
-               : "")));
-  judgement.fail(evidence("thread_sched", match.at,
-                          "only now the thread runs as specified: " + describe(match)));
+  const auto how_many =
+      is_counted
+          ? "; " + counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") + " did"
+          : std::string();
+  judgement.violation(
+      std::vector{evidence("callback_start", first_start,
+                           callback.logical_id + " started (seq " + std::to_string(seq) +
+                               ") unconfigured" + how_many),
+                  evidence("thread_sched", match.at,
+                           "only now the thread runs as specified: " + describe(match))},
+      context.known.read_backs(index, kEarliest, match.at.time));
 }
 
 // While the thread was announced for the callback.

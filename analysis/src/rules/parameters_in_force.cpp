@@ -68,20 +68,18 @@ WhoseSpec spec_meanwhile(const RuleContext& context, const ProcessFacts& process
   return WhoseSpec::this_one;
 }
 
-// What tells of another spec, or shows the thread in another spin, may be lost.
-std::optional<Evidence> unseen_reason(const RuleContext& context, ThreadIndex index,
-                                      const InForce& in_force) {
-  const auto& thread = context.model.threads[at(index)];
+// Other parameters were applied before the instance started, or another spec was given.
+std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex index,
+                                    const InForce& in_force) {
   const auto begin = in_force.since.at.time;
-  const auto end = in_force.until.value_or(kLatest);
-  if (auto spin = context.proof.unseen_spin(index, begin, end)) return spin;
-  if (thread.spins > 1 && context.proof.loss(index)) return context.proof.loss(index);
-  const bool may_be_next =
-      !in_force.until && context.proof.may_hide_read_back(index, &*thread.last_read_back, nullptr);
-  if (may_be_next) return context.proof.loss(index);
-  if (in_force.since.change == 0) return std::nullopt;
-  if (auto unseen = context.proof.unseen_announcement(thread.process)) return unseen;
-  return context.user_losses.between(thread.process, begin, end);
+  const auto end = in_force.start->at.time;
+  auto excuses = context.known.read_backs(index, begin, end);
+  if (in_force.since.change != 0) {
+    const auto process = context.model.threads[at(index)].process;
+    excuses.push_back(
+        {hidden(EventKind::process_begin, context.known.scope_of(process), begin, end)});
+  }
+  return excuses;
 }
 
 Evidence what_ran(const RuleContext& context, const SpecEntry& entry, const ReadBack& read) {
@@ -111,17 +109,14 @@ std::string failure_of(const ReadBack& applied) {
   return " (the request failed with " + error_words(applied.error) + ")";
 }
 
-StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex index,
-                                   std::optional<CallbackIndex> callback, const SpecEntry& entry) {
+void judge_started_otherwise(const RuleContext& context, ThreadIndex index,
+                             std::optional<CallbackIndex> callback, const SpecEntry& entry,
+                             Judgement& judgement) {
   const auto& model = context.model;
   const auto& thread = model.threads[at(index)];
   const auto own = announcement_of(thread, callback ? &model.callbacks[at(*callback)] : nullptr);
-  StartedOtherwise found;
   const auto match = first_match(model, thread, own, entry);
-  if (!match) return found;
-  const auto doubt = [&found](std::optional<Evidence> reason) {
-    if (reason) found.doubts.push_back(*std::move(reason));
-  };
+  if (!match) return;
   // Of what was in force before the window's instances the last read-back counts.
   const auto* from = &*match;
   const auto* last = from;
@@ -130,11 +125,11 @@ StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex index
     last = &applied;
     if (model.begin && applied.at.time <= *model.begin) from = last;
   }
-  if (last != from && context.proof.may_hide_read_back(index, from, last))
-    doubt(context.proof.loss(index));
+  if (last != from)
+    judgement.needs_none(context.known.read_backs(index, from->at.time, last->at.time));
   if (thread.is_in_force_cut) {
-    doubt(evidence("thread_sched", thread.in_force.back().since.at,
-                   "its parameters changed too often to keep what was in force later"));
+    judgement.doubt(evidence("thread_sched", thread.in_force.back().since.at,
+                             "its parameters changed too often to keep what was in force later"));
   }
   for (const auto& in_force : all_in_force(model, thread)) {
     const auto& read = in_force.since;
@@ -144,18 +139,19 @@ StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex index
     if (whose == WhoseSpec::another) continue;
     const auto& start = in_force.start;
     const bool is_of_it = start && (!callback || start->callback == *callback);
-    const auto unseen = whose == WhoseSpec::unknown ? std::optional(what_ran(context, entry, read))
-                                                    : unseen_reason(context, index, in_force);
-    if (is_of_it && start->is_certain && !unseen) {
-      found.witnesses.push_back(what_ran(context, entry, read));
-      found.witnesses.push_back(what_started(model, in_force));
+    if (is_of_it && start->is_certain && whose == WhoseSpec::this_one) {
+      judgement.violation(
+          [&] {
+            return std::vector{what_ran(context, entry, read), what_started(model, in_force)};
+          },
+          excuses_of(context, index, in_force));
     } else if (in_force.starts != 0) {
-      doubt(unseen ? unseen : what_ran(context, entry, read));
+      judgement.doubt(what_ran(context, entry, read));
     } else if (callback) {
-      doubt(context.proof.lost_runs(*callback));
+      judgement.needs({hidden(EventKind::run_start, context.known.scope_of(*callback), read.at.time,
+                              in_force.until.value_or(kLatest))});
     }
   }
-  return found;
 }
 
 }  // namespace cie::analysis

@@ -3,24 +3,20 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "judgement.hpp"
 #include "rule_context.hpp"
 #include "spec_questions.hpp"
 
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace cie::analysis {
 
-struct StartedOtherwise {
-  std::vector<Evidence> witnesses;
-  std::vector<Evidence> doubts;  // what leaves open whether there are more
-};
-
 // Of a thread that was read back, from its first parameters that match the entry on. `callback`: judged alone,
 // by what was read back while the thread was announced for it; empty: whatever ran there.
-StartedOtherwise started_otherwise(const RuleContext& context, ThreadIndex thread,
-                                   std::optional<CallbackIndex> callback, const SpecEntry& entry);
+void judge_started_otherwise(const RuleContext& context, ThreadIndex thread,
+                             std::optional<CallbackIndex> callback, const SpecEntry& entry,
+                             Judgement& judgement);
 
 // " (since change 2 of its parameters)".
 std::string since_change(const ReadBack& applied);

@@ -98,12 +98,13 @@ void claim_registered_move(const RuleContext& context, const Scope& scope,
   judgement.needs({hidden(EventKind::registration, scope, init.time, init.time)});
   if (!is_ros2_only(context.model.processes[at(*scope.process)])) {
     judgement.needs({hidden(EventKind::process_begin, context.known.scope_of(*scope.process), left,
-                         init.time)});
+                            init.time)});
   }
   if (to.begin < init.time) {
     auto run = scope;
     run.thread = move.to;
-    judgement.needs({hidden(EventKind::run_start, run, std::max(left, to.begin), before(init.time))});
+    judgement.needs(
+        {hidden(EventKind::run_start, run, std::max(left, to.begin), before(init.time))});
   }
 }
 
@@ -118,15 +119,14 @@ void claim_first_thread(const RuleContext& context, const CallbackFacts& callbac
   const auto first = callback.starts.first_at.time;
   const auto of_process = context.known.scope_of(*scope.process);
   judgement.needs({hidden(EventKind::announcement, of_process, begin, first),
-                hidden(EventKind::run_start, scope, begin, first),
-                hidden(EventKind::run_end, scope, begin, first)});
+                   hidden(EventKind::run_start, scope, begin, first),
+                   hidden(EventKind::run_end, scope, begin, first)});
 }
 
 // What lost instances may have been: on a thread that nobody knows to be the callback's, or on one that took over
 // the tid of one of its own.
 void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
-                     const CallbackFacts& callback, const Scope& scope,
-                     Judgement& judgement) {
+                     const CallbackFacts& callback, const Scope& scope, Judgement& judgement) {
   const auto of_process = context.known.scope_of(*scope.process);
   const auto run = hidden(EventKind::run_start, scope);
   const bool is_any_lost = context.known.knowledge().gap(run) != nullptr;
@@ -147,7 +147,7 @@ void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
     // A tid is presumed not to be given anew where the thread told its end.
     if (process.run_end && !thread.fini && pair->starts > 1) {
       judgement.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,
-                           before(pair->last_activity.time))});
+                              before(pair->last_activity.time))});
     }
     if (thread.fini && pair->last_activity.time > thread.fini->time) {
       auto run_there = scope;

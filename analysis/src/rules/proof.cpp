@@ -120,8 +120,12 @@ const std::optional<Evidence>& Proof::lost_runs(CallbackIndex callback) const {
 }
 
 const std::optional<Evidence>& Proof::loss(ThreadIndex thread) const {
-  const auto& loss = found_loss(threads_, thread);
+  const auto& loss = lost_read_backs(thread);
   return loss ? loss : found_loss(spins_, thread);
+}
+
+const std::optional<Evidence>& Proof::lost_read_backs(ThreadIndex thread) const {
+  return found_loss(threads_, thread);
 }
 
 std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {

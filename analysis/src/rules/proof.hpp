@@ -47,17 +47,8 @@ class Proof {
   std::optional<Evidence> gap(const ThreadFacts& thread) const;
   // Why not every read-back of the thread is known to have been seen.
   const std::optional<Evidence>& loss(ThreadIndex thread) const;
-  // A read-back may exist without having been seen that came after `after` (null: from the beginning)
-  // and before `before` (null: up to the end).
-  bool may_hide_read_back(ThreadIndex thread, const ReadBack* after, const ReadBack* before) const;
-  // Why an attached process may have read the announced thread back before the first that was seen:
-  // numbers go on from before the recording.
-  std::optional<Evidence> lost_first_read_back(ThreadIndex thread) const;
-  // The same before that time.
-  std::optional<Evidence> lost_read_back_before(ThreadIndex thread, Timestamp time) const;
-  // Why it may have been announced between the two for a spin of which that was not seen: whose
-  // read-backs are of which spin is unknown then, for their numbers begin anew with each.
-  std::optional<Evidence> unseen_spin(ThreadIndex thread, Timestamp begin, Timestamp end) const;
+  // The same but for those of a spin that nobody saw.
+  const std::optional<Evidence>& lost_read_backs(ThreadIndex thread) const;
 
   // Callbacks that `run_end` counts and no event names: they may have run anywhere. Where nothing
   // counts them, a loss that may have taken one with all of its runs.
@@ -72,6 +63,10 @@ class Proof {
   std::optional<Evidence> unaccounted_threads(ProcessIndex process) const;
   // `run_end` counts no more of them than were seen.
   bool are_all_announced(ProcessIndex process) const;
+  // How many more it counts; empty: nothing counts them.
+  std::optional<std::uint64_t> threads_missing(ProcessIndex process) const;
+  // The same of those that were announced or told of themselves.
+  bool are_all_told_of(ProcessIndex process) const;
   // Why events of user space may be missing that were recorded, as manifests and recorders say.
   const std::optional<std::string>& missing_user_part() const noexcept {
     return missing_user_part_;
@@ -125,7 +120,8 @@ class Proof {
   void compare_totals_of(ProcessIndex index);
   void find_recorder_losses();
   bool is_proven_whole(const Recording& recording) const;
-  // When all threads of its process were counted.
+  // Why it may have been announced for a spin of which that was not seen: whose read-backs are of which spin is
+  // unknown then, for their numbers begin anew with each. When all threads of its process were counted.
   void find_unseen_spin(ThreadIndex index);
   // A number is missing among those of the ends, and not of an instance that never ended or was
   // still running when the record ended.

@@ -1,5 +1,6 @@
 // Totals that the executor leaves behind, against what was seen.
 #include "judgement.hpp"
+#include "kernel_holes.hpp"
 #include "model/callback_questions.hpp"
 #include "numbered_events.hpp"
 #include "proof.hpp"
@@ -255,6 +256,36 @@ std::optional<Evidence> Proof::unaccounted_threads(ProcessIndex process) const {
 bool Proof::are_all_announced(ProcessIndex process) const {
   const auto& run_end = model_.processes[at(process)].run_end;
   return run_end && run_end->threads <= threads_announced(process);
+}
+
+std::optional<std::uint64_t> Proof::threads_missing(ProcessIndex process) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  const auto seen = threads_announced(process);
+  if (!run_end || !has_begun_in_trace(process) || run_end->threads < seen) return std::nullopt;
+  return run_end->threads - seen;
+}
+
+bool Proof::are_all_told_of(ProcessIndex process) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  const auto& seen = processes_[at(process)];
+  return run_end && run_end->threads <= seen.threads_announced + seen.threads_unannounced;
+}
+
+void Proof::find_unseen_spin(ThreadIndex index) {
+  const auto& thread = model_.threads[at(index)];
+  if (!thread.announced || are_all_told_of(thread.process)) return;
+  const auto begin = birth_of(thread).value_or(Timestamp{});
+  auto spin = user_losses_.since(thread.process, begin);
+  if (!spin) {
+    const auto host = model_.processes[at(thread.process)].host;
+    const auto* loss = loss_before(model_, host, Domain::user, begin);
+    if (loss == nullptr) return;
+    spin = evidence_of(*loss);
+  }
+  spin->note += "; it may have taken the announcement of thread " + std::to_string(thread.tid) +
+                " for another spin";
+  is_anything_lost_ = true;
+  spins_.emplace(index, std::move(spin));
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {

@@ -45,6 +45,9 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
                                 [&](CallbackIndex index) { expect_registration(index); });
   for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
     add_exits(index, lives, holes);
+    if (proof_.are_all_told_of(model_.threads[at(index)].process) &&
+        model_.threads[at(index)].announced)
+      knowledge_.discharge(EventKind::announcement, scope_of(index), {});
     prove_read_backs(index);
     if (auto unseen_here = unseen.unseen_on(index)) {
       add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
@@ -80,33 +83,44 @@ Evidence RecordedKnowledge::evidence_of(const Reason& reason) const {
 }
 
 void RecordedKnowledge::add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause,
-                            Evidence reason) {
+                            Evidence reason, std::optional<std::uint64_t> at_most) {
   knowledge_.add({.scope = scope,
                   .kinds = kinds,
                   .window = window,
+                  .at_most = at_most,
                   .reason = {.cause = cause,
                              .at = reason.time.value_or(kEarliest),
                              .about = static_cast<std::uint32_t>(reasons_.size())}});
   reasons_.push_back(std::move(reason));
 }
 
-void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evidence reason) {
+void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evidence reason,
+                               std::optional<std::uint64_t> count) {
   if (knowledge_.gap(missing) != nullptr) return;
   reason.note += ": other announcements may be missing, too";
-  add(scope_of(process), kStateKinds, {}, GapCause::unaccounted, std::move(reason));
+  auto others = kStateKinds;
+  if (count) {
+    others = kStateKinds.without(missing.kinds);
+    add(scope_of(process), missing.kinds, {}, GapCause::unaccounted, reason, count);
+  }
+  add(scope_of(process), others, {}, GapCause::unaccounted, std::move(reason));
 }
 
 // Who is announced is counted by the end of a process. Without that, whoever ran or told of itself was announced.
 void RecordedKnowledge::expect_state(ProcessIndex index) {
   const auto& process = model_.processes[at(index)];
   const auto scope = scope_of(index);
-  if (is_ros2_only(process)) return;
+  if (is_ros2_only(process)) {  // it announces no threads
+    knowledge_.discharge(EventKind::announcement, scope, {});
+    return;
+  }
   if (!process.run_begin) {
     expect(hidden(EventKind::process_begin, scope), index,
            without_event(process.first_seen.value_or(EventRef{}), "no run_begin was seen"));
   }
   if (auto unseen = proof_.unaccounted_threads(index))
-    expect(hidden(EventKind::announcement, scope), index, *std::move(unseen));
+    expect(hidden(EventKind::announcement, scope), index, *std::move(unseen),
+           proof_.threads_missing(index));
   if (proof_.are_all_announced(index)) knowledge_.discharge(EventKind::announcement, scope, {});
 }
 
@@ -207,6 +221,13 @@ std::vector<std::vector<Hidden>> RecordedKnowledge::read_backs(ThreadIndex threa
   return {{read}, {hidden(EventKind::announcement, scope_of(thread), from, to), of_another_spin}};
 }
 
+std::vector<std::vector<Hidden>> RecordedKnowledge::other_parameters(ThreadIndex thread,
+                                                                     const ReadBack& applied,
+                                                                     Timestamp until) const {
+  const bool is_first_audit = model_.threads[at(thread)].applied.empty();
+  return read_backs(thread, is_first_audit ? kEarliest : applied.at.time, until);
+}
+
 // Numbers go on from one read-back to the next, and `thread_fini` has their total.
 void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
@@ -216,7 +237,7 @@ void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
   const auto prove = [&](Timestamp from, Timestamp to) {
     knowledge_.discharge(kReadBackKinds, scope, {.from = from, .to = to});
   };
-  const auto& lost = proof_.loss(index);
+  const auto& lost = proof_.lost_read_backs(index);
   if (thread.spins > 1) {  // numbers of several spins prove nothing but together
     if (!lost) prove(kEarliest, kLatest);
   } else if (numbers.count != 0) {

@@ -10,6 +10,8 @@
 #include "proof.hpp"
 #include "thread_lives.hpp"
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace cie::analysis {
@@ -28,17 +30,23 @@ class RecordedKnowledge {
   // another spin, whose numbers begin anew.
   std::vector<std::vector<Hidden>> read_backs(ThreadIndex thread, Timestamp from = kEarliest,
                                               Timestamp to = kLatest) const;
+  // The same, for the thread to have been given other parameters than these by then: since they were applied, or also
+  // before where the first audit of an attached process stands for that.
+  std::vector<std::vector<Hidden>> other_parameters(ThreadIndex thread, const ReadBack& applied,
+                                                    Timestamp until = kLatest) const;
 
   Scope scope_of(ProcessIndex process) const;
   Scope scope_of(CallbackIndex callback) const;
   Scope scope_of(ThreadIndex thread) const;
 
  private:
-  void add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause,
-           Evidence reason);
+  void add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause, Evidence reason,
+           std::optional<std::uint64_t> at_most = {});
   // What must have been recorded, and was not: unless a gap may hold it, nobody knows what else is missing of
   // what its process announced.
-  void expect(const Hidden& missing, ProcessIndex process, Evidence reason);
+  // `count`: so many of them and no more.
+  void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
+              std::optional<std::uint64_t> count = {});
   void expect_state(ProcessIndex process);
   void expect_registration(CallbackIndex callback);
   void add_exits(ThreadIndex thread, const ThreadLives& lives, const KernelHoles& holes);

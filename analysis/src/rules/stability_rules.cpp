@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -76,21 +78,13 @@ void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
 void claim_mismatch(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
                     const Evidence& later, Timestamp until, Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
-  const auto since = thread.applied.empty() ? kEarliest : applied.at.time;
   judgement.violation(
       [&] {
-        return std::vector{
-            evidence("thread_sched", applied.at,
-                     "applied: " + describe(applied) + whose(context.model, thread)),
-            later};
+        return std::vector{evidence("thread_sched", applied.at,
+                                    "applied: " + describe(applied) + whose(context.model, thread)),
+                           later};
       },
-      context.known.read_backs(index, since, until));
-}
-
-// Any read-back may show other parameters.
-void need_read_backs(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
-  for (const auto& hidden : context.known.read_backs(index))
-    judgement.needs(hidden);
+      context.known.other_parameters(index, applied, until));
 }
 
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
@@ -131,7 +125,7 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                             "the kernel schedules it with " + priority_text(priority.prio)),
                    kLatest, judgement);
   }
-  need_read_backs(context, index, judgement);
+  judgement.needs_none(context.known.read_backs(index));
   judgement.doubt(unended_change(model, thread));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
@@ -212,7 +206,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
           },
           context.known.read_backs(index, mask.at.time));
     }
-    need_read_backs(context, index, judgement);
+    judgement.needs_none(context.known.read_backs(index));
     judgement.doubt(unended_change(model, thread));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
@@ -290,8 +284,9 @@ bool has_begun_before(const ProcessFacts& process, const ThreadFacts& thread) {
   return first && Timestamp{*thread.start_ns} < first->time;
 }
 
-void judge_beginning(const Model& model, const Proof& proof, ThreadIndex index,
-                     const EventRef& begin, Judgement& judgement) {
+void judge_beginning(const RuleContext& context, ThreadIndex index, const EventRef& begin,
+                     Judgement& judgement) {
+  const auto& [model, proof] = std::tie(context.model, context.proof);
   const auto& thread = model.threads[at(index)];
   const auto& process = model.processes[at(thread.process)];
   if (!thread.initial) {
@@ -304,13 +299,20 @@ void judge_beginning(const Model& model, const Proof& proof, ThreadIndex index,
     return;
   }
   judgement.checked();
-  judgement.overrule(
-      proof.unseen_spin(index, birth_of(thread).value_or(Timestamp{}), thread.initial->at.time));
+  // That of an earlier spin, with the read-back of what it began with.
+  const Conjunction announced{hidden(EventKind::announcement, context.known.scope_of(index),
+                                     birth_of(thread).value_or(Timestamp{}),
+                                     thread.initial->at.time)};
+  judgement.needs(announced);
   if (!is_real_time(Policy{thread.initial->policy})) return;
-  judgement.fail(
-      evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
-  judgement.fail(evidence("thread_sched", thread.initial->at,
-                          "before anything was applied it runs " + describe(*thread.initial)));
+  judgement.violation(
+      [&] {
+        return std::vector{
+            evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"),
+            evidence("thread_sched", thread.initial->at,
+                     "before anything was applied it runs " + describe(*thread.initial))};
+      },
+      {announced});
 }
 
 // Some thread is real-time, or may have been before what is left of its record.
@@ -355,7 +357,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     Judgement judgement(names.thread(index), context.known);
     const auto& begin = thread.announced ? *thread.announced : thread.read_backs.first_at;
     if (!thread.announced) judgement.doubt(proof.loss(index));
-    judge_beginning(model, proof, index, begin, judgement);
+    judge_beginning(context, index, begin, judgement);
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
       judge_fork(*fork->second, context.holes, judgement);

@@ -147,10 +147,4 @@ std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& th
   return found;
 }
 
-std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex index) {
-  const auto& thread = context.model.threads[at(index)];
-  if (!thread.applied.empty() || !thread.first_audit) return std::nullopt;
-  return context.proof.lost_read_back_before(index, thread.first_audit->at.time);
-}
-
 }  // namespace cie::analysis

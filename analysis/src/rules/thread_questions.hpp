@@ -76,7 +76,5 @@ std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& th
                                        const Announcement& announcement);
 // The same of any of its announcements, or of a thread that was never announced.
 std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread);
-// Such an audit may not be the first one of the attached process: why not.
-std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, ThreadIndex thread);
 
 }  // namespace cie::analysis
