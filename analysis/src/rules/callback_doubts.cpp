@@ -23,9 +23,9 @@ std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
                            "that, and so another thread its tid");
 }
 
-std::optional<Evidence> perhaps_told_by_own(const RuleContext& context,
+std::optional<Evidence> perhaps_told_by_own(const Model& model, const Proof& proof,
+                                            const ThreadLosses& losses,
                                             const CallbackFacts& callback) {
-  const auto& model = context.model;
   if (may_be_told_by_own(model, callback)) {
     return without_event(first_sign(model, callback),
                          "ROS 2's events alone tell of " + callback.logical_id +
@@ -35,10 +35,10 @@ std::optional<Evidence> perhaps_told_by_own(const RuleContext& context,
   if (callback.is_accounted || model.processes[at(callback.process)].is_from_ros2)
     return std::nullopt;
   // Of these one may be it, and a thread that does what rclcpp has for itself one of those.
-  if (auto unseen = context.proof.unseen_callbacks(callback.process)) return unseen;
-  if (auto unseen = context.proof.unseen_threads(callback.process)) return unseen;
+  if (auto unseen = proof.unseen_callbacks(callback.process)) return unseen;
+  if (auto unseen = proof.unseen_threads(callback.process)) return unseen;
   for (const auto* pair : callback.ran_on) {
-    if (const auto& lost = context.losses.of_own(pair->thread)) return lost;
+    if (const auto lost = losses.of_own(pair->thread)) return proof.loss(*lost);
   }
   return std::nullopt;
 }

@@ -77,7 +77,8 @@ inline void note_runs_lost_whole(const RuleContext& context,
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     if (judged.contains(index)) continue;
     Judgement judgement(context.names.process(index), context.known);
-    judgement.doubt(context.losses.anywhere(index));
+    if (const auto lost = context.losses.anywhere(index))
+      judgement.needs(context.known.lost_end(*lost));
     conclude(std::move(judgement), verdicts);
   }
 }

@@ -150,7 +150,7 @@ std::optional<Evidence> perhaps_no_nesting(const RuleContext& context,
   for (const auto index : {nesting.inner, nesting.outer}) {
     const auto& callback = context.model.callbacks[at(index)];
     if (auto doubt = perhaps_another_process(callback)) return doubt;
-    if (auto doubt = perhaps_told_by_own(context, callback)) return doubt;
+    if (auto doubt = perhaps_told_by_own(context.model, context.proof, context.losses, callback)) return doubt;
   }
   return std::nullopt;
 }
@@ -163,7 +163,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
     for (const auto* pair : thread.ran)
       judgement.checked(pair->starts);
-    judgement.overrule(losses.on(index));
+    if (const auto lost = losses.on(index)) judgement.overrule(context.proof.loss(*lost));
     if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {

@@ -97,22 +97,29 @@ std::vector<Evidence> foreign_start(const CallbackFacts& callback, const Callbac
                        std::to_string(start.seq) + "), which is not its own")};
 }
 
-// It was announced for the other callback meanwhile; and for its own one again where that ran later.
-Conjunction announced_for_both(const RuleContext& context, ThreadIndex index,
-                               const Announcement& announced, const ForeignStart& start) {
+// It was announced for the other callback meanwhile, or another thread with its tid was; and for its own one again where
+// that ran later.
+std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex index,
+                                    const Announcement& announced, const ForeignStart& start) {
   const auto& [model, known] = std::tie(context.model, context.known);
-  const auto& thread = model.threads[at(index)];
+  const auto foreign = start.at.time;
+  auto last = announced.at.time;
+  auto next = foreign;
+  for (const auto* pair : model.threads[at(index)].ran) {
+    if (!serves(model, model.threads[at(index)], announced, model.callbacks[at(pair->callback)]))
+      continue;
+    const auto own = pair->last_activity.time;
+    if (own < foreign) last = std::max(last, own);
+    if (own > foreign && own <= announced.next) next = std::max(next, own);
+  }
   const auto announcement = [&](Timestamp from, Timestamp to) {
     return hidden(EventKind::announcement, known.scope_of(index), from, to);
   };
-  Conjunction all{announcement(start.since, start.at.time)};
-  const auto ran_later = std::ranges::find_if(thread.ran, [&](const CallbackOnThread* pair) {
-    return pair->last_activity.time > start.at.time && pair->last_activity.time <= announced.next &&
-           serves(model, thread, announced, model.callbacks[at(pair->callback)]);
-  });
-  if (ran_later != thread.ran.end())
-    all.push_back(announcement(start.at.time, (*ran_later)->last_activity.time));
-  return all;
+  Conjunction anew{announcement(start.since, foreign)};
+  if (next > foreign) return {{anew.front(), announcement(foreign, next)}};
+  auto excuses = known.replaced(index, last, foreign);
+  excuses.push_back(std::move(anew));
+  return excuses;
 }
 
 void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
@@ -137,7 +144,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
       continue;
     }
     const auto& announced = in_force(announcements, found.start.at.time);
-    if (auto perhaps = perhaps_told_by_own(context, callback)) {
+    if (auto perhaps = perhaps_told_by_own(context.model, context.proof, context.losses, callback)) {
       judgement.doubt(*std::move(perhaps));
       continue;
     }
@@ -147,17 +154,8 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
       continue;
     }
     judgement.violation([&] { return foreign_start(callback, *pair, announced, found.start); },
-                        {announced_for_both(context, index, announced, found.start)});
+                        excuses_of(context, index, announced, found.start));
   }
-}
-
-// Why what it ran, which is not its own, may have run on a later thread with its tid. Where its own
-// callback was not seen, its announcement tells that it was there.
-std::optional<Evidence> perhaps_another(const RuleContext& context, ThreadIndex index) {
-  const auto& thread = context.model.threads[at(index)];
-  if (thread.ran.size() > 1) return context.lost_ends.between_callbacks(index);
-  return context.lost_ends.between(index, thread.announced->time,
-                                   thread.ran.front()->first_start.time);
 }
 
 // Of an isolated thread on which no callback was seen to run, and no total tells that none did: what it
@@ -196,9 +194,13 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   const EventRef end = moment(context.lives.of(index).latest_end(), thread.tid);
-  const auto& lost = proof.loss(index) ? proof.loss(index) : context.losses.on(index);
-  if (lost) {  // what lost instances did would count as foreign work; or its time is another one
-    judgement.doubt(lost);
+  // What lost instances did would count as foreign work; or its time is another one.
+  if (proof.loss(index)) {
+    judgement.doubt(proof.loss(index));
+    return;
+  }
+  if (const auto lost = context.losses.on(index)) {
+    judgement.needs(context.known.lost_end(*lost));
     return;
   }
   const bool is_unread = is_never_read_back(model, thread);
@@ -263,7 +265,8 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const bool has_budgets = asks_for_budgets(context.options.spec);
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
-    judgement.doubt(context.hidden.on(index));
+    judgement.doubt(context.hidden.beside_own(index));
+    if (!thread.ran.empty()) judgement.needs(context.known.unseen_callback(index));
     // It may be one that has a budget.
     if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
     if (is_never_read_back(context.model, thread)) {
@@ -279,9 +282,8 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
     const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
     if (is_isolated(thread)) {
       judge_foreign_callbacks(context, index, judgement);
-      if (judgement.has_witness()) judgement.overrule(perhaps_another(context, index));
-      judgement.doubt(context.losses.on(index));
-      if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
+      if (const auto lost = context.losses.on(index))
+        judgement.needs(context.known.lost_end(*lost));
     }
     if (is_isolated(thread) || is_worker) {
       const auto* entry = spec_entry_of(context, index);

@@ -72,7 +72,11 @@ class Judgement : public Claims<std::vector<Evidence>> {
   }
   bool has_witness() const noexcept { return !witnesses_.empty() || verdict() == Verdict::fail; }
   // So many witnesses that another one is not kept, and no doubt is told.
-  bool is_full() const noexcept { return witnesses_.size() >= kMaxEvidence; }
+  bool is_full() const noexcept {
+    const bool is_proven = verdict() == Verdict::fail;
+    return witnesses_.size() >= kMaxEvidence ||
+           (is_proven && Claims::witnesses().size() >= kMostShown);
+  }
   // Something that is missing and without which the subject does not pass.
   void doubt(Evidence reason);
   template <std::invocable Make>

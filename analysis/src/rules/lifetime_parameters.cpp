@@ -89,7 +89,8 @@ Applied applied_to(const RuleContext& context, CallbackIndex index, Judgement& j
     return model.threads[at(pair->thread)].announced.has_value();
   };
   const bool has_run = !own.empty() || !callback.ran_on.empty();
-  if (!has_run || !std::ranges::all_of(callback.ran_on, is_announced)) {
+  const bool may_be_unseen = !has_run || !std::ranges::all_of(callback.ran_on, is_announced);
+  if (may_be_unseen && !is_ros2_only(model.processes[at(callback.process)])) {
     judgement.needs({hidden(EventKind::announcement, context.known.scope_of(callback.process))});
   }
   return own.empty() ? applied_to_shared(context, index, judgement) : all;

@@ -51,47 +51,39 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
                       " on this thread");
 }
 
+// Two callbacks that ran on the thread, unless it is two threads of one tid, or they are one callback.
+void claim_two_callbacks(const RuleContext& context, const CallbackOnThread& first, Timestamp last,
+                         const CallbackOnThread& next, Judgement& judgement) {
+  auto excuses = context.known.replaced(next.thread, last, next.first_start.time);
+  excuses.push_back(context.known.another_owner(first));
+  excuses.push_back(context.known.another_owner(next));
+  judgement.violation(
+      [&] {
+        return std::vector{started_here(context.model, first), started_here(context.model, next)};
+      },
+      excuses);
+}
+
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
-  const auto& model = context.model;
-  const auto& proof = context.proof;
-  const auto& losses = context.run_losses;
+  const auto& known = context.known;
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
-        const auto is_witness = [&](const CallbackOnThread* pair) {
-          return is_certainly_another(model, *pair) &&
-                 !perhaps_told_by_own(context, model.callbacks[at(pair->callback)]);
-        };
-        const auto several = std::ranges::count_if(thread.ran, is_witness);
-        for (const auto* pair : in_order(model, thread.ran)) {
+        const CallbackOnThread* former = nullptr;
+        auto last = kEarliest;
+        for (const auto* pair : in_order(context.model, thread.ran)) {
           judgement.checked(pair->starts);
-          if (thread.ran.size() > 1) judgement.doubt(perhaps_anothers(*pair));
-          if (several > 1 && is_witness(pair))
-            judgement.fail([&] { return started_here(model, *pair); });
-          const auto& callback = model.callbacks[at(pair->callback)];
-          if (thread.ran.size() > 1) {
-            judgement.doubt(perhaps_another_process(callback));
-            judgement.doubt(perhaps_told_by_own(context, callback));
-          }
-          if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
-            judgement.doubt(without_event(first_sign(model, callback),
-                                          "the registration of " + callback.logical_id +
-                                              " was not seen: it may be another one's address"));
-          }
+          if (former != nullptr) claim_two_callbacks(context, *former, last, *pair, judgement);
+          last = std::max(last, pair->last_activity.time);
+          former = pair;
         }
-        if (several > 1) judgement.overrule(context.lost_ends.between_callbacks(index));
-        judgement.doubt(losses.on(index));
-        judgement.doubt(context.hidden.on(index));
-        if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
+        if (const auto lost = context.run_losses.on(index)) judgement.needs(known.lost_run(*lost));
+        judgement.doubt(context.hidden.beside_own(index));
+        if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
       });
   note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;
-}
-
-void doubt_runs_of_others(const CallbackFacts& callback, Judgement& judgement) {
-  for (const auto* pair : callback.ran_on)
-    judgement.doubt(perhaps_anothers(*pair));
 }
 
 // Compares the threads that a callback ran on, two at a time.
@@ -104,7 +96,6 @@ class ThreadsOfCallback {
         judgement_(judgement),
         pairs_(in_order(context.model, callback.ran_on)) {
     std::erase_if(pairs_, [](const CallbackOnThread* pair) { return !pair->is_certain; });
-    is_told_.resize(pairs_.size());
   }
 
   void judge() {
@@ -158,20 +149,14 @@ class ThreadsOfCallback {
     const auto later = pairs_[is_in_order ? other : one]->thread;
     switch (succession(context_, earlier, later)) {
       case Succession::together:
-        if (auto why = perhaps_replaced(context_, earlier, first.last_activity.time, later)) {
-          judgement_.doubt(*std::move(why));
-          break;
-        }
-        tell(one, other);
+        judgement_.violation([&] { return signs_of_both(one, other); },
+                             context_.known.replaced(earlier, first.last_activity.time,
+                                                     context_.lives.of(later).begin));
         break;
       case Succession::unknown:
-        judgement_.doubt([&] {
-          const auto& thread = thread_of(context_.model, earlier);
-          return without_event(moment(context_.lives.of(earlier).end, thread.tid),
-                               thread_name(thread) + " ran it too; its exit before " +
-                                   thread_name(thread_of(context_.model, later)) +
-                                   " began was not seen, nor that it lived on");
-        });
+        judgement_.needs({hidden(EventKind::thread_exit, context_.known.scope_of(earlier),
+                                 context_.lives.of(earlier).end,
+                                 context_.lives.of(later).begin)});
         break;
       case Succession::successive:
         break;
@@ -179,42 +164,39 @@ class ThreadsOfCallback {
   }
 
   // That it ran on both, and what shows that they lived together.
-  void tell(std::size_t one, std::size_t other) {
-    if (is_told_[one] && is_told_[other]) return;
-    for (const auto place : {one, other}) {
-      if (is_told_[place]) continue;
-      judgement_.fail([&] { return started_here(context_.model, *pairs_[place]); });
-      is_told_[place] = true;
-    }
+  std::vector<Evidence> signs_of_both(std::size_t one, std::size_t other) {
     const auto& former = *pairs_[std::min(one, other)];
     const auto& latter = *pairs_[std::max(one, other)];
-    if (const auto sign = signs_.since(former.thread, latter.first_start.time)) {
-      judgement_.fail(*sign);
-      return;
+    std::vector<Evidence> signs{started_here(context_.model, former),
+                                started_here(context_.model, latter)};
+    if (auto sign = signs_.since(former.thread, latter.first_start.time)) {
+      signs.push_back(*std::move(sign));
+      return signs;
     }
     const auto begin = context_.lives.of(latter.thread).begin;
-    judgement_.fail([&] { return signs_.first(latter.thread); });
-    if (former.first_start.time >= begin) return;
-    if (const auto sign = signs_.since(former.thread, begin)) judgement_.fail(*sign);
+    signs.push_back(signs_.first(latter.thread));
+    if (former.first_start.time >= begin) return signs;
+    if (auto sign = signs_.since(former.thread, begin)) signs.push_back(*std::move(sign));
+    return signs;
   }
 
   const RuleContext& context_;
   SignsOfLife& signs_;
   Judgement& judgement_;
   std::vector<const CallbackOnThread*> pairs_;
-  std::vector<bool> is_told_;
 };
 
 std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
-  const auto& proof = context.proof;
   SignsOfLife signs(context);
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.checked(callback.starts.count);
         judge_threads_together(context, signs, callback, judgement);
-        if (callback.ran_on.size() > 1) doubt_runs_of_others(callback, judgement);
-        judgement.doubt(proof.lost_runs(index));
-        judgement.doubt(context.hidden.on_thread_of(callback));
+        for (const auto* pair : callback.ran_on) {
+          if (callback.ran_on.size() > 1) judgement.needs(context.known.another_owner(*pair));
+          judgement.needs(context.known.unseen_callback(pair->thread));
+        }
+        judgement.needs(context.known.lost_run(index));
         if (callback.starts_without_tid != 0) {
           judgement.doubt(evidence(
               "vtid", callback.starts.first_at,

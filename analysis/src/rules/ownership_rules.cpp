@@ -209,46 +209,70 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   return verdicts;
 }
 
+// An announced thread ran nothing once it had ended.
+void need_lasting_announcement(const RuleContext& context, ThreadIndex index,
+                               Judgement& judgement) {
+  const auto& known = context.known;
+  const auto& thread = context.model.threads[at(index)];
+  const bool has_ended_unseen =
+      !thread.fini && context.model.processes[at(thread.process)].run_end.has_value();
+  for (const auto* pair : thread.ran) {
+    const auto last = pair->last_activity.time;
+    if (thread.fini && last > thread.fini->time) {
+      auto run = known.scope_of(pair->callback);
+      run.thread = index;
+      judgement.needs({hidden(EventKind::run_start, run, thread.fini->time, last)});
+    }
+    // A callback that went on elsewhere may have left a thread that was replaced.
+    const auto is_later = [last](const CallbackOnThread* other) {
+      return other->last_activity.time > last;
+    };
+    if (!has_ended_unseen ||
+        std::ranges::any_of(context.model.callbacks[at(pair->callback)].ran_on, is_later))
+      continue;
+    judgement.needs(
+        {hidden(EventKind::thread_exit, known.scope_of(index), pair->first_start.time, last)});
+  }
+}
+
+std::vector<Evidence> never_announced(const Model& model, const ThreadFacts& thread) {
+  std::vector<Evidence> witnesses;
+  if (thread.former_fini) {
+    witnesses.push_back(evidence("thread_fini", *thread.former_fini,
+                                 "the thread of this tid ends its work for callbacks"));
+  }
+  witnesses.push_back(evidence("callback_start", first_start_on(thread),
+                               "a callback ran here, first at this time"));
+  if (const auto known = scheduled_text(thread); !known.empty()) {
+    witnesses.push_back(evidence("sched_switch", thread.scheduled.back().first.at,
+                                 "the kernel schedules it with " + known));
+  }
+  if (const auto& end = model.processes[at(thread.process)].run_end) {
+    witnesses.push_back(evidence("run_end", end->at,
+                                 "counts " + counted(end->threads, "announced thread") +
+                                     "; this one was not seen to be announced"));
+  }
+  return witnesses;
+}
+
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
-  const auto& proof = context.proof;
+  const auto& known = context.known;
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
     // What was not seen to run may have run on a thread that was never announced.
-    judgement.doubt(context.losses.of_every_run(index));
+    if (const auto lost = context.losses.of_every_run(index))
+      judgement.needs(known.lost_end(*lost));
     if (thread.ran.empty()) return;
     for (const auto* pair : thread.ran)
       judgement.checked(pair->starts);
-    judgement.doubt(proof.unseen_callbacks(thread.process));
+    judgement.needs(known.unseen_callback(thread.process));
     if (thread.announced) {
-      for (const auto* pair : thread.ran) {
-        if (proof.loss(pair->callback)) judgement.doubt(end_after_fini(thread, *pair));
-      }
-      judgement.doubt(context.lost_ends.of(index));
-      return;
-    }
-    if (const auto& why = proof.incompleteness(thread.process)) {
-      judgement.overrule(why);
-      if (const auto known = scheduled_text(thread); !known.empty()) {
-        judgement.overrule(evidence("sched_switch", thread.scheduled.back().first.at,
-                                    "the kernel schedules it with " + known +
-                                        "; no event tells "
-                                        "whose it is"));
-      }
-    }
-    // What it told of itself only an announced thread tells.
-    if (const auto& lost = proof.loss(index)) judgement.overrule(lost);
-    if (thread.former_fini) {
-      judgement.fail(evidence("thread_fini", *thread.former_fini,
-                              "the thread of this tid ends its work for callbacks"));
-    }
-    const auto& first = first_start_on(thread);
-    judgement.fail(evidence("callback_start", first, "a callback ran here, first at this time"));
-    if (const auto& end = model.processes[at(thread.process)].run_end) {
-      judgement.fail(evidence("run_end", end->at,
-                              "all " + std::to_string(end->threads) +
-                                  " announced threads were seen; this one was not announced"));
+      need_lasting_announcement(context, index, judgement);
+    } else {
+      judgement.violation([&] { return never_announced(model, thread); },
+                          {{hidden(EventKind::announcement, known.scope_of(index))}});
     }
   });
   note_missing_vtid(context, verdicts);

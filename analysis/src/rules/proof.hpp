@@ -54,6 +54,11 @@ class Proof {
   // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
+  // `run_end` counts no more than were seen.
+  bool are_all_callbacks_seen(ProcessIndex process) const;
+  // It counts more.
+  std::optional<Evidence> counted_callbacks_unseen(ProcessIndex process) const;
+
   // The same of threads whose announcement is missing. A process of ROS 2 alone announces none.
   std::optional<Evidence> unseen_threads(ProcessIndex process) const;
   // Why announcements of the process may be missing that no number and no total counts: of a callback

@@ -223,6 +223,16 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
                         "; nothing counts the callbacks: one may have been lost whole");
 }
 
+bool Proof::are_all_callbacks_seen(ProcessIndex process) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  return run_end && processes_[at(process)].callbacks_named >= run_end->callbacks;
+}
+
+std::optional<Evidence> Proof::counted_callbacks_unseen(ProcessIndex process) const {
+  return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
+                "callbacks that ran somewhere unseen: ");
+}
+
 std::optional<Evidence> Proof::unseen_threads(ProcessIndex process) const {
   if (is_ros2_only(model_.processes[at(process)])) return std::nullopt;
   return unseen_or_lost(process, &RunTotals::threads, threads_announced(process),

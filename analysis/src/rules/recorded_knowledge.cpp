@@ -11,11 +11,20 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 
 namespace cie::analysis {
 namespace {
+
+// A callback of which no event was seen.
+constexpr CallbackIndex kUnseenCallback{std::numeric_limits<std::uint32_t>::max()};
+
+Scope unseen_of(Scope scope) {
+  scope.callback = kUnseenCallback;
+  return scope;
+}
 
 template <typename Index, typename Subjects>
 void for_each_index(const Subjects& subjects, const auto& visit) {
@@ -27,8 +36,9 @@ void for_each_index(const Subjects& subjects, const auto& visit) {
 
 RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& lives,
                                      const KernelHoles& holes, const Proof& proof,
-                                     const HiddenCallbacks& unseen)
+                                     const HiddenCallbacks& unseen, const ThreadLosses& losses)
     : model_(model),
+      lives_(lives),
       proof_(proof),
       // Only what a callback's thread emits as it runs is emitted on a CPU that it may use: others announce it, and
       // tell of its end.
@@ -40,14 +50,15 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     add({}, kinds_of(Domain::user), {}, GapCause::missing_part,
         without_event(EventRef{}, *missing));
   }
-  for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) { expect_state(index); });
+  for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) {
+    expect_state(index);
+    expect_callbacks(index);
+  });
   for_each_index<CallbackIndex>(model.callbacks,
                                 [&](CallbackIndex index) { expect_registration(index); });
   for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
     add_exits(index, lives, holes);
-    if (proof_.are_all_told_of(model_.threads[at(index)].process) &&
-        model_.threads[at(index)].announced)
-      knowledge_.discharge(EventKind::announcement, scope_of(index), {});
+    expect_announcement(index);
     prove_read_backs(index);
     if (auto unseen_here = unseen.unseen_on(index)) {
       add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
@@ -58,6 +69,8 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     add_reused_identity(index);
     add_unordered_registrations(index);
     prove_runs(index);
+    for (const auto* pair : model.callbacks[at(index)].ran_on)
+      prove_owner(*pair, losses);
   });
 }
 
@@ -110,10 +123,7 @@ void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evid
 void RecordedKnowledge::expect_state(ProcessIndex index) {
   const auto& process = model_.processes[at(index)];
   const auto scope = scope_of(index);
-  if (is_ros2_only(process)) {  // it announces no threads
-    knowledge_.discharge(EventKind::announcement, scope, {});
-    return;
-  }
+  if (is_ros2_only(process)) return;
   if (!process.run_begin) {
     expect(hidden(EventKind::process_begin, scope), index,
            without_event(process.first_seen.value_or(EventRef{}), "no run_begin was seen"));
@@ -121,7 +131,18 @@ void RecordedKnowledge::expect_state(ProcessIndex index) {
   if (auto unseen = proof_.unaccounted_threads(index))
     expect(hidden(EventKind::announcement, scope), index, *std::move(unseen),
            proof_.threads_missing(index));
-  if (proof_.are_all_announced(index)) knowledge_.discharge(EventKind::announcement, scope, {});
+  else if (proof_.are_all_announced(index))
+    knowledge_.discharge(EventKind::announcement, scope, {});
+}
+
+// All that tells of a callback which no event names. Nothing of it is numbered; `run_end` counts it.
+void RecordedKnowledge::expect_callbacks(ProcessIndex index) {
+  const auto scope = unseen_of(scope_of(index));
+  if (proof_.are_all_callbacks_seen(index)) {
+    knowledge_.discharge(EventKind::registration, scope, {});
+  } else if (auto unseen = proof_.counted_callbacks_unseen(index)) {
+    add(scope, kStateKinds | kRunKinds, {}, GapCause::unaccounted, *std::move(unseen));
+  }
 }
 
 // Before it ran at all. What ROS 2 made before its recording it never tells.
@@ -138,6 +159,18 @@ void RecordedKnowledge::expect_registration(CallbackIndex index) {
          without_event(callback.ran_on.empty() ? first_sign(model_, callback)
                                                : callback.ran_on.front()->first_start,
                        "its callback_init was not seen"));
+}
+
+// Of a thread that ran callbacks and was not seen to be announced it is missing, unless totals prove that it never was.
+void RecordedKnowledge::expect_announcement(ThreadIndex index) {
+  const auto& thread = model_.threads[at(index)];
+  if (thread.announced && proof_.are_all_told_of(thread.process))
+    knowledge_.discharge(EventKind::announcement, scope_of(index), {});
+  if (thread.announced || thread.ran.empty()) return;
+  auto missing = proof_.loss(index);
+  if (!missing) missing = proof_.incompleteness(thread.process);
+  if (missing)
+    add(scope_of(index), EventKind::announcement, {}, GapCause::unaccounted, *std::move(missing));
 }
 
 void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
@@ -171,11 +204,13 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
         evidence("run_end", process.run_end->at,
                  "the end of " + thread_name(thread) +
                      " was not seen: callbacks may have started after it"));
-  } else if (!life.has_ended()) {
-    add(scope_of(index), EventKind::thread_exit, {.from = life.end, .to = kLatest},
+  } else if (!life.has_ended() || life.latest_end() > life.end) {
+    add(scope_of(index), EventKind::thread_exit,
+        {.from = life.end, .to = life.ended_by.value_or(kLatest)},
         GapCause::not_recorded,
         without_event(moment(life.end, thread.tid),
-                      "the exit of " + thread_name(thread) + " was not seen"));
+                      "the exit of " + thread_name(thread) +
+                          " was not seen, nor that it lived on from here"));
   }
 }
 
@@ -190,6 +225,27 @@ void RecordedKnowledge::add_reused_identity(CallbackIndex index) {
          .to = kLatest},
         GapCause::reused_identity, *std::move(doubt));
     return;
+  }
+}
+
+// Whose instances on a thread a callback's are: of ROS 2's, which are known by an address, those of another callback, of
+// another process of that pid, or of one that the process's own events tell of otherwise.
+void RecordedKnowledge::prove_owner(const CallbackOnThread& pair, const ThreadLosses& losses) {
+  const auto& callback = model_.callbacks[at(pair.callback)];
+  auto scope = scope_of(pair.callback);
+  scope.thread = pair.thread;
+  auto doubt = perhaps_anothers(pair);
+  if (!doubt) doubt = perhaps_another_process(callback);
+  if (!doubt) doubt = perhaps_told_by_own(model_, proof_, losses, callback);
+  if (!doubt && !pair.is_of_several && !is_of_its_own(callback)) {
+    doubt = without_event(first_sign(model_, callback),
+                          "the registration of " + callback.logical_id +
+                              " was not seen: it may be another one's address");
+  }
+  if (doubt) {
+    add(scope, EventKind::registration, {}, GapCause::reused_identity, *std::move(doubt));
+  } else {
+    knowledge_.discharge(EventKind::registration, scope, {});
   }
 }
 
@@ -219,6 +275,42 @@ std::vector<std::vector<Hidden>> RecordedKnowledge::read_backs(ThreadIndex threa
   auto of_another_spin = read;
   of_another_spin.is_unnumbered = true;
   return {{read}, {hidden(EventKind::announcement, scope_of(thread), from, to), of_another_spin}};
+}
+
+std::vector<std::vector<Hidden>> RecordedKnowledge::replaced(ThreadIndex index, Timestamp last,
+                                                             Timestamp next) const {
+  if (next <= last) return {};
+  const auto& thread = model_.threads[at(index)];
+  const auto& process = model_.processes[at(thread.process)];
+  const auto exit = hidden(EventKind::thread_exit, scope_of(index), last, next - Duration{1});
+  // ROS 2 announces no threads; and the kernel, or who was announced, may tell that the tid was given anew.
+  const bool is_told = !thread.fini && lives_.is_tid_given_anew(index, last, next);
+  if (is_ros2_only(process) || is_told) return {{exit}};
+  return {{exit, hidden(EventKind::announcement, scope_of(index), last, next)}};
+}
+
+std::vector<Hidden> RecordedKnowledge::unseen_callback(ProcessIndex process) const {
+  const auto scope = unseen_of(scope_of(process));
+  return {hidden(EventKind::registration, scope), hidden(EventKind::run_start, scope)};
+}
+
+std::vector<Hidden> RecordedKnowledge::unseen_callback(ThreadIndex thread) const {
+  const auto scope = unseen_of(scope_of(thread));
+  return {hidden(EventKind::registration, scope), hidden(EventKind::run_start, scope)};
+}
+
+std::vector<Hidden> RecordedKnowledge::lost_run(CallbackIndex callback) const {
+  return {hidden(EventKind::run_start, scope_of(callback))};
+}
+
+std::vector<Hidden> RecordedKnowledge::lost_end(CallbackIndex callback) const {
+  return {hidden(EventKind::run_end, scope_of(callback))};
+}
+
+std::vector<Hidden> RecordedKnowledge::another_owner(const CallbackOnThread& pair) const {
+  auto scope = scope_of(pair.callback);
+  scope.thread = pair.thread;
+  return {hidden(EventKind::registration, scope)};
 }
 
 std::vector<std::vector<Hidden>> RecordedKnowledge::other_parameters(ThreadIndex thread,

@@ -9,6 +9,7 @@
 #include "model/facts.hpp"
 #include "proof.hpp"
 #include "thread_lives.hpp"
+#include "thread_losses.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +21,8 @@ class RecordedKnowledge {
  public:
   // All are borrowed.
   RecordedKnowledge(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
-                    const Proof& proof, const HiddenCallbacks& unseen);
+                    const Proof& proof, const HiddenCallbacks& unseen,
+                    const ThreadLosses& losses);
 
   const Knowledge& knowledge() const noexcept { return knowledge_; }
   // Why, in words.
@@ -35,6 +37,18 @@ class RecordedKnowledge {
   std::vector<std::vector<Hidden>> other_parameters(ThreadIndex thread, const ReadBack& applied,
                                                     Timestamp until = kLatest) const;
 
+  // The same, for what ran there since the first of the two to have run on another thread with its tid.
+  std::vector<std::vector<Hidden>> replaced(ThreadIndex thread, Timestamp last,
+                                            Timestamp next) const;
+  // For a callback of which nothing was seen to have run in the process, or on the thread.
+  std::vector<Hidden> unseen_callback(ProcessIndex process) const;
+  std::vector<Hidden> unseen_callback(ThreadIndex thread) const;
+  // For any more of the callback to have run, or to have ended.
+  std::vector<Hidden> lost_run(CallbackIndex callback) const;
+  std::vector<Hidden> lost_end(CallbackIndex callback) const;
+  // For what ran on the thread to be another callback's: its address told of two.
+  std::vector<Hidden> another_owner(const CallbackOnThread& pair) const;
+
   Scope scope_of(ProcessIndex process) const;
   Scope scope_of(CallbackIndex callback) const;
   Scope scope_of(ThreadIndex thread) const;
@@ -48,14 +62,18 @@ class RecordedKnowledge {
   void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
               std::optional<std::uint64_t> count = {});
   void expect_state(ProcessIndex process);
+  void expect_callbacks(ProcessIndex process);
   void expect_registration(CallbackIndex callback);
+  void expect_announcement(ThreadIndex thread);
   void add_exits(ThreadIndex thread, const ThreadLives& lives, const KernelHoles& holes);
   void add_reused_identity(CallbackIndex callback);
+  void prove_owner(const CallbackOnThread& pair, const ThreadLosses& losses);
   void add_unordered_registrations(CallbackIndex callback);
   void prove_runs(CallbackIndex callback);
   void prove_read_backs(ThreadIndex thread);
 
   const Model& model_;
+  const ThreadLives& lives_;
   const Proof& proof_;
   Knowledge knowledge_;
   std::vector<Evidence> reasons_;

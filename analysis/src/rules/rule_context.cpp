@@ -52,8 +52,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       losses(facts, callbacks, proof, &Proof::loss, isolated),
       run_losses(facts, callbacks, proof, &Proof::lost_runs, isolated),
       hidden(facts),
-      lost_ends(facts, lives, holes, user_losses),
-      known(facts, lives, holes, proof, hidden),
+      known(facts, lives, holes, proof, hidden, losses),
       of_cie_rclcpp(find_cie_rclcpp(facts)),
       unknown_threads(find_unknown(facts, proof)) {}
 

@@ -8,7 +8,6 @@
 #include "isolated_threads.hpp"
 #include "kernel_holes.hpp"
 #include "kernel_record_of_threads.hpp"
-#include "lost_ends.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 #include "proof.hpp"
@@ -45,7 +44,6 @@ struct RuleContext {
   const ThreadLosses losses;
   const ThreadLosses run_losses;  // of whole instances: see Proof::lost_runs()
   const HiddenCallbacks hidden;
-  const LostEnds lost_ends;
   const RecordedKnowledge known;
   const std::set<ProcessIndex> of_cie_rclcpp;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never

@@ -350,7 +350,8 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
     return;
   }
   judgement.checked();
-  if (context.kernel_record.loss(index)) judgement.doubt(context.losses.on(index));
+  if (const auto lost = context.losses.on(index); lost && context.kernel_record.loss(index))
+    judgement.needs(context.known.lost_end(*lost));
   judgement.remark(evidence(
       "sampled", begin,
       "by the spec's CPUs: nobody read back what the kernel allows" +

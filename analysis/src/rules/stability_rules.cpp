@@ -180,6 +180,11 @@ Evidence why_no_cpu_is_judged(const ThreadFacts& thread, const EventRef& begin) 
                   "last one");
 }
 
+// Lost starts and ends may show other CPUs.
+void need_runs(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  if (const auto lost = context.losses.on(index)) judgement.needs(context.known.lost_end(*lost));
+}
+
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
   return judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
@@ -214,12 +219,12 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
       judgement.doubt(why_no_cpu_is_judged(thread, begin));
     } else if (thread.switch_cpus_checked == 0) {
-      judgement.doubt(context.losses.on(index));
+      need_runs(context, index, judgement);
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
     } else if (other || context.kernel_record.loss(index) ||
                context.kernel_record.outside(index, begin.time)) {
-      judgement.doubt(context.losses.on(index));
+      need_runs(context, index, judgement);
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }
   });

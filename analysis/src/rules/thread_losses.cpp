@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 namespace cie::analysis {
 namespace {
 
-const std::optional<Evidence> kNone;
+template <typename Index>
+std::optional<CallbackIndex> found(const std::map<Index, CallbackIndex>& callbacks, Index index) {
+  const auto entry = callbacks.find(index);
+  return entry != callbacks.end() ? std::optional(entry->second) : std::nullopt;
+}
 
 // When instances ran that numbers or totals tell to be missing. Empty: none do.
 std::optional<TimeWindow> when_lost(const CallbackFacts& callback) {
@@ -31,20 +36,19 @@ ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> ca
                            const Proof& proof, Loss loss_of, const IsolatedThreads& isolated)
     : model_(model), proof_(proof), on_threads_(model.threads.size()) {
   for (const auto index : callbacks) {
-    const auto& loss = (proof.*loss_of)(index);
-    if (!loss) continue;
-    const auto lose = [this, &loss](ThreadIndex thread) {
+    if (!(proof.*loss_of)(index)) continue;
+    const auto lose = [this, index](ThreadIndex thread) {
       auto& known = on_threads_[at(thread)];
-      if (known == nullptr) known = &loss;
+      if (!known) known = index;
     };
     const auto& callback = model.callbacks[at(index)];
     const auto announced = isolated.of(callback);
     for (const auto thread : announced) {
       lose(thread);
-      if (callback.ran_on.empty()) of_every_run_.try_emplace(thread, &loss);
+      if (callback.ran_on.empty()) of_every_run_.try_emplace(thread, index);
     }
     if (announced.empty() && callback.ran_on.empty()) {
-      anywhere_.try_emplace(callback.process, &loss);
+      anywhere_.try_emplace(callback.process, index);
       continue;
     }
     bool is_pooled = false;
@@ -55,26 +59,28 @@ ThreadLosses::ThreadLosses(const Model& model, std::span<const CallbackIndex> ca
       is_pooled = is_pooled || !is_isolated(model.threads[at(pair->thread)]);
     }
     if (is_pooled) {
-      in_pools_.try_emplace(callback.process, &loss);
+      in_pools_.try_emplace(callback.process, index);
     } else {
-      lose_elsewhere(callback, own, loss);
+      lose_elsewhere(index, own);
     }
   }
   find_own(loss_of);
 }
 
 void ThreadLosses::find_own(Loss loss_of) {
+  const auto is_lost = [&](const CallbackOnThread* pair) {
+    return model_.callbacks[at(pair->callback)].is_accounted && (proof_.*loss_of)(pair->callback);
+  };
+  std::set<ThreadIndex> of_another_executor;
   for (const auto& callback : model_.callbacks) {
     if (callback.is_accounted || model_.processes[at(callback.process)].is_from_ros2) continue;
     for (const auto* pair : callback.ran_on)
-      of_own_.try_emplace(pair->thread, &kNone);
+      of_another_executor.insert(pair->thread);
   }
-  for (auto& [thread, own] : of_own_) {
+  for (const auto thread : of_another_executor) {
     const auto& ran = model_.threads[at(thread)].ran;
-    const auto lost = std::ranges::find_if(ran, [&](const CallbackOnThread* pair) {
-      return model_.callbacks[at(pair->callback)].is_accounted && (proof_.*loss_of)(pair->callback);
-    });
-    if (lost != ran.end()) own = &(proof_.*loss_of)((*lost)->callback);
+    const auto lost = std::ranges::find_if(ran, is_lost);
+    if (lost != ran.end()) of_own_.emplace(thread, (*lost)->callback);
   }
 }
 
@@ -90,9 +96,8 @@ bool may_use(const Model& model, const Proof& proof, ThreadIndex index, std::int
          (thread.applied.empty() && thread.initial && allows(*thread.initial));
 }
 
-void ThreadLosses::lose_elsewhere(const CallbackFacts& callback,
-                                  const std::vector<ThreadIndex>& own,
-                                  const std::optional<Evidence>& loss) {
+void ThreadLosses::lose_elsewhere(CallbackIndex index, const std::vector<ThreadIndex>& own) {
+  const auto& callback = model_.callbacks[at(index)];
   const auto when = when_lost(callback);
   if (!when) return;
   const auto cpus =
@@ -107,48 +112,45 @@ void ThreadLosses::lose_elsewhere(const CallbackFacts& callback,
   if (std::ranges::any_of(cpus, may_be_its)) return;
   for (const auto& cpu : cpus) {
     const auto [place, is_first] =
-        elsewhere_.try_emplace({callback.process, *cpu}, Elsewhere{.loss = &loss, .when = *when});
+        elsewhere_.try_emplace({callback.process, *cpu}, Elsewhere{.callback = index, .when = *when});
     auto& all = place->second.when;
     all = {.from = std::min(all.from, when->from), .to = std::max(all.to, when->to)};
   }
 }
 
-const std::optional<Evidence>& ThreadLosses::elsewhere(ThreadIndex index) const {
+std::optional<CallbackIndex> ThreadLosses::elsewhere(ThreadIndex index) const {
   const auto& thread = model_.threads[at(index)];
   constexpr auto kFirstCpu = std::numeric_limits<std::int32_t>::min();
   for (auto place = elsewhere_.lower_bound({thread.process, kFirstCpu});
        place != elsewhere_.end() && place->first.first == thread.process; ++place) {
-    const auto& [loss, when] = place->second;
+    const auto& [callback, when] = place->second;
     const bool was_there = (!thread.announced || thread.announced->time <= when.to) &&
                            (!thread.fini || thread.fini->time >= when.from);
-    if (was_there && may_use(model_, proof_, index, place->first.second)) return *loss;
+    if (was_there && may_use(model_, proof_, index, place->first.second)) return callback;
   }
-  return kNone;
+  return std::nullopt;
 }
 
-const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
-  if (const auto* known = on_threads_[at(index)]; known != nullptr) return *known;
+std::optional<CallbackIndex> ThreadLosses::on(ThreadIndex index) const {
+  if (const auto& known = on_threads_[at(index)]) return known;
   const auto& thread = model_.threads[at(index)];
-  const auto in_pool = in_pools_.find(thread.process);
-  if (!is_isolated(thread) && in_pool != in_pools_.end()) return *in_pool->second;
-  const auto& lost_here = elsewhere(index);
+  const auto in_pool = found(in_pools_, thread.process);
+  if (!is_isolated(thread) && in_pool) return in_pool;
+  const auto lost_here = elsewhere(index);
   return lost_here ? lost_here : anywhere(thread.process);
 }
 
-const std::optional<Evidence>& ThreadLosses::of_every_run(ThreadIndex thread) const {
-  const auto found = of_every_run_.find(thread);
-  return found != of_every_run_.end() ? *found->second
-                                      : anywhere(model_.threads[at(thread)].process);
+std::optional<CallbackIndex> ThreadLosses::of_every_run(ThreadIndex thread) const {
+  const auto lost = found(of_every_run_, thread);
+  return lost ? lost : anywhere(model_.threads[at(thread)].process);
 }
 
-const std::optional<Evidence>& ThreadLosses::of_own(ThreadIndex thread) const {
-  const auto found = of_own_.find(thread);
-  return found != of_own_.end() ? *found->second : kNone;
+std::optional<CallbackIndex> ThreadLosses::of_own(ThreadIndex thread) const {
+  return found(of_own_, thread);
 }
 
-const std::optional<Evidence>& ThreadLosses::anywhere(ProcessIndex process) const {
-  const auto found = anywhere_.find(process);
-  return found != anywhere_.end() ? *found->second : kNone;
+std::optional<CallbackIndex> ThreadLosses::anywhere(ProcessIndex process) const {
+  return found(anywhere_, process);
 }
 
 }  // namespace cie::analysis

@@ -1,7 +1,7 @@
 // Which threads may have run instances that were lost.
 #pragma once
 
-#include <cie/analysis/verdict.hpp>
+#include <cie/analysis/time.hpp>
 
 #include "isolated_threads.hpp"
 #include "model/facts.hpp"
@@ -22,42 +22,42 @@ bool may_use(const Model& model, const Proof& proof, ThreadIndex thread, std::in
 // A lost instance of a callback ran where the callback ran otherwise or where it was announced to
 // run; if that is in a pool, on any thread of the pool. Where nothing was lost meanwhile on the CPUs
 // that those may use, it ran on another one, which may use one where something was. One of a callback
-// of which neither is known may have run on any thread, isolated ones too. Refers to the proof's
-// losses.
+// of which neither is known may have run on any thread, isolated ones too. Each
+// answer is the first such callback; empty: there is none.
 class ThreadLosses {
  public:
   using Loss = const std::optional<Evidence>& (Proof::*)(CallbackIndex) const;
   // `callbacks`: in the order that verdicts are named by. `loss_of`: which of the proof's.
   ThreadLosses(const Model& model, std::span<const CallbackIndex> callbacks, const Proof& proof,
                Loss loss_of, const IsolatedThreads& isolated);
-  const std::optional<Evidence>& on(ThreadIndex thread) const;
+  std::optional<CallbackIndex> on(ThreadIndex thread) const;
   // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
   // them may have been elsewhere; or anywhere.
-  const std::optional<Evidence>& of_every_run(ThreadIndex thread) const;
+  std::optional<CallbackIndex> of_every_run(ThreadIndex thread) const;
   // On any thread of the process: of a callback of which none is known.
-  const std::optional<Evidence>& anywhere(ProcessIndex process) const;
+  std::optional<CallbackIndex> anywhere(ProcessIndex process) const;
   // Of what this project's executors ran on the thread, beside callbacks of another one.
-  const std::optional<Evidence>& of_own(ThreadIndex thread) const;
+  std::optional<CallbackIndex> of_own(ThreadIndex thread) const;
 
  private:
   void find_own(Loss loss_of);
   // By process and CPU: instances that ran on none of the threads that their callbacks ran on otherwise.
   struct Elsewhere {
-    const std::optional<Evidence>* loss = nullptr;  // the first one's
+    CallbackIndex callback{};  // the first one's
     TimeWindow when;                                // of all
   };
   // `own`: the threads that the callback ran on or was announced for.
-  void lose_elsewhere(const CallbackFacts& callback, const std::vector<ThreadIndex>& own,
-                      const std::optional<Evidence>& loss);
-  const std::optional<Evidence>& elsewhere(ThreadIndex thread) const;
+  void lose_elsewhere(CallbackIndex callback, const std::vector<ThreadIndex>& own);
+  std::optional<CallbackIndex> elsewhere(ThreadIndex thread) const;
 
   const Model& model_;
   const Proof& proof_;
-  std::vector<const std::optional<Evidence>*> on_threads_;
-  std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
-  std::map<ThreadIndex, const std::optional<Evidence>*> of_own_;
-  std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
-  std::map<ProcessIndex, const std::optional<Evidence>*> anywhere_;  // in the process
+  // The first one's.
+  std::vector<std::optional<CallbackIndex>> on_threads_;
+  std::map<ThreadIndex, CallbackIndex> of_every_run_;
+  std::map<ThreadIndex, CallbackIndex> of_own_;
+  std::map<ProcessIndex, CallbackIndex> in_pools_;
+  std::map<ProcessIndex, CallbackIndex> anywhere_;  // in the process
   std::map<std::pair<ProcessIndex, std::int32_t>, Elsewhere> elsewhere_;
 };
 

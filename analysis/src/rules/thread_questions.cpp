@@ -18,12 +18,6 @@ bool is_fini_own(const ThreadFacts& thread) noexcept {
   return thread.fini && thread.fini->tid.value_or(thread.tid) == thread.tid;
 }
 
-std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair) {
-  if (!thread.fini || pair.last_activity.time <= thread.fini->time) return std::nullopt;
-  return evidence("callback_end", pair.last_activity,
-                  "ended on thread " + std::to_string(thread.tid) + " after its thread_fini");
-}
-
 bool may_be_former(const RuleContext& context, const ThreadFacts& thread) {
   return thread.former_fini && !thread.announced && !context.proof.is_complete(thread.process);
 }

@@ -22,9 +22,6 @@ std::string thread_name(const ThreadFacts& thread);
 
 // It told of its end itself. Another thread may do so when it is long gone.
 bool is_fini_own(const ThreadFacts& thread) noexcept;
-// An instance that ended after its thread's `thread_fini`: where its start was not seen, that may have
-// been later, too.
-std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair);
 // It may be the thread that ended before, announced again unseen, or running on as where exit() was
 // called.
 bool may_be_former(const RuleContext& context, const ThreadFacts& thread);

@@ -32,10 +32,4 @@ const EventRef* lived_on(const RuleContext& context, ThreadIndex index, Timestam
   return is_in_doubt ? nullptr : &*last;
 }
 
-std::optional<Evidence> perhaps_replaced(const RuleContext& context, ThreadIndex earlier,
-                                         Timestamp last, ThreadIndex later) {
-  if (last >= context.lives.of(later).begin) return std::nullopt;
-  return context.lost_ends.since(earlier, last);
-}
-
 }  // namespace cie::analysis

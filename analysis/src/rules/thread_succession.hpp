@@ -19,9 +19,4 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
 // was lost meanwhile may be its `thread_fini`, or that somebody else got its tid.
 const EventRef* lived_on(const RuleContext& context, ThreadIndex index, Timestamp until);
 
-// Why the two may not live together all the same: another thread may have had the tid of the earlier one
-// since that ran a callback last.
-std::optional<Evidence> perhaps_replaced(const RuleContext& context, ThreadIndex earlier,
-                                         Timestamp last, ThreadIndex later);
-
 }  // namespace cie::analysis
