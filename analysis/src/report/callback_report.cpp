@@ -70,7 +70,8 @@ std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex 
   const auto is_with_others = [&](const CallbackOnThread* pair) {
     const auto is_another = [&](const CallbackOnThread* other) {
       return is_certainly_another(model, *other) &&
-             !perhaps_told_by_own(context.model, context.proof, context.losses, model.callbacks[at(other->callback)]);
+             !perhaps_told_by_own(context.model, context.proof, context.losses,
+                                  model.callbacks[at(other->callback)]);
     };
     if (!is_another(pair)) return false;
     const auto& ran = model.threads[at(pair->thread)].ran;  // thousands, perhaps

@@ -46,49 +46,64 @@ void remark_elsewhere(const CallbackFacts& callback, Judgement& judgement) {
                                 ", then thread " + std::to_string(*end.tid)));
 }
 
+// A cleanly ended process counts other numbers of starts and ends.
+void claim_unended(const RuleContext& context, CallbackIndex index, const CallbackFacts& callback,
+                   Judgement& judgement) {
+  const auto& fini = callback.fini;
+  if (!fini) return;
+  const auto& last = callback.ended.last;
+  // exit() while it runs: what it counted then is no total.
+  if (last && *last < fini->started && callback.ended.last_at.time > fini->at.time) {
+    judgement.doubt(evidence("callback_end", callback.ended.last_at,
+                             "ends seq " + std::to_string(*last) + " after the totals"));
+    return;
+  }
+  if (fini->started == fini->ended || context.proof.is_interrupted(callback.process)) return;
+  std::vector<Evidence> witnesses;
+  for (const auto& open : callback.open) {
+    witnesses.push_back(evidence("callback_start", open.start,
+                                 "seq " + std::to_string(open.seq) + " starts and never ends"));
+  }
+  witnesses.push_back(evidence("callback_fini", fini->at,
+                               std::to_string(fini->started) + " started, " +
+                                   std::to_string(fini->ended) + " ended, at a clean exit"));
+  judgement.violation(std::move(witnesses),
+                      {{hidden(EventKind::run_end, context.known.scope_of(index), fini->at.time)}});
+}
+
+void claim_second_end(const RuleContext& context, const CallbackFacts& callback,
+                      Judgement& judgement) {
+  if (callback.second_ends == 0) return;
+  const auto& second = callback.first_second_end;
+  if (!second) {
+    judgement.violation(std::vector{
+        evidence("callback_end", callback.ended.last_at,
+                 counted(callback.second_ends, "end") + " of instances that had ended before")});
+    return;
+  }
+  const auto seq = "seq " + std::to_string(second->seq);
+  // It may be another program's of this pid.
+  judgement.violation(
+      std::vector{evidence("callback_end", second->first, seq + " ends"),
+                  evidence("callback_end", second->second, seq + " ends a second time")},
+      {{hidden(EventKind::process_begin, context.known.scope_of(callback.process),
+               second->first.time, second->second.time)}});
+}
+
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
-  const auto& proof = context.proof;
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.checked(callback.starts.count);
-        judgement.overrule(proof.lost_runs(index));
+        judgement.needs(context.known.lost_run(index));
+        claim_unended(context, index, callback, judgement);
+        claim_second_end(context, callback, judgement);
         const auto& fini = callback.fini;
-        // exit() while it runs: what it counted then is no total.
-        const bool is_late = fini && callback.ended.last && *callback.ended.last < fini->started &&
-                             callback.ended.last_at.time > fini->at.time;
-        if (is_late) {
-          judgement.overrule(
-              evidence("callback_end", callback.ended.last_at,
-                       "ends seq " + std::to_string(*callback.ended.last) + " after the totals"));
-        }
-        if (fini && fini->started != fini->ended && !proof.is_interrupted(callback.process)) {
-          for (const auto& open : callback.open) {
-            judgement.fail(evidence("callback_start", open.start,
-                                    "seq " + std::to_string(open.seq) + " starts and never ends"));
-          }
-          judgement.fail(evidence("callback_fini", fini->at,
-                                  std::to_string(fini->started) + " started, " +
-                                      std::to_string(fini->ended) + " ended, at a clean exit"));
-        }
-        if (callback.second_ends != 0) {
-          if (const auto& second = callback.first_second_end) {
-            // Behind a loss it may be another program's of this pid.
-            judgement.overrule(context.user_losses.between(callback.process, second->first.time,
-                                                           second->second.time));
-            const auto seq = "seq " + std::to_string(second->seq);
-            judgement.fail(evidence("callback_end", second->first, seq + " ends"));
-            judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
-          } else {
-            judgement.fail(evidence(
-                "callback_end", callback.ended.last_at,
-                counted(callback.second_ends, "end") + " of instances that had ended before"));
-          }
-        }
         if (fini && callback.ended.last && *callback.ended.last >= fini->started) {
-          judgement.fail(evidence("callback_end", callback.ended.last_at,
-                                  "ends seq " + std::to_string(*callback.ended.last)));
-          judgement.fail(evidence("callback_fini", fini->at,
-                                  "but only " + std::to_string(fini->started) + " started"));
+          judgement.violation(
+              std::vector{evidence("callback_end", callback.ended.last_at,
+                                   "ends seq " + std::to_string(*callback.ended.last)),
+                          evidence("callback_fini", fini->at,
+                                   "but only " + std::to_string(fini->started) + " started")});
         }
         judge_unpaired(context, callback, judgement);
         if (callback.first_end_elsewhere) remark_elsewhere(callback, judgement);
@@ -101,91 +116,92 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
       });
 }
 
-void report(const CallbackFacts::Overlap& overlap, Judgement& judgement) {
-  const auto first = "seq " + std::to_string(overlap.first_seq);
-  judgement.fail(evidence("callback_start", overlap.first_start, first + " starts"));
-  judgement.fail(evidence(
-      "callback_start", overlap.second_start,
-      "seq " + std::to_string(overlap.second_seq) + " starts before " + first + " has ended"));
-  if (overlap.first_end) {
-    judgement.fail(evidence("callback_end", *overlap.first_end, first + " ends"));
-  }
+// The instance had ended before the next one started. What ends without a number may be another one, of which the start is
+// hidden.
+std::vector<Conjunction> ended_before(const RuleContext& context, CallbackIndex callback,
+                                      const EventRef& start, Timestamp next,
+                                      const std::optional<EventRef>& end) {
+  const auto scope = context.known.scope_of(callback);
+  Conjunction all{hidden(EventKind::run_end, scope, start.time, next)};
+  if (!end) return {all};
+  if (context.model.callbacks[at(callback)].is_accounted) return {};
+  all.push_back(hidden(EventKind::run_start, scope, next, end->time));
+  return {all};
+}
+
+void claim_overlap(const RuleContext& context, CallbackIndex index,
+                   const CallbackFacts::Overlap& overlap, Judgement& judgement) {
+  judgement.violation(
+      [&] {
+        const auto first = "seq " + std::to_string(overlap.first_seq);
+        std::vector witnesses{
+            evidence("callback_start", overlap.first_start, first + " starts"),
+            evidence("callback_start", overlap.second_start,
+                     "seq " + std::to_string(overlap.second_seq) + " starts before " + first +
+                         (overlap.first_end ? " has ended" : " is seen to end"))};
+        if (overlap.first_end)
+          witnesses.push_back(evidence("callback_end", *overlap.first_end, first + " ends"));
+        return witnesses;
+      },
+      ended_before(context, index, overlap.first_start, overlap.second_start.time,
+                   overlap.first_end));
 }
 
 std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
-  const auto& proof = context.proof;
-  return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
-                                      Judgement& judgement) {
-    judgement.checked(callback.starts.count);
-    judgement.overrule(proof.loss(index));
-    judgement.doubt(context.hidden.on_thread_of(callback));
-    if (callback.overlap) {
-      report(*callback.overlap, judgement);
-    } else if (callback.overlap_unproven) {
-      // Without its end the first instance proves nothing, unless the totals say it never ended.
-      if (has_unended(callback)) {
-        report(*callback.overlap_unproven, judgement);
-      } else {
-        judgement.doubt(evidence("callback_start", callback.overlap_unproven->first_start,
-                                 "whether this instance had ended before the next one started is "
-                                 "unknown: its end was not seen"));
-      }
-    }
-  });
+  return judge_callbacks(
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.checked(callback.starts.count);
+        for (const auto* overlap : {&callback.overlap, &callback.overlap_unproven})
+          if (*overlap) claim_overlap(context, index, **overlap, judgement);
+        judgement.needs(context.known.lost_end(index));
+        for (const auto* pair : callback.ran_on)
+          judgement.needs(context.known.unseen_callback(pair->thread));
+      });
 }
 
-void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& judgement) {
+void claim_nesting(const RuleContext& context, ThreadIndex thread,
+                   const ThreadFacts::Nesting& nesting, Judgement& judgement) {
+  const auto& model = context.model;
   const auto& outer = model.callbacks[at(nesting.outer)].logical_id;
-  judgement.fail(evidence("callback_start", nesting.outer_start, outer + " starts"));
-  judgement.fail(evidence("callback_start", nesting.inner_start,
-                          model.callbacks[at(nesting.inner)].logical_id + " starts inside it"));
-  if (nesting.outer_end) {
-    judgement.fail(evidence("callback_end", *nesting.outer_end, outer + " ends"));
+  const auto& inner = model.callbacks[at(nesting.inner)].logical_id;
+  const auto& end = nesting.outer_end;
+  if (end && end->tid != nesting.outer_start.tid) {
+    judgement.doubt(evidence("callback_end", *end,
+                             outer +
+                                 " ended on another thread: whether it had left this one when " +
+                                 inner + " started here is unknown"));
+    return;
   }
-}
-
-// Another process may have begun one of the two, or one may be the other, told by both providers.
-std::optional<Evidence> perhaps_no_nesting(const RuleContext& context,
-                                           const ThreadFacts::Nesting& nesting) {
-  for (const auto index : {nesting.inner, nesting.outer}) {
-    const auto& callback = context.model.callbacks[at(index)];
-    if (auto doubt = perhaps_another_process(callback)) return doubt;
-    if (auto doubt = perhaps_told_by_own(context.model, context.proof, context.losses, callback)) return doubt;
+  auto excuses =
+      ended_before(context, nesting.outer, nesting.outer_start, nesting.inner_start.time, end);
+  for (const auto* pair : model.threads[at(thread)].ran) {
+    if (pair->callback == nesting.outer || pair->callback == nesting.inner)
+      excuses.push_back(context.known.another_owner(*pair));
   }
-  return std::nullopt;
+  judgement.violation(
+      [&] {
+        std::vector witnesses{
+            evidence("callback_start", nesting.outer_start, outer + " starts"),
+            evidence("callback_start", nesting.inner_start, inner + " starts inside it")};
+        if (end) witnesses.push_back(evidence("callback_end", *end, outer + " ends"));
+        return witnesses;
+      },
+      excuses);
 }
 
 std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
-  const auto& model = context.model;
-  const auto& losses = context.losses;
-  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
-                                             Judgement& judgement) {
-    if (thread.ran.empty() && !is_isolated(thread)) return;
-    for (const auto* pair : thread.ran)
-      judgement.checked(pair->starts);
-    if (const auto lost = losses.on(index)) judgement.overrule(context.proof.loss(*lost));
-    if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
-    judgement.doubt(context.hidden.on(index));
-    if (thread.nesting) {
-      judgement.overrule(perhaps_no_nesting(context, *thread.nesting));
-      report(model, *thread.nesting, judgement);
-    } else if (thread.nesting_unproven) {
-      const auto& nesting = *thread.nesting_unproven;
-      if (nesting.outer_end) {
-        judgement.doubt(evidence(
-            "callback_end", *nesting.outer_end,
-            model.callbacks[at(nesting.outer)].logical_id +
-                " ended on another thread: whether it had left this one when " +
-                model.callbacks[at(nesting.inner)].logical_id + " started here is unknown"));
-      } else if (has_unended(model.callbacks[at(nesting.outer)])) {
-        report(model, nesting, judgement);
-      } else {
-        judgement.doubt(evidence("callback_start", nesting.outer_start,
-                                 "whether this instance had ended before the next one started is "
-                                 "unknown: its end was not seen"));
-      }
-    }
-  });
+  const auto& known = context.known;
+  auto verdicts = judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (thread.ran.empty() && !is_isolated(thread)) return;
+        for (const auto* pair : thread.ran)
+          judgement.checked(pair->starts);
+        for (const auto* nesting : {&thread.nesting, &thread.nesting_unproven})
+          if (*nesting) claim_nesting(context, index, **nesting, judgement);
+        if (const auto lost = context.losses.on(index)) judgement.needs(known.lost_end(*lost));
+        judgement.doubt(context.hidden.beside_own(index));
+        if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
+      });
   note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;

@@ -144,7 +144,8 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
       continue;
     }
     const auto& announced = in_force(announcements, found.start.at.time);
-    if (auto perhaps = perhaps_told_by_own(context.model, context.proof, context.losses, callback)) {
+    if (auto perhaps =
+            perhaps_told_by_own(context.model, context.proof, context.losses, callback)) {
       judgement.doubt(*std::move(perhaps));
       continue;
     }

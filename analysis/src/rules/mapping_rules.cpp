@@ -155,8 +155,7 @@ class ThreadsOfCallback {
         break;
       case Succession::unknown:
         judgement_.needs({hidden(EventKind::thread_exit, context_.known.scope_of(earlier),
-                                 context_.lives.of(earlier).end,
-                                 context_.lives.of(later).begin)});
+                                 context_.lives.of(earlier).end, context_.lives.of(later).begin)});
         break;
       case Succession::successive:
         break;

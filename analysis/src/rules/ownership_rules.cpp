@@ -258,23 +258,23 @@ std::vector<Evidence> never_announced(const Model& model, const ThreadFacts& thr
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
   const auto& known = context.known;
-  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
-                                             Judgement& judgement) {
-    if (thread.ran.empty() && !is_isolated(thread)) return;
-    // What was not seen to run may have run on a thread that was never announced.
-    if (const auto lost = context.losses.of_every_run(index))
-      judgement.needs(known.lost_end(*lost));
-    if (thread.ran.empty()) return;
-    for (const auto* pair : thread.ran)
-      judgement.checked(pair->starts);
-    judgement.needs(known.unseen_callback(thread.process));
-    if (thread.announced) {
-      need_lasting_announcement(context, index, judgement);
-    } else {
-      judgement.violation([&] { return never_announced(model, thread); },
-                          {{hidden(EventKind::announcement, known.scope_of(index))}});
-    }
-  });
+  auto verdicts = judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (thread.ran.empty() && !is_isolated(thread)) return;
+        // What was not seen to run may have run on a thread that was never announced.
+        if (const auto lost = context.losses.of_every_run(index))
+          judgement.needs(known.lost_end(*lost));
+        if (thread.ran.empty()) return;
+        for (const auto* pair : thread.ran)
+          judgement.checked(pair->starts);
+        judgement.needs(known.unseen_callback(thread.process));
+        if (thread.announced) {
+          need_lasting_announcement(context, index, judgement);
+        } else {
+          judgement.violation([&] { return never_announced(model, thread); },
+                              {{hidden(EventKind::announcement, known.scope_of(index))}});
+        }
+      });
   note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
   return verdicts;

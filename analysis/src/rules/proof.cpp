@@ -112,7 +112,11 @@ std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
 
 const std::optional<Evidence>& Proof::loss(CallbackIndex callback) const {
   const auto& lost = lost_runs(callback);
-  return lost ? lost : found_loss(untold_ends_, callback);
+  return lost ? lost : unseen_end(callback);
+}
+
+const std::optional<Evidence>& Proof::unseen_end(CallbackIndex callback) const {
+  return found_loss(untold_ends_, callback);
 }
 
 const std::optional<Evidence>& Proof::lost_runs(CallbackIndex callback) const {

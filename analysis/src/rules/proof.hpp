@@ -39,6 +39,8 @@ class Proof {
   const std::optional<Evidence>& loss(CallbackIndex callback) const;
   // The same but for ends that nothing tells because an exception was thrown: they hide no instance.
   const std::optional<Evidence>& lost_runs(CallbackIndex callback) const;
+  // Of an instance that is over though nothing tells its end.
+  const std::optional<Evidence>& unseen_end(CallbackIndex callback) const;
   // Why not every message of the publisher is known to have been seen; empty if all were.
   std::optional<Evidence> loss(const PublisherFacts& publisher) const;
   // The same for numbers alone (T3), of starts and of ends.

@@ -206,8 +206,7 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
                      " was not seen: callbacks may have started after it"));
   } else if (!life.has_ended() || life.latest_end() > life.end) {
     add(scope_of(index), EventKind::thread_exit,
-        {.from = life.end, .to = life.ended_by.value_or(kLatest)},
-        GapCause::not_recorded,
+        {.from = life.end, .to = life.ended_by.value_or(kLatest)}, GapCause::not_recorded,
         without_event(moment(life.end, thread.tid),
                       "the exit of " + thread_name(thread) +
                           " was not seen, nor that it lived on from here"));
@@ -359,7 +358,12 @@ void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
 // Numbers and totals tell which instances were lost, and between which others.
 void RecordedKnowledge::prove_runs(CallbackIndex index) {
   const auto scope = scope_of(index);
-  if (!proof_.loss(index)) knowledge_.discharge(EventKind::run_end, scope, {});
+  if (const auto& left = proof_.unseen_end(index)) {  // nothing tells that an exception ended it
+    add(scope, EventKind::run_end, {.from = left->time.value_or(kEarliest), .to = kLatest},
+        GapCause::not_recorded, *left);
+  } else if (!proof_.loss(index)) {
+    knowledge_.discharge(EventKind::run_end, scope, {});
+  }
   const auto& lost = proof_.lost_runs(index);
   if (!lost) {
     knowledge_.discharge(EventKind::run_start, scope, {});

@@ -21,8 +21,7 @@ class RecordedKnowledge {
  public:
   // All are borrowed.
   RecordedKnowledge(const Model& model, const ThreadLives& lives, const KernelHoles& holes,
-                    const Proof& proof, const HiddenCallbacks& unseen,
-                    const ThreadLosses& losses);
+                    const Proof& proof, const HiddenCallbacks& unseen, const ThreadLosses& losses);
 
   const Knowledge& knowledge() const noexcept { return knowledge_; }
   // Why, in words.

@@ -139,7 +139,8 @@ void doubt_told_by_own(const RuleContext& context, std::vector<SubjectVerdict>& 
     const auto& about = subject.about;
     if (subject.verdict != Verdict::fail || about.kind != SubjectKind::callback || !about.index)
       continue;
-    if (auto doubt = perhaps_told_by_own(context.model, context.proof, context.losses, context.model.callbacks[*about.index]))
+    if (auto doubt = perhaps_told_by_own(context.model, context.proof, context.losses,
+                                         context.model.callbacks[*about.index]))
       leave_undecided(subject, *std::move(doubt));
   }
 }

@@ -111,8 +111,8 @@ void ThreadLosses::lose_elsewhere(CallbackIndex index, const std::vector<ThreadI
   };
   if (std::ranges::any_of(cpus, may_be_its)) return;
   for (const auto& cpu : cpus) {
-    const auto [place, is_first] =
-        elsewhere_.try_emplace({callback.process, *cpu}, Elsewhere{.callback = index, .when = *when});
+    const auto [place, is_first] = elsewhere_.try_emplace(
+        {callback.process, *cpu}, Elsewhere{.callback = index, .when = *when});
     auto& all = place->second.when;
     all = {.from = std::min(all.from, when->from), .to = std::max(all.to, when->to)};
   }

@@ -44,7 +44,7 @@ class ThreadLosses {
   // By process and CPU: instances that ran on none of the threads that their callbacks ran on otherwise.
   struct Elsewhere {
     CallbackIndex callback{};  // the first one's
-    TimeWindow when;                                // of all
+    TimeWindow when;           // of all
   };
   // `own`: the threads that the callback ran on or was announced for.
   void lose_elsewhere(CallbackIndex callback, const std::vector<ThreadIndex>& own);

@@ -211,9 +211,8 @@ TEST(Verify, SortsNumbersInSubjectsByValue) {
 // What its first subject shows of instances.
 std::vector<analysis::Evidence> starts_of(const analysis::VerdictReport& verdicts,
                                           std::string_view rule) {
-  auto evidence = std::ranges::find(verdicts.rules, rule, &analysis::RuleVerdict::id)
-                      ->subjects.at(0)
-                      .evidence;
+  auto evidence =
+      std::ranges::find(verdicts.rules, rule, &analysis::RuleVerdict::id)->subjects.at(0).evidence;
   std::erase_if(evidence, [](const auto& item) { return item.event != "callback_start"; });
   return evidence;
 }
