@@ -28,6 +28,9 @@ enum class EventKind : std::uint8_t {
   priority_inheritance,
   fork,
   kernel_exit,
+  // What no event shows.
+  reuse,       // an address, a pid or a tid is given anew
+  unseen_run,  // an instance of a callback that this tracer has no events for
 };
 
 // A set of kinds.
@@ -58,7 +61,7 @@ class EventKinds {
   }
   template <typename Visit>
   constexpr void for_each(const Visit& visit) const {
-    for (unsigned number = 0; number <= static_cast<unsigned>(EventKind::kernel_exit); ++number) {
+    for (unsigned number = 0; number <= static_cast<unsigned>(EventKind::unseen_run); ++number) {
       if (const auto kind = static_cast<EventKind>(number); has(kind)) {
         visit(kind);
       }

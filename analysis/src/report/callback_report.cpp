@@ -85,11 +85,11 @@ std::optional<Isolation> isolation_of(const RuleContext& context, CallbackIndex 
     if (!is_one) return std::nullopt;
   }
   if (std::ranges::any_of(facts.ran_on, may_be_with_others)) return std::nullopt;
-  const auto ran_others = [&context](const CallbackOnThread* pair) {
-    return context.hidden.beside_own(pair->thread).has_value();
+  const auto may_have_run_others = [&context](const CallbackOnThread* pair) {
+    return context.hidden.beside_own(pair->thread) || context.hidden.unseen_on(pair->thread);
   };
-  if (std::ranges::any_of(facts.ran_on, ran_others)) return std::nullopt;
-  if (facts.starts_without_tid > 0 || context.hidden.on_thread_of(facts)) return std::nullopt;
+  if (std::ranges::any_of(facts.ran_on, may_have_run_others)) return std::nullopt;
+  if (facts.starts_without_tid > 0) return std::nullopt;
   if (!facts.ran_on.empty()) return Isolation::isolated;
   return facts.ended.last ? std::nullopt : std::optional(Isolation::never_ran);
 }

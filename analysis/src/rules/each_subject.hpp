@@ -30,15 +30,6 @@ std::vector<SubjectVerdict> judge_callbacks(const RuleContext& context, const Ju
   return verdicts;
 }
 
-// judge(callback, why instances of it may be missing, judgement).
-template <typename Judge>
-std::vector<SubjectVerdict> for_each_callback(const RuleContext& context, const Judge& judge) {
-  return judge_callbacks(
-      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judge(callback, context.proof.loss(index), judgement);
-      });
-}
-
 // judge(ThreadIndex, const ThreadFacts&, Judgement&).
 template <typename Judge>
 std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judge& judge) {

@@ -155,7 +155,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
           if (*overlap) claim_overlap(context, index, **overlap, judgement);
         judgement.needs(context.known.lost_end(index));
         for (const auto* pair : callback.ran_on)
-          judgement.needs(context.known.unseen_callback(pair->thread));
+          judgement.needs(context.known.unseen_run(pair->thread));
       });
 }
 
@@ -200,6 +200,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
           if (*nesting) claim_nesting(context, index, **nesting, judgement);
         if (const auto lost = context.losses.on(index)) judgement.needs(known.lost_end(*lost));
         judgement.doubt(context.hidden.beside_own(index));
+        judgement.needs(known.unseen_run(index));
         if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
       });
   note_missing_vtid(context, verdicts);

@@ -267,6 +267,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
     judgement.doubt(context.hidden.beside_own(index));
+    judgement.needs(context.known.unseen_run(index));
     if (!thread.ran.empty()) judgement.needs(context.known.unseen_callback(index));
     // It may be one that has a budget.
     if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));

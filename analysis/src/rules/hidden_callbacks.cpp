@@ -147,17 +147,4 @@ std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
                   std::move(note));
 }
 
-std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callback) const {
-  for (const auto* pair : callback.ran_on) {
-    auto reason = unseen_on(pair->thread);
-    if (!reason) continue;
-    if (!may_be_unseen(model_.processes[at(callback.process)])) {
-      reason->note =
-          (callback.ran_on.size() == 1 ? "its thread " : "one of its threads ") + reason->note;
-    }
-    return reason;
-  }
-  return std::nullopt;
-}
-
 }  // namespace cie::analysis

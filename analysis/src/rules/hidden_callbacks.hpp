@@ -17,13 +17,6 @@ namespace cie::analysis {
 class HiddenCallbacks {
  public:
   explicit HiddenCallbacks(const Model& model);
-  // Why a thread that ran callbacks may have run others; empty if it did not.
-  std::optional<Evidence> on(ThreadIndex thread) const {
-    auto reason = beside_own(thread);
-    return reason ? reason : unseen_on(thread);
-  }
-  // Of those, why a thread that ran the callback may have run ones that nobody can see.
-  std::optional<Evidence> on_thread_of(const CallbackFacts& callback) const;
   // Another executor than this project's ran one there, as ROS 2's events show.
   std::optional<Evidence> beside_own(ThreadIndex thread) const;
   // Ones that no event shows may have run there.

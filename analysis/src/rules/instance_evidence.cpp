@@ -19,10 +19,10 @@ std::string released(const Extreme<Duration>& extreme) {
 
 }  // namespace
 
-void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgement& judgement) {
-  judgement.fail(start_of(extreme, " starts" + released(extreme)));
-  judgement.fail(evidence(extreme.end ? "callback_end" : "callback_start",
-                          extreme.end.value_or(extreme.start), what));
+std::vector<Evidence> shown_by(const Extreme<Duration>& extreme, const std::string& what) {
+  return {start_of(extreme, " starts" + released(extreme)),
+          evidence(extreme.end ? "callback_end" : "callback_start",
+                   extreme.end.value_or(extreme.start), what)};
 }
 
 void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement) {

@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -20,7 +21,7 @@ Evidence start_of(const Extreme<Value>& extreme, const std::string& note) {
 inline constexpr const char* kOutside = "; outside of what all streams cover, so not counted";
 
 // The instance that an extreme was taken from: its start and its end.
-void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgement& judgement);
+std::vector<Evidence> shown_by(const Extreme<Duration>& extreme, const std::string& what);
 // What violates a rule only by instances that may be another callback's.
 void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement);
 // Whether a timer was reset nobody tells.

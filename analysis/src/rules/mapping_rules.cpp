@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -54,9 +55,10 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
 // Two callbacks that ran on the thread, unless it is two threads of one tid, or they are one callback.
 void claim_two_callbacks(const RuleContext& context, const CallbackOnThread& first, Timestamp last,
                          const CallbackOnThread& next, Judgement& judgement) {
-  auto excuses = context.known.replaced(next.thread, last, next.first_start.time);
-  excuses.push_back(context.known.another_owner(first));
-  excuses.push_back(context.known.another_owner(next));
+  const auto& known = context.known;
+  std::vector excuses{known.another_owner(first), known.another_owner(next)};
+  std::ranges::move(known.replaced(next.thread, last, next.first_start.time),
+                    std::back_inserter(excuses));
   judgement.violation(
       [&] {
         return std::vector{started_here(context.model, first), started_here(context.model, next)};
@@ -79,6 +81,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         }
         if (const auto lost = context.run_losses.on(index)) judgement.needs(known.lost_run(*lost));
         judgement.doubt(context.hidden.beside_own(index));
+        judgement.needs(known.unseen_run(index));
         if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
       });
   note_missing_vtid(context, verdicts);
@@ -193,7 +196,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         judge_threads_together(context, signs, callback, judgement);
         for (const auto* pair : callback.ran_on) {
           if (callback.ran_on.size() > 1) judgement.needs(context.known.another_owner(*pair));
-          judgement.needs(context.known.unseen_callback(pair->thread));
+          judgement.needs(context.known.unseen_run(pair->thread));
         }
         judgement.needs(context.known.lost_run(index));
         if (callback.starts_without_tid != 0) {

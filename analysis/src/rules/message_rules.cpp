@@ -37,9 +37,9 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
     return running ? *running : callback.fini->at;
   };
   if (lost > 0) {
-    judgement.fail(evidence(
+    judgement.violation(std::vector{evidence(
         callback.lost_at ? "sample_lost" : "callback_fini", where(callback.lost_at),
-        counted(lost, "sample") + (lost == 1 ? " was" : " were") + " lost before the queue"));
+        counted(lost, "sample") + (lost == 1 ? " was" : " were") + " lost before the queue")});
   }
   if (overwritten > allowed) {
     auto found = evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
@@ -52,7 +52,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
       found.note += "; the queue " + std::string(kPerhapsAnothers);
       judgement.doubt(std::move(found));
     } else {
-      judgement.fail(std::move(found));
+      judgement.violation(std::vector{std::move(found)});
     }
   } else if (overwritten > 0) {
     judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& entry) {
@@ -66,16 +66,16 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
 }
 
 std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
-  const auto& proof = context.proof;
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.kind == CallbackKind::timer) return;
-        judgement.doubt(proof.lost_runs(index));
+        judgement.needs(context.known.lost_run(index));
         if (!callback.registered) return;
         judge_queue(context, callback, judgement);
         // Running totals tell of no loss before them that an event alone told of, nor of what came after.
         if (!callback.fini) {
-          judgement.doubt(context.user_losses.since(callback.process, callback.registered->time));
+          judgement.needs({hidden(EventKind::lost_sample, context.known.scope_of(index),
+                                  callback.registered->time)});
         }
       });
 }

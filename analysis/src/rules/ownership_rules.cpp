@@ -244,8 +244,9 @@ std::vector<Evidence> never_announced(const Model& model, const ThreadFacts& thr
   witnesses.push_back(evidence("callback_start", first_start_on(thread),
                                "a callback ran here, first at this time"));
   if (const auto known = scheduled_text(thread); !known.empty()) {
-    witnesses.push_back(evidence("sched_switch", thread.scheduled.back().first.at,
-                                 "the kernel schedules it with " + known));
+    witnesses.push_back(
+        evidence("sched_switch", thread.scheduled.back().first.at,
+                 "the kernel schedules it with " + known + "; no event tells whose it is"));
   }
   if (const auto& end = model.processes[at(thread.process)].run_end) {
     witnesses.push_back(evidence("run_end", end->at,

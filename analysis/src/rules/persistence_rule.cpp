@@ -140,10 +140,7 @@ void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
   for (const auto* pair : callback.ran_on) {
     const auto& thread = thread_of(context.model, pair->thread);
     const auto own = context.known.scope_of(pair->thread);
-    auto unseen = hidden(EventKind::run_start, own);
-    unseen.is_unnumbered = true;
-    if (process.is_from_ros2 || !callback.is_accounted)
-      judgement.needs({hidden(EventKind::registration, own), unseen});
+    judgement.needs(context.known.unseen_run(pair->thread));
     // A tid is presumed not to be given anew where the thread told its end.
     if (process.run_end && !thread.fini && pair->starts > 1) {
       judgement.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,

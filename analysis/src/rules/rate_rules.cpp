@@ -14,6 +14,7 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -45,26 +46,36 @@ const OpenInstance* released_after(const CallbackFacts& callback) {
   return found != callback.open.end() ? &*found : nullptr;
 }
 
-void fail_released_before_end(const ReleaseBeforeEnd& witness, const char* place,
-                              Judgement& judgement) {
+std::vector<Evidence> released_before_end(const ReleaseBeforeEnd& witness, const char* place) {
   const auto seq = "seq " + std::to_string(witness.seq);
-  judgement.fail(evidence("callback_end", witness.end, seq + " ends"));
-  judgement.fail(evidence("callback_start", witness.next_start,
-                          "the next instance was released at " +
-                              std::to_string(witness.next_release.ns) + ", not after the end of " +
-                              seq + place));
+  return {evidence("callback_end", witness.end, seq + " ends"),
+          evidence("callback_start", witness.next_start,
+                   "the next instance was released at " + std::to_string(witness.next_release.ns) +
+                       ", not after the end of " + seq + place)};
 }
 
-void judge_arrival_inside(const CallbackFacts& callback, Judgement& judgement) {
+// The longest response time is no shorter than the shortest inter-arrival time.
+std::vector<Evidence> turned_around_late(const Extreme<Duration>& longest,
+                                         const std::string& response,
+                                         const Extreme<Duration>& shortest,
+                                         const char* where = "") {
+  auto witnesses = shown_by(longest, "longest response time: " + response);
+  witnesses.push_back(
+      start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                             " after the one before it: shortest inter-arrival time" + where));
+  return witnesses;
+}
+
+void judge_arrival_inside(const CallbackFacts& callback, const std::vector<Conjunction>& excuses,
+                          Judgement& judgement) {
   if (!callback.min_inter_arrival || !callback.max_response) return;
   const auto& shortest = *callback.min_inter_arrival;
   const auto& longest = *callback.max_response;
   const Duration error{3 * callback.release_error().ns};  // of three releases
   if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
-    fail_with(longest, "longest response time: " + nanoseconds(longest.value) + error_of(callback),
-              judgement);
-    judgement.fail(start_of(shortest, " was released " + nanoseconds(shortest.value) +
-                                          " after the one before it: shortest inter-arrival time"));
+    judgement.violation(
+        turned_around_late(longest, nanoseconds(longest.value) + error_of(callback), shortest),
+        excuses);
   } else if (shortest.value <= longest.value + error + callback.release_spread()) {
     judgement.doubt(
         start_of(shortest, " was released " + nanoseconds(shortest.value) +
@@ -74,11 +85,12 @@ void judge_arrival_inside(const CallbackFacts& callback, Judgement& judgement) {
 }
 
 // What one response time and one inter-arrival time show of which not all are inside.
-void judge_arrival_outside(const CallbackFacts& callback, Judgement& judgement) {
+void judge_arrival_outside(const CallbackFacts& callback, const std::vector<Conjunction>& excuses,
+                           Judgement& judgement) {
   if (!callback.outside || judgement.has_witness()) return;
   const auto& outside = *callback.outside;
   if (outside.release_before_end) {
-    fail_released_before_end(*outside.release_before_end, kOutside, judgement);
+    judgement.violation(released_before_end(*outside.release_before_end, kOutside), excuses);
     return;
   }
   auto shortest = outside.min_inter_arrival;
@@ -90,13 +102,11 @@ void judge_arrival_outside(const CallbackFacts& callback, Judgement& judgement) 
   if (is_short_inside) shortest = least;
   if (is_long_inside) longest = most;
   if (!shortest || !longest || longest->value < shortest->value) return;
-  fail_with(*longest,
-            "longest response time: at least " + nanoseconds(longest->value) +
-                (is_long_inside ? "" : kOutside),
-            judgement);
-  judgement.fail(start_of(*shortest, " was released " + nanoseconds(shortest->value) +
-                                         " after the one before it: shortest inter-arrival time" +
-                                         (is_short_inside ? "" : kOutside)));
+  judgement.violation(
+      turned_around_late(
+          *longest, "at least " + nanoseconds(longest->value) + (is_long_inside ? "" : kOutside),
+          *shortest, is_short_inside ? "" : kOutside),
+      excuses);
 }
 
 // Two events of one waitable (a goal and its cancellation, QoS events) may come at any distance, unless the
@@ -113,35 +123,40 @@ bool is_without_least_arrival(const RuleContext& context, const CallbackFacts& c
 }
 
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
-  return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          Judgement& judgement) {
+  return judge_callbacks(
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (is_without_least_arrival(context, callback, judgement)) return;
+        auto excuses = context.known.other_instances(index);
+        if (!callback.kind)  // it may be a waitable
+          excuses.push_back({hidden(EventKind::registration, context.known.scope_of(index))});
         const auto* hung = released_after(callback);
         const bool is_several =
             callback.instances >= 2 || callback.release_before_end || hung != nullptr;
-        if (!is_several && !loss) {
-          judge_arrival_outside(callback, judgement);
+        judgement.needs(context.known.lost_end(index));
+        if (!is_several) {
+          judge_arrival_outside(callback, excuses, judgement);
           return;
         }
-        judgement.overrule(loss);
         judgement.doubt(inexact_releases(callback));
         judgement.doubt(calculated_releases(callback));
         if (callback.min_inter_arrival) judgement.checked(callback.instances);
         if (hung != nullptr) {
           const auto seq = "seq " + std::to_string(hung->seq);
-          judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
-          judgement.fail(evidence(
-              "callback_start", hung->next_start,
-              "the next instance was released at " + std::to_string(hung->next_release->ns)));
+          judgement.violation(
+              std::vector{evidence("callback_start", hung->start, seq + " starts and never ends"),
+                          evidence("callback_start", hung->next_start,
+                                   "the next instance was released at " +
+                                       std::to_string(hung->next_release->ns))},
+              {{hidden(EventKind::run_end, context.known.scope_of(index), hung->start.time,
+                       hung->next_start.time)}});
           return;
         }
         if (callback.release_before_end) {
-          fail_released_before_end(*callback.release_before_end, "", judgement);
+          judgement.violation(released_before_end(*callback.release_before_end, ""), excuses);
           return;
         }
-        judge_arrival_inside(callback, judgement);
-        judge_arrival_outside(callback, judgement);
+        judge_arrival_inside(callback, excuses, judgement);
+        judge_arrival_outside(callback, excuses, judgement);
       });
 }
 
@@ -153,12 +168,14 @@ void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, bool ma
            std::to_string(allowed) + " allowed";
   };
   const auto accuse = [&](std::uint64_t missed, const auto& first) {
+    std::vector<Evidence> witnesses;
     if (first) {
-      judgement.fail(start_of(*first, ": " + counted(first->value, "period") +
-                                          (first->value == 1 ? " was" : " were") +
-                                          " skipped before this release"));
+      witnesses.push_back(start_of(*first, ": " + counted(first->value, "period") +
+                                               (first->value == 1 ? " was" : " were") +
+                                               " skipped before this release"));
     }
-    judgement.fail(evidence("callback_start", callback.starts.last_at, in_all(missed)));
+    witnesses.push_back(evidence("callback_start", callback.starts.last_at, in_all(missed)));
+    judgement.violation(std::move(witnesses));
   };
   const auto& own = callback.own;
   if (!own) {
@@ -180,8 +197,8 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
     if (!callback.kind) return;
     const auto allowed = most_allowed(context, callback, &SpecEntry::missed_releases_allowed);
     judgement.checked(callback.starts.count);
-    const auto lost = context.proof.lost_runs(index);
-    judgement.doubt(lost);
+    const auto lost = context.known.lost_run(index);
+    judgement.needs(lost);
     judgement.doubt(calculated_releases(callback));
     const auto unknown =
         callback.has_grid_releases() ? unresolved_periods(callback) : inexact_releases(callback);
@@ -191,7 +208,8 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
                                    " skipped in all, if the timer was not reset; " +
                                    std::to_string(allowed) + " allowed"));
     } else if (callback.missed > allowed) {
-      judge_skipped(callback, allowed, lost || unknown, judgement);
+      const bool may_be_more = unknown || context.known.knowledge().gap(lost) != nullptr;
+      judge_skipped(callback, allowed, may_be_more, judgement);
     }
     judgement.doubt(unknown);
   });
@@ -202,9 +220,8 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
   };
   const bool is_any_specified = specifies_any(context, kAsks);
-  return for_each_callback(context, [&context, is_any_specified, kAsks](
-                                        const CallbackFacts& callback,
-                                        const std::optional<Evidence>& loss, Judgement& judgement) {
+  return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
+                                      Judgement& judgement) {
     if (is_any_specified) judgement.doubt(unknown_entry(context, callback, kAsks));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr) return;
@@ -214,7 +231,8 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     // Before an instance that never ended, too.
     const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
     judgement.checked(std::max(callback.inter_arrival.count(), judged));
-    judgement.overrule(loss);
+    judgement.needs(context.known.lost_end(index));
+    const auto excuses = context.known.other_instances(index);
     if (callback.instances >= 2) {
       judgement.doubt(inexact_releases(callback));
       judgement.doubt(calculated_releases(callback));
@@ -232,7 +250,7 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
                                            place(context, entry->line) + " declares " + bound +
                                            ' ' + nanoseconds(value) + error_of(callback) + where);
       if (is_certain && callback.are_releases_certain() && excess > error) {
-        judgement.fail(std::move(witness));
+        judgement.violation(std::vector{std::move(witness)}, excuses);
       } else {
         judgement.doubt(std::move(witness));
       }

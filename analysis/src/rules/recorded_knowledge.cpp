@@ -61,8 +61,8 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     expect_announcement(index);
     prove_read_backs(index);
     if (auto unseen_here = unseen.unseen_on(index)) {
-      add(scope_of(index), {EventKind::registration, EventKind::run_start, EventKind::run_end}, {},
-          GapCause::unseen_entities, *std::move(unseen_here));
+      add(scope_of(index), EventKind::unseen_run, {}, GapCause::unseen_entities,
+          *std::move(unseen_here));
     }
   });
   for_each_index<CallbackIndex>(model.callbacks, [&](CallbackIndex index) {
@@ -70,7 +70,7 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     add_unordered_registrations(index);
     prove_runs(index);
     for (const auto* pair : model.callbacks[at(index)].ran_on)
-      prove_owner(*pair, losses);
+      add_other_owner(*pair, losses);
   });
 }
 
@@ -111,9 +111,9 @@ void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evid
                                std::optional<std::uint64_t> count) {
   if (knowledge_.gap(missing) != nullptr) return;
   reason.note += ": other announcements may be missing, too";
-  auto others = kStateKinds;
+  auto others = kStateKinds.without(kReadBackKinds);  // which are numbered
   if (count) {
-    others = kStateKinds.without(missing.kinds);
+    others = others.without(missing.kinds);
     add(scope_of(process), missing.kinds, {}, GapCause::unaccounted, reason, count);
   }
   add(scope_of(process), others, {}, GapCause::unaccounted, std::move(reason));
@@ -161,6 +161,16 @@ void RecordedKnowledge::expect_registration(CallbackIndex index) {
                        "its callback_init was not seen"));
 }
 
+// The kernel may have switched it in later than what it told of itself, if that was no other thread of its tid.
+Timestamp RecordedKnowledge::last_sign_of(ThreadIndex index) const {
+  const auto last = lives_.of(index).end;
+  const auto& run = model_.threads[at(index)].switched_in;
+  const bool is_its_own =
+      run && run->time > last && !lives_.may_be_another(index, run->time) &&
+      knowledge_.gap(hidden(EventKind::thread_exit, scope_of(index), last, run->time)) == nullptr;
+  return is_its_own ? run->time : last;
+}
+
 // Of a thread that ran callbacks and was not seen to be announced it is missing, unless totals prove that it never was.
 void RecordedKnowledge::expect_announcement(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
@@ -182,8 +192,9 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
     // Whoever ran before and behind is still there.
     for (const auto* pair : thread.ran) {
       if (!pair->is_certain || !is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
-      knowledge_.discharge(EventKind::thread_exit, scope_of(index),
-                           {.from = pair->first_start.time, .to = pair->last_activity.time});
+      knowledge_.discharge(
+          EventKind::thread_exit, scope_of(index),
+          {.from = pair->first_start.time, .to = pair->last_activity.time - Duration{1}});
     }
     // The kernel would tell it.
     const bool is_told = model_.hosts[at(process.host)].has_switches &&
@@ -205,9 +216,10 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
                  "the end of " + thread_name(thread) +
                      " was not seen: callbacks may have started after it"));
   } else if (!life.has_ended() || life.latest_end() > life.end) {
+    const auto last = last_sign_of(index);
     add(scope_of(index), EventKind::thread_exit,
-        {.from = life.end, .to = life.ended_by.value_or(kLatest)}, GapCause::not_recorded,
-        without_event(moment(life.end, thread.tid),
+        {.from = last, .to = life.ended_by.value_or(kLatest)}, GapCause::not_recorded,
+        without_event(moment(last, thread.tid),
                       "the exit of " + thread_name(thread) +
                           " was not seen, nor that it lived on from here"));
   }
@@ -229,7 +241,7 @@ void RecordedKnowledge::add_reused_identity(CallbackIndex index) {
 
 // Whose instances on a thread a callback's are: of ROS 2's, which are known by an address, those of another callback, of
 // another process of that pid, or of one that the process's own events tell of otherwise.
-void RecordedKnowledge::prove_owner(const CallbackOnThread& pair, const ThreadLosses& losses) {
+void RecordedKnowledge::add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses) {
   const auto& callback = model_.callbacks[at(pair.callback)];
   auto scope = scope_of(pair.callback);
   scope.thread = pair.thread;
@@ -241,11 +253,7 @@ void RecordedKnowledge::prove_owner(const CallbackOnThread& pair, const ThreadLo
                           "the registration of " + callback.logical_id +
                               " was not seen: it may be another one's address");
   }
-  if (doubt) {
-    add(scope, EventKind::registration, {}, GapCause::reused_identity, *std::move(doubt));
-  } else {
-    knowledge_.discharge(EventKind::registration, scope, {});
-  }
+  if (doubt) add(scope, EventKind::reuse, {}, GapCause::reused_identity, *std::move(doubt));
 }
 
 // Events of two CPUs have no order within a nanosecond.
@@ -298,6 +306,10 @@ std::vector<Hidden> RecordedKnowledge::unseen_callback(ThreadIndex thread) const
   return {hidden(EventKind::registration, scope), hidden(EventKind::run_start, scope)};
 }
 
+std::vector<Hidden> RecordedKnowledge::unseen_run(ThreadIndex thread) const {
+  return {hidden(EventKind::unseen_run, scope_of(thread))};
+}
+
 std::vector<Hidden> RecordedKnowledge::lost_run(CallbackIndex callback) const {
   return {hidden(EventKind::run_start, scope_of(callback))};
 }
@@ -306,10 +318,15 @@ std::vector<Hidden> RecordedKnowledge::lost_end(CallbackIndex callback) const {
   return {hidden(EventKind::run_end, scope_of(callback))};
 }
 
+std::vector<std::vector<Hidden>> RecordedKnowledge::other_instances(CallbackIndex callback) const {
+  if (model_.callbacks[at(callback)].is_accounted) return {};
+  return {lost_end(callback)};
+}
+
 std::vector<Hidden> RecordedKnowledge::another_owner(const CallbackOnThread& pair) const {
   auto scope = scope_of(pair.callback);
   scope.thread = pair.thread;
-  return {hidden(EventKind::registration, scope)};
+  return {hidden(EventKind::reuse, scope)};
 }
 
 std::vector<std::vector<Hidden>> RecordedKnowledge::other_parameters(ThreadIndex thread,

@@ -42,9 +42,13 @@ class RecordedKnowledge {
   // For a callback of which nothing was seen to have run in the process, or on the thread.
   std::vector<Hidden> unseen_callback(ProcessIndex process) const;
   std::vector<Hidden> unseen_callback(ThreadIndex thread) const;
+  // For one to have run there that the tracer has no events for.
+  std::vector<Hidden> unseen_run(ThreadIndex thread) const;
   // For any more of the callback to have run, or to have ended.
   std::vector<Hidden> lost_run(CallbackIndex callback) const;
   std::vector<Hidden> lost_end(CallbackIndex callback) const;
+  // For what seems to be one instance, or two that follow each other, to be of others: where nothing numbers them.
+  std::vector<std::vector<Hidden>> other_instances(CallbackIndex callback) const;
   // For what ran on the thread to be another callback's: its address told of two.
   std::vector<Hidden> another_owner(const CallbackOnThread& pair) const;
 
@@ -63,10 +67,11 @@ class RecordedKnowledge {
   void expect_state(ProcessIndex process);
   void expect_callbacks(ProcessIndex process);
   void expect_registration(CallbackIndex callback);
+  Timestamp last_sign_of(ThreadIndex thread) const;
   void expect_announcement(ThreadIndex thread);
   void add_exits(ThreadIndex thread, const ThreadLives& lives, const KernelHoles& holes);
   void add_reused_identity(CallbackIndex callback);
-  void prove_owner(const CallbackOnThread& pair, const ThreadLosses& losses);
+  void add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses);
   void add_unordered_registrations(CallbackIndex callback);
   void prove_runs(CallbackIndex callback);
   void prove_read_backs(ThreadIndex thread);

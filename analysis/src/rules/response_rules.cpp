@@ -14,24 +14,27 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
 
 // Where more ended than started, an instance ended twice. If an end was lost it may have been the
 // first one, and an instance that seems too long was not.
-std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
-                                      const std::optional<Evidence>& loss) {
+std::vector<Conjunction> ended_before(const RuleContext& context, CallbackIndex index) {
+  const auto& callback = context.model.callbacks[at(index)];
   const auto& fini = callback.fini;
   const bool is_any_end_lost = fini && callback.ended.count < fini->ended;
-  return is_any_end_lost && fini->ended > fini->started ? loss : std::nullopt;
+  if (!is_any_end_lost || fini->ended <= fini->started) return {};
+  return {context.known.lost_end(index)};
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
-void judge_never_ended(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
-                       std::int64_t deadline, Judgement& judgement) {
+void judge_never_ended(const RuleContext& context, CallbackIndex index, std::int64_t deadline,
+                       Judgement& judgement) {
+  const auto& callback = context.model.callbacks[at(index)];
   const auto& fini = callback.fini;
-  if (is_lost || !has_unended(callback)) return;
+  if (!has_unended(callback)) return;
   for_each_open(callback, [&](const OpenInstance& open) {
     const auto window_end = end_of_window(context.model, open.start.stream);
     // While it is still recorded, and of what came after an interruption, no more is known than that
@@ -47,14 +50,16 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
                                    " never ended, and its deadline lies beyond the window"));
       return;
     }
-    judgement.fail(evidence("callback_start", open.start,
-                            "seq " + std::to_string(open.seq) + " starts, released at " +
-                                std::to_string(since.ns) + " at the latest, and never ends"));
     const auto later =
         nanoseconds(until - since) + " later; the deadline is " + nanoseconds(deadline);
-    judgement.fail(is_told_last
-                       ? evidence("callback_fini", fini->at, "its totals are told, " + later)
-                       : evidence("window", moment(until), "end of the window, " + later));
+    judgement.violation(
+        std::vector{evidence("callback_start", open.start,
+                             "seq " + std::to_string(open.seq) + " starts, released at " +
+                                 std::to_string(since.ns) + " at the latest, and never ends"),
+                    is_told_last
+                        ? evidence("callback_fini", fini->at, "its totals are told, " + later)
+                        : evidence("window", moment(until), "end of the window, " + later)},
+        {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time, until)}});
   });
   const auto unended = fini->started - fini->ended;
   if (callback.open.size() + callback.running.size() < unended) {
@@ -66,8 +71,9 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
 
 // An instance that was still open when its process, which left no totals, told of itself last. What a
 // crash cut before its deadline is not judged.
-void judge_outlived(const RuleContext& context, const CallbackFacts& callback,
-                    const OpenInstance& open, std::int64_t deadline, Judgement& judgement) {
+void judge_outlived(const RuleContext& context, CallbackIndex index, const OpenInstance& open,
+                    std::int64_t deadline, Judgement& judgement) {
+  const auto& callback = context.model.callbacks[at(index)];
   const auto since = latest_release(open);
   const auto outlived = analysis::outlived(context, callback, open);
   if (!outlived || (outlived->last.time - since).ns <= deadline) return;
@@ -85,14 +91,17 @@ void judge_outlived(const RuleContext& context, const CallbackFacts& callback,
                                  ", whose end may be missing with the rest"));
     return;
   }
-  judgement.fail(evidence(
-      "callback_start", open.start,
-      seq + " starts, released at " + std::to_string(since.ns) + " at the latest, and has no end"));
   const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
                      " later, as " + outlived->sign + "; the deadline is " + nanoseconds(deadline);
-  judgement.fail(outlived->until == outlived->last.time
-                     ? without_event(outlived->last, still)
-                     : evidence("window", moment(outlived->until), still));
+  judgement.violation(
+      std::vector{evidence("callback_start", open.start,
+                           seq + " starts, released at " + std::to_string(since.ns) +
+                               " at the latest, and has no end"),
+                  outlived->until == outlived->last.time
+                      ? without_event(outlived->last, still)
+                      : evidence("window", moment(outlived->until), still)},
+      {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time,
+               outlived->until)}});
 }
 
 // "8 ns"; "at least 8 ns" where no release is known exactly.
@@ -124,7 +133,7 @@ std::optional<Late> find_late(const CallbackFacts& callback, const auto& longest
 
 // `allowed`: "the deadline of spec.yaml:3 is 8 ns".
 void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std::string& allowed,
-                Judgement& judgement) {
+                const std::vector<Conjunction>& excuses, Judgement& judgement) {
   const auto response_of = [&allowed](const Late& late) {
     return "response time " + late.response + ", " + allowed;
   };
@@ -132,7 +141,7 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
   const auto& own = callback.own;
   const auto certain = own ? find_late(callback, *own, deadline) : late;
   if (certain) {
-    fail_with(certain->instance, response_of(*certain), judgement);
+    judgement.violation(shown_by(certain->instance, response_of(*certain)), excuses);
   } else if (late) {
     doubt_others(callback, response_of(*late), judgement);
   }
@@ -140,9 +149,9 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
 
 // An instance that stands in the trace where other streams do not.
 void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, const std::string& what,
-                   Judgement& judgement) {
+                   const std::vector<Conjunction>& excuses, Judgement& judgement) {
   if (longest.value.ns <= allowed || judgement.has_witness()) return;
-  fail_with(longest, what + kOutside, judgement);
+  judgement.violation(shown_by(longest, what + kOutside), excuses);
 }
 
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
@@ -158,9 +167,8 @@ bool asks_for_deadline(const SpecEntry& entry) { return entry.response_deadline_
 bool asks_for_budget(const SpecEntry& entry) { return entry.wcet_ns.has_value(); }
 
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
-  return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          Judgement& judgement) {
+  return judge_callbacks(
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (auto unknown = unknown_entry(context, callback, asks_for_deadline)) {
           judgement.doubt(*std::move(unknown));
           return;
@@ -171,22 +179,20 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         const bool is_specified = entry != nullptr && entry->response_deadline_ns;
         const auto origin = is_specified ? place(context, entry->line) : "callback_init";
         judgement.checked(callback.instances);
-        judgement.doubt(loss);
-        judgement.overrule(doubtful_ends(callback, loss));
-        judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
-        if (!loss) {
-          for_each_open(callback, [&](const OpenInstance& open) {
-            judge_outlived(context, callback, open, deadline, judgement);
-          });
-        }
+        judgement.needs(context.known.lost_end(index));
+        judge_never_ended(context, index, deadline, judgement);
+        for_each_open(callback, [&](const OpenInstance& open) {
+          judge_outlived(context, index, open, deadline, judgement);
+        });
+        const auto excuses = ended_before(context, index);
         judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
-                   judgement);
+                   excuses, judgement);
         if (callback.outside && callback.outside->max_response) {
           const auto& longest = *callback.outside->max_response;
           judge_outside(longest, deadline,
                         "response time at least " + nanoseconds(longest.value) +
                             ", the deadline of " + origin + " is " + nanoseconds(deadline),
-                        judgement);
+                        excuses, judgement);
         }
         judgement.doubt(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
@@ -207,56 +213,59 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
 }
 
 // An instance that never ended, as the totals prove, and executed for longer than `declared` allows.
-void judge_unended_budget(const CallbackFacts& callback, bool is_lost, std::int64_t wcet,
+void judge_unended_budget(const RuleContext& context, CallbackIndex index, std::int64_t wcet,
                           const std::string& declared, Judgement& judgement) {
-  if (is_lost || !has_unended(callback)) return;
+  const auto& callback = context.model.callbacks[at(index)];
+  if (!has_unended(callback)) return;
   for (const auto& open : callback.open) {
     if (!open.executed || open.executed->first.ns <= wcet) continue;
     judgement.checked();
-    judgement.fail(evidence("callback_start", open.start,
-                            "seq " + std::to_string(open.seq) + " starts, and never ends"));
-    judgement.fail(
-        without_event(moment(open.executed->second, open.start.tid),
-                      "execution time until here " + nanoseconds(open.executed->first) + declared));
+    const auto until = open.executed->second;
+    judgement.violation(
+        std::vector{evidence("callback_start", open.start,
+                             "seq " + std::to_string(open.seq) + " starts, and never ends"),
+                    without_event(moment(until, open.start.tid),
+                                  "execution time until here " + nanoseconds(open.executed->first) +
+                                      declared)},
+        {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time, until)}});
   }
 }
 
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
   const bool is_any_specified = specifies_any(context, asks_for_budget);
-  return for_each_callback(context, [&context, is_any_specified](
-                                        const CallbackFacts& callback,
-                                        const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_entry(context, callback, asks_for_budget));
-    const auto* entry = spec_entry(context, callback);
-    if (entry == nullptr || !entry->wcet_ns) return;
-    const auto wcet = *entry->wcet_ns;
-    judgement.checked(callback.instances);
-    judgement.doubt(loss);
-    judgement.overrule(doubtful_ends(callback, loss));
-    const auto& longest = callback.max_execution;
-    const auto& own = callback.own ? callback.own->max_execution : longest;
-    const auto declared =
-        ", " + place(context, entry->line) + " declares at most " + nanoseconds(wcet);
-    const auto took = [&declared](const Extreme<Duration>& extreme) {
-      return "execution time " + nanoseconds(extreme.value) + declared;
-    };
-    judge_unended_budget(callback, loss.has_value(), wcet, declared, judgement);
-    if (own && own->value.ns > wcet) {
-      fail_with(*own, took(*own), judgement);
-    } else if (longest && longest->value.ns > wcet) {
-      doubt_others(callback, took(*longest), judgement);
-    }
-    if (callback.outside && callback.outside->max_execution) {
-      const auto& executed = *callback.outside->max_execution;
-      judge_outside(executed, wcet, took(executed), judgement);
-    }
-    const auto& unmeasured = callback.max_duration_without_execution;
-    if (unmeasured && unmeasured->value.ns > wcet) {
-      judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
-                                                ", its CPU time is not known; declared are " +
-                                                nanoseconds(wcet)));
-    }
-  });
+  return judge_callbacks(
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (is_any_specified) judgement.doubt(unknown_entry(context, callback, asks_for_budget));
+        const auto* entry = spec_entry(context, callback);
+        if (entry == nullptr || !entry->wcet_ns) return;
+        const auto wcet = *entry->wcet_ns;
+        judgement.checked(callback.instances);
+        judgement.needs(context.known.lost_end(index));
+        const auto excuses = ended_before(context, index);
+        const auto& longest = callback.max_execution;
+        const auto& own = callback.own ? callback.own->max_execution : longest;
+        const auto declared =
+            ", " + place(context, entry->line) + " declares at most " + nanoseconds(wcet);
+        const auto took = [&declared](const Extreme<Duration>& extreme) {
+          return "execution time " + nanoseconds(extreme.value) + declared;
+        };
+        judge_unended_budget(context, index, wcet, declared, judgement);
+        if (own && own->value.ns > wcet) {
+          judgement.violation(shown_by(*own, took(*own)), excuses);
+        } else if (longest && longest->value.ns > wcet) {
+          doubt_others(callback, took(*longest), judgement);
+        }
+        if (callback.outside && callback.outside->max_execution) {
+          const auto& executed = *callback.outside->max_execution;
+          judge_outside(executed, wcet, took(executed), excuses, judgement);
+        }
+        const auto& unmeasured = callback.max_duration_without_execution;
+        if (unmeasured && unmeasured->value.ns > wcet) {
+          judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
+                                                    ", its CPU time is not known; declared are " +
+                                                    nanoseconds(wcet)));
+        }
+      });
 }
 
 }  // namespace

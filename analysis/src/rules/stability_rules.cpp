@@ -304,11 +304,9 @@ void judge_beginning(const RuleContext& context, ThreadIndex index, const EventR
     return;
   }
   judgement.checked();
-  // That of an earlier spin, with the read-back of what it began with.
-  const Conjunction announced{hidden(EventKind::announcement, context.known.scope_of(index),
-                                     birth_of(thread).value_or(Timestamp{}),
-                                     thread.initial->at.time)};
-  judgement.needs(announced);
+  const auto earlier = context.known.read_backs(index, birth_of(thread).value_or(Timestamp{}),
+                                                thread.initial->at.time);
+  judgement.needs_none(earlier);
   if (!is_real_time(Policy{thread.initial->policy})) return;
   judgement.violation(
       [&] {
@@ -317,7 +315,7 @@ void judge_beginning(const RuleContext& context, ThreadIndex index, const EventR
             evidence("thread_sched", thread.initial->at,
                      "before anything was applied it runs " + describe(*thread.initial))};
       },
-      {announced});
+      earlier);
 }
 
 // Some thread is real-time, or may have been before what is left of its record.
