@@ -32,16 +32,16 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   auto verdicts = judge_callbacks(
       context, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
         judgement.checked(callback.starts.count);
-        judgement.doubt(proof.gap(callback));
+        judgement.unseen(proof.gap(callback));
         if (!callback.is_accounted && callback.starts.count != 0) {
-          judgement.doubt(evidence("callback_start", callback.starts.first_at,
-                                   "its tracer numbers no instances, as cie:callback_start does"));
+          judgement.unseen(evidence("callback_start", callback.starts.first_at,
+                                    "its tracer numbers no instances, as cie:callback_start does"));
         }
       });
   // Threads and publishers are named only if their numbers jump.
   const auto doubt = [&](NamedSubject subject, const std::optional<Evidence>& gap) {
     Judgement judgement(std::move(subject), context.known);
-    judgement.doubt(gap);
+    judgement.unseen(gap);
     conclude(std::move(judgement), verdicts);
   };
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
@@ -114,8 +114,8 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const bool is_of_ros2 = process.is_from_ros2;
     if (!has_begun_here(process)) {
       const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
-      judgement.doubt(without_event(process.first_seen.value_or(EventRef{}),
-                                    "no " + begin + " of this process"));
+      judgement.unseen(without_event(process.first_seen.value_or(EventRef{}),
+                                     "no " + begin + " of this process"));
     }
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
@@ -128,11 +128,11 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
       if (is_crash_allowed || outlives_window) {
         judgement.remark(std::move(note));
       } else {
-        judgement.doubt(std::move(note));
+        judgement.unseen(std::move(note));
       }
     }
     for (const auto& disagreement : proof.disagreements(index))
-      judgement.doubt(disagreement);
+      judgement.unseen(disagreement);
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
@@ -174,44 +174,45 @@ class Suggestions {
 };
 
 // Nothing proves absence in a trace that may lack something.
-void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
+std::vector<Evidence> why_incomplete(const RuleContext& context) {
   const auto& model = context.model;
+  std::vector<Evidence> why;
   bool is_any = false;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     if (!model.processes[i].has_cie_events) continue;
     is_any = true;
-    judgement.overrule(context.proof.incompleteness(index));
+    if (auto missing = context.proof.incompleteness(index)) why.push_back(*std::move(missing));
   }
   const auto begin = moment(model.begin);
-  if (!is_any) judgement.overrule(without_event(begin, "the trace holds no process of ours"));
+  if (!is_any) why.push_back(without_event(begin, "the trace holds no process of ours"));
   const auto lost = std::ranges::find_if(model.losses, [](const Loss& loss) {
     return loss.domain == Domain::user && loss.is_evidence;
   });
   if (lost != model.losses.end()) {
-    judgement.overrule(
+    why.push_back(
         without_event(moment(lost->begin),
                       "events were lost, a whole process may be among them with all it told"));
   }
   if (std::ranges::any_of(recording_reports(model), begins_late)) {
-    judgement.overrule(without_event(
+    why.push_back(without_event(
         begin, "chunks before were not read, and processes that ended in them may be with them"));
   }
+  return why;
 }
 
 // run_end has the total of what is missing.
-void fail_missing(const RuleContext& context, const std::string& note,
-                  std::uint32_t RunTotals::*total, const char* seen, Judgement& judgement) {
+std::vector<Evidence> missing(const RuleContext& context, const std::string& note,
+                              std::uint32_t RunTotals::*total, const char* seen) {
   const auto& model = context.model;
-  judgement.fail(without_event(moment(model.begin), note));
+  std::vector<Evidence> witnesses{without_event(moment(model.begin), note)};
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!context.proof.is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) continue;
-    judgement.fail([&] {
-      return evidence("run_end", process.run_end->at,
-                      std::to_string((*process.run_end).*total) + seen);
-    });
+    witnesses.push_back(
+        evidence("run_end", process.run_end->at, std::to_string((*process.run_end).*total) + seen));
   }
+  return witnesses;
 }
 
 // One of them may have followed the other, as after a restart: not those of two machines, or of
@@ -274,23 +275,24 @@ void judge_specified(const RuleContext& context, const Asked& asked,
       conclude(std::move(judgement), verdicts);
       return;
     }
+    const auto unseen = why_incomplete(context);
     if (callback != nullptr) {
       const bool is_of_ros2 = model.processes[at(callback->process)].is_from_ros2;
-      judgement.fail(evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
-                              "was registered here and never ran (" + asked.place + ")"));
-      if (callback->fini) {
-        judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
-      }
+      std::vector witnesses{evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
+                                     "was registered here and never ran (" + asked.place + ")")};
+      if (callback->fini)
+        witnesses.push_back(evidence("callback_fini", callback->fini->at, "started 0 times"));
+      judgement.violation_unless(unseen, std::move(witnesses));
     } else if (const auto beside = beside_own(model, asked.id)) {
-      judgement.doubt(*beside);
+      judgement.unseen(*beside);
     } else {
-      fail_missing(
-          context,
-          "was never registered (" + asked.place + ")" +
-              (asked.is_entry ? suggestions.of_entry(asked.id) : suggestions.of_member(asked.id)),
-          &RunTotals::callbacks, " callbacks were registered, all of them seen", judgement);
+      judgement.violation_unless(
+          unseen, missing(context,
+                          "was never registered (" + asked.place + ")" +
+                              (asked.is_entry ? suggestions.of_entry(asked.id)
+                                              : suggestions.of_member(asked.id)),
+                          &RunTotals::callbacks, " callbacks were registered, all of them seen"));
     }
-    overrule_incomplete(context, judgement);
     conclude(std::move(judgement), verdicts);
   };
   if (registered.empty()) {
@@ -395,18 +397,18 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
       conclude(std::move(judgement), verdicts);
       continue;
     }
-    if (const auto found = of_callbacks.find(entry.id); found != of_callbacks.end()) {
-      judgement.fail(evidence("thread_init", *found->second->announced,
-                              thread_name(*found->second) + " is a callback's thread: what " +
-                                  place(context, entry.line) +
-                                  " asks for belongs into callback_groups"));
-    } else {
-      fail_missing(context,
-                   "was never announced (" + place(context, entry.line) + ")" +
-                       suggestions.of_entry(entry.id),
-                   &RunTotals::threads, " threads were announced, all of them seen", judgement);
-    }
-    overrule_incomplete(context, judgement);
+    const auto found = of_callbacks.find(entry.id);
+    judgement.violation_unless(
+        why_incomplete(context),
+        found != of_callbacks.end()
+            ? std::vector{evidence("thread_init", *found->second->announced,
+                                   thread_name(*found->second) + " is a callback's thread: what " +
+                                       place(context, entry.line) +
+                                       " asks for belongs into callback_groups")}
+            : missing(context,
+                      "was never announced (" + place(context, entry.line) + ")" +
+                          suggestions.of_entry(entry.id),
+                      &RunTotals::threads, " threads were announced, all of them seen"));
     conclude(std::move(judgement), verdicts);
   }
 }

@@ -51,8 +51,8 @@ inline void note_missing_vtid(const RuleContext& context, std::vector<SubjectVer
   });
   if (found == context.model.callbacks.end()) return;
   Judgement judgement(NamedSubject::trace(), context.known);
-  judgement.doubt(evidence("vtid", found->starts.first_at,
-                           "starts without the context vtid belong to no thread"));
+  judgement.unseen(evidence("vtid", found->starts.first_at,
+                            "starts without the context vtid belong to no thread"));
   conclude(std::move(judgement), verdicts);
 }
 

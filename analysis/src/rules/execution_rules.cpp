@@ -16,13 +16,13 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
                     Judgement& judgement) {
   if (callback.first_end_without_start) {
     const auto& [seq, where] = *callback.first_end_without_start;
-    judgement.doubt(evidence("callback_end", where,
-                             "ends seq " + std::to_string(seq) + ", whose start was not seen"));
+    judgement.unseen(evidence("callback_end", where,
+                              "ends seq " + std::to_string(seq) + ", whose start was not seen"));
   }
   if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
   // One that did not end is none of a crash if the run_end was lost.
   if (has_unended(callback)) {
-    judgement.doubt(context.user_losses.since(callback.process, callback.fini->at.time));
+    judgement.unseen(context.user_losses.since(callback.process, callback.fini->at.time));
   }
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;
@@ -30,7 +30,7 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
       judgement.remark(untold_end(callback, open));
       continue;
     }
-    judgement.doubt(
+    judgement.unseen(
         evidence("callback_start", open.start,
                  "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
   }
@@ -54,8 +54,8 @@ void claim_unended(const RuleContext& context, CallbackIndex index, const Callba
   const auto& last = callback.ended.last;
   // exit() while it runs: what it counted then is no total.
   if (last && *last < fini->started && callback.ended.last_at.time > fini->at.time) {
-    judgement.doubt(evidence("callback_end", callback.ended.last_at,
-                             "ends seq " + std::to_string(*last) + " after the totals"));
+    judgement.unseen(evidence("callback_end", callback.ended.last_at,
+                              "ends seq " + std::to_string(*last) + " after the totals"));
     return;
   }
   if (fini->started == fini->ended || context.proof.is_interrupted(callback.process)) return;
@@ -166,10 +166,10 @@ void claim_nesting(const RuleContext& context, ThreadIndex thread,
   const auto& inner = model.callbacks[at(nesting.inner)].logical_id;
   const auto& end = nesting.outer_end;
   if (end && end->tid != nesting.outer_start.tid) {
-    judgement.doubt(evidence("callback_end", *end,
-                             outer +
-                                 " ended on another thread: whether it had left this one when " +
-                                 inner + " started here is unknown"));
+    judgement.unseen(evidence("callback_end", *end,
+                              outer +
+                                  " ended on another thread: whether it had left this one when " +
+                                  inner + " started here is unknown"));
     return;
   }
   auto excuses =
@@ -199,7 +199,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
         for (const auto* nesting : {&thread.nesting, &thread.nesting_unproven})
           if (*nesting) claim_nesting(context, index, **nesting, judgement);
         if (const auto lost = context.losses.on(index)) judgement.needs(known.lost_end(*lost));
-        judgement.doubt(context.hidden.beside_own(index));
+        judgement.unseen(context.hidden.beside_own(index));
         judgement.needs(known.unseen_run(index));
         if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
       });

@@ -126,7 +126,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
   const auto& thread = context.model.threads[at(index)];
   const auto announcements = announcements_of(thread);
   if (thread.former.size() == kMostFormer) {
-    judgement.doubt(
+    judgement.unseen(
         evidence("thread_init", announcements.back().at,
                  "it was announced for too many callbacks to tell whose starts are its own"));
     return;
@@ -137,7 +137,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
     const auto found = ownership_of(context.model, announcements, thread, callback, *pair);
     if (found.ownership == Ownership::own) continue;
     if (found.ownership == Ownership::unknown) {
-      judgement.doubt(
+      judgement.unseen(
           without_event(found.at, "whether " + callback.logical_id +
                                       " started on it when it was announced for another callback "
                                       "is unknown"));
@@ -146,12 +146,12 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
     const auto& announced = in_force(announcements, found.start.at.time);
     if (auto perhaps =
             perhaps_told_by_own(context.model, context.proof, context.losses, callback)) {
-      judgement.doubt(*std::move(perhaps));
+      judgement.unseen(*std::move(perhaps));
       continue;
     }
     if (!callback.registered) {
-      judgement.doubt(without_event(found.start.at, "the registration of " + callback.logical_id +
-                                                        " was not seen: it may be of its group"));
+      judgement.unseen(without_event(found.start.at, "the registration of " + callback.logical_id +
+                                                         " was not seen: it may be of its group"));
       continue;
     }
     judgement.violation([&] { return foreign_start(callback, *pair, announced, found.start); },
@@ -197,7 +197,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const EventRef end = moment(context.lives.of(index).latest_end(), thread.tid);
   // What lost instances did would count as foreign work; or its time is another one.
   if (proof.loss(index)) {
-    judgement.doubt(proof.loss(index));
+    judgement.unseen(proof.loss(index));
     return;
   }
   if (const auto lost = context.losses.on(index)) {
@@ -206,8 +206,8 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   }
   const bool is_unread = is_never_read_back(model, thread);
   if (thread.kernel_exit && !thread.fini && !is_unread) {
-    judgement.doubt(evidence(std::string(thread.kernel_exit_event), *thread.kernel_exit,
-                             "it exits, and the end of its work was not seen"));
+    judgement.unseen(evidence(std::string(thread.kernel_exit_event), *thread.kernel_exit,
+                              "it exits, and the end of its work was not seen"));
     return;
   }
   const auto host = model.processes[at(thread.process)].host;
@@ -216,7 +216,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
                         ? context.holes.since(host, work_begins(context, thread), end.time)
                         : context.kernel_record.loss(index);
   if (!thread.foreign || !thread.first_wait) {
-    judgement.doubt(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
+    judgement.unseen(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
     return;
   }
   const auto& work = *thread.foreign;
@@ -234,7 +234,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const bool is_above =
       static_cast<Int128>(work.seen.ns) * 1'000'000'000 > static_cast<Int128>(budget) * span.ns;
   if (!is_whole && (!is_above || context.lives.may_be_another(index, counted_to))) {
-    judgement.doubt(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
+    judgement.unseen(loss ? *loss : without_event(end, why_unmeasured(model, thread)));
     return;
   }
   judgement.checked();
@@ -243,14 +243,15 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
                               "nobody announced whose thread it is: it ran one callback"));
   }
   if (!is_above) return;
-  judgement.overrule(perhaps_in_callbacks(context, index));
-  judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
-                          "first wait: foreign work is counted from here"));
-  judgement.fail(without_event(moment(counted_to, thread.tid),
-                               (is_whole ? "" : "at least ") + nanoseconds(work.seen) +
-                                   " on a CPU outside callbacks within " + nanoseconds(span) +
-                                   "; " + place(context, entry.line) + " allows " +
-                                   nanoseconds(budget) + " per second"));
+  judgement.violation_unless(
+      listed({perhaps_in_callbacks(context, index)}),
+      {evidence("sched_switch", moment(*thread.first_wait, thread.tid),
+                "first wait: foreign work is counted from here"),
+       without_event(moment(counted_to, thread.tid),
+                     (is_whole ? "" : "at least ") + nanoseconds(work.seen) +
+                         " on a CPU outside callbacks within " + nanoseconds(span) + "; " +
+                         place(context, entry.line) + " allows " + nanoseconds(budget) +
+                         " per second")});
 }
 
 bool asks_for_budgets(const SchedulingSpec* spec) {
@@ -266,11 +267,11 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const bool has_budgets = asks_for_budgets(context.options.spec);
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
-    judgement.doubt(context.hidden.beside_own(index));
+    judgement.unseen(context.hidden.beside_own(index));
     judgement.needs(context.known.unseen_run(index));
     if (!thread.ran.empty()) judgement.needs(context.known.unseen_callback(index));
     // It may be one that has a budget.
-    if (has_budgets && !thread.announced) judgement.doubt(context.proof.loss(index));
+    if (has_budgets && !thread.announced) judgement.unseen(context.proof.loss(index));
     if (is_never_read_back(context.model, thread)) {
       const auto* entry = sole_entry(context, thread);
       if (entry != nullptr && entry->foreign_work_budget_ns) {
@@ -279,7 +280,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
       }
     }
     if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
+      judgement.unseen(found->second);
     }
     const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
     if (is_isolated(thread)) {
@@ -293,9 +294,9 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
       if (thread.former.empty()) {
         judge_foreign_time(context, index, *entry, judgement);
       } else {
-        judgement.doubt(evidence("thread_init", thread.former.back().next,
-                                 "announced anew for another callback: in whose time it did the "
-                                 "foreign work is unknown"));
+        judgement.unseen(evidence("thread_init", thread.former.back().next,
+                                  "announced anew for another callback: in whose time it did the "
+                                  "foreign work is unknown"));
       }
     }
   });

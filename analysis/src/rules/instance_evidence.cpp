@@ -26,7 +26,7 @@ std::vector<Evidence> shown_by(const Extreme<Duration>& extreme, const std::stri
 }
 
 void doubt_others(const CallbackFacts& callback, const std::string& finding, Judgement& judgement) {
-  judgement.doubt(
+  judgement.unseen(
       evidence("callback_start", callback.own->others_since,
                "from here on an instance " + std::string(kPerhapsAnothers) + "; " + finding));
 }

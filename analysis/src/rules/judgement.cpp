@@ -50,54 +50,58 @@ Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left) {
 Judgement::Judgement(NamedSubject subject, const RecordedKnowledge& known)
     : Claims(known.knowledge()), subject_(std::move(subject)), known_(&known) {}
 
-void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }
+void Judgement::unseen(Evidence what) { append(unseen_, std::move(what)); }
 
-void Judgement::doubt(Evidence reason) { append(doubts_, std::move(reason)); }
-
-void Judgement::doubt(const std::optional<Evidence>& reason) {
-  if (reason) doubt(*reason);
+void Judgement::unseen(const std::optional<Evidence>& what) {
+  if (what) unseen(*what);
 }
 
-void Judgement::overrule(Evidence reason) { append(overruling_, std::move(reason)); }
-
-void Judgement::overrule(const std::optional<Evidence>& reason) {
-  if (reason) overrule(*reason);
+void Judgement::violation_unless(const std::vector<Evidence>& is_unseen,
+                                 std::vector<Evidence> witness,
+                                 std::span<const Conjunction> excuses) {
+  if (is_unseen.empty()) {
+    violation(std::move(witness), excuses);
+    return;
+  }
+  for (const auto* items : {&is_unseen, &std::as_const(witness)})
+    for (const auto& item : *items)
+      unseen(item);
 }
 
 void Judgement::remark(Evidence note) { append(remarks_, std::move(note)); }
 
 std::optional<SubjectVerdict> Judgement::finish() && {
-  const bool is_proven = Claims::verdict() == Verdict::fail;
-  for (const auto& reason : reasons())
-    append(doubts_, known_->evidence_of(reason));
-  for (const auto& shown : Claims::witnesses()) {
-    for (const auto& item : shown)
-      append(is_proven ? witnesses_ : doubts_, item);
+  SubjectVerdict judged{.about = subject_.about,
+                        .subject = std::move(subject_.name) + subject_.place,
+                        .place = std::move(subject_.place),
+                        .verdict = verdict(),
+                        .checked = count(),
+                        .evidence = {},
+                        .ordinal = std::move(subject_.ordinal)};
+  if (judged.verdict != Verdict::fail && !unseen_.empty()) judged.verdict = Verdict::inconclusive;
+  if (judged.verdict == Verdict::not_applicable) return std::nullopt;
+  auto& evidence = judged.evidence;
+  if (judged.verdict == Verdict::pass) {
+    evidence = std::move(remarks_);
+    return judged;
   }
-  SubjectVerdict verdict{.about = subject_.about,
-                         .subject = std::move(subject_.name) + subject_.place,
-                         .place = std::move(subject_.place),
-                         .checked = count(),
-                         .evidence = {},
-                         .ordinal = std::move(subject_.ordinal)};
-  if (!overruling_.empty()) {
-    verdict.verdict = Verdict::inconclusive;
-    verdict.evidence = std::move(overruling_);
-    std::ranges::move(witnesses_, std::back_inserter(verdict.evidence));
-  } else if (!witnesses_.empty()) {
-    verdict.verdict = Verdict::fail;
-    verdict.checked = std::max<std::uint64_t>(count(), 1);
-    verdict.evidence = std::move(witnesses_);
-  } else if (!doubts_.empty()) {
-    verdict.verdict = Verdict::inconclusive;
-    verdict.evidence = std::move(doubts_);
-  } else if (count() != 0) {
-    verdict.verdict = Verdict::pass;
-    verdict.evidence = std::move(remarks_);
-  } else {
-    return std::nullopt;
+  if (judged.verdict == Verdict::inconclusive) {
+    evidence = std::move(unseen_);
+    for (const auto& reason : reasons())
+      append(evidence, known_->evidence_of(reason));
   }
-  return verdict;
+  for (const auto& witness : witnesses())
+    for (const auto& item : witness)
+      append(evidence, item);
+  if (judged.verdict == Verdict::fail) judged.checked = std::max<std::uint64_t>(judged.checked, 1);
+  return judged;
+}
+
+std::vector<Evidence> listed(std::initializer_list<std::optional<Evidence>> all) {
+  std::vector<Evidence> found;
+  for (const auto& item : all)
+    if (item) found.push_back(*item);
+  return found;
 }
 
 void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts) {

@@ -12,7 +12,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -54,8 +56,8 @@ Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left);
 
 class RecordedKnowledge;
 
-// Claims of which each violation shows some events. Rules that do not claim what they need report what is missing
-// themselves.
+// Claims of which each violation shows some events; and what the subject needs to be seen, which is more than that
+// nothing of it is hidden.
 class Judgement : public Claims<std::vector<Evidence>> {
  public:
   static constexpr std::size_t kMaxEvidence = kMostShown;  // a witness is complete with far fewer
@@ -63,30 +65,21 @@ class Judgement : public Claims<std::vector<Evidence>> {
   // `known` must outlive it.
   Judgement(NamedSubject subject, const RecordedKnowledge& known);
 
-  // A witness of the violation, or one more event of it.
-  void fail(Evidence witness);
-  // The same of `make()`, which is only called where the verdict has a place for it.
+  bool has_witness() const noexcept { return verdict() == Verdict::fail; }
+  // So many witnesses that another one is not kept, and nothing that is unseen is told.
+  bool is_full() const noexcept { return has_witness() && witnesses().size() >= kMostShown; }
+
+  // It needs to be seen, and the recording does not show it: passes only without.
+  void unseen(Evidence what);
+  void unseen(const std::optional<Evidence>& what);
   template <std::invocable Make>
-  void fail(const Make& make) {
-    if (!is_full()) fail(make());
+  void unseen(const Make& make) {
+    if (!has_witness() && unseen_.size() < kMaxEvidence) unseen(make());
   }
-  bool has_witness() const noexcept { return !witnesses_.empty() || verdict() == Verdict::fail; }
-  // So many witnesses that another one is not kept, and no doubt is told.
-  bool is_full() const noexcept {
-    const bool is_proven = verdict() == Verdict::fail;
-    return witnesses_.size() >= kMaxEvidence ||
-           (is_proven && Claims::witnesses().size() >= kMostShown);
-  }
-  // Something that is missing and without which the subject does not pass.
-  void doubt(Evidence reason);
-  template <std::invocable Make>
-  void doubt(const Make& make) {
-    if (witnesses_.empty() && doubts_.size() < kMaxEvidence) doubt(make());
-  }
-  void doubt(const std::optional<Evidence>& reason);
-  // Something that is missing and without which neither a pass nor a violation is proven.
-  void overrule(Evidence reason);
-  void overrule(const std::optional<Evidence>& reason);
+  // A violation only with something that is unseen; empty: it is one.
+  void violation_unless(const std::vector<Evidence>& is_unseen, std::vector<Evidence> witness,
+                        std::span<const Conjunction> excuses = {});
+
   // Worth saying although the subject passes.
   void remark(Evidence note);
   template <std::invocable Make>
@@ -100,11 +93,12 @@ class Judgement : public Claims<std::vector<Evidence>> {
  private:
   NamedSubject subject_;
   const RecordedKnowledge* known_;
-  std::vector<Evidence> witnesses_;
-  std::vector<Evidence> overruling_;
-  std::vector<Evidence> doubts_;
+  std::vector<Evidence> unseen_;
   std::vector<Evidence> remarks_;
 };
+
+// Those that there are.
+std::vector<Evidence> listed(std::initializer_list<std::optional<Evidence>> all);
 
 // Adds the verdict, if there is one, to a rule's verdicts.
 void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts);

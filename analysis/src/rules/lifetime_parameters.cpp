@@ -66,9 +66,9 @@ Applied applied_to_shared(const RuleContext& context, CallbackIndex index, Judge
     all.others.push_back({hidden(EventKind::run_start, context.known.scope_of(index))});
   const auto* unread = first_unread(model, pairs);
   if (!all.parameters.empty() && unread != nullptr) {
-    judgement.doubt(evidence("callback_start", unread->first_start,
-                             "it ran on " + thread_name(model.threads[at(unread->thread)]) +
-                                 ", of which nothing tells what was applied to it"));
+    judgement.unseen(evidence("callback_start", unread->first_start,
+                              "it ran on " + thread_name(model.threads[at(unread->thread)]) +
+                                  ", of which nothing tells what was applied to it"));
   }
   return all;
 }
@@ -98,7 +98,8 @@ Applied applied_to(const RuleContext& context, CallbackIndex index, Judgement& j
 
 // Both are of somewhere; of several threads with different parameters, chance decides which run it.
 void compare_applied(const Parameters& was, const Parameters& is,
-                     const std::vector<Conjunction>& others, Judgement& judgement) {
+                     const std::vector<Conjunction>& others, const std::vector<Evidence>& beside,
+                     Judgement& judgement) {
   const auto count_common = [](const Parameters& some, const Parameters& others_of) {
     return std::ranges::count_if(some, [&](const auto* one) { return holds(others_of, *one); });
   };
@@ -118,10 +119,10 @@ void compare_applied(const Parameters& was, const Parameters& is,
   tell("was: ", was, is);
   tell("is: ", is, was);
   if (common == 0) {
-    judgement.violation(std::move(told), others);
+    judgement.violation_unless(beside, std::move(told), others);
   } else {
     for (auto& item : told)
-      judgement.doubt(std::move(item));
+      judgement.unseen(std::move(item));
   }
 }
 
@@ -138,7 +139,8 @@ bool has_never_run(const RuleContext& context, const CallbackFacts& callback) {
 }
 
 void compare_parameters(const RuleContext& context, CallbackIndex index_before,
-                        CallbackIndex index_after, Judgement& judgement) {
+                        CallbackIndex index_after, const std::vector<Evidence>& beside,
+                        Judgement& judgement) {
   const auto& model = context.model;
   const auto& before = model.callbacks[at(index_before)];
   const auto& after = model.callbacks[at(index_after)];
@@ -148,20 +150,20 @@ void compare_parameters(const RuleContext& context, CallbackIndex index_before,
   others.insert(others.end(), others_after.begin(), others_after.end());
   judgement.needs_none(others);
   if (was.empty() != is.empty() && !has_never_run(context, was.empty() ? before : after)) {
-    judgement.doubt(registered_as(is.empty() ? after : before,
-                                  "what its thread ran as in this lifetime is unknown"));
+    judgement.unseen(registered_as(is.empty() ? after : before,
+                                   "what its thread ran as in this lifetime is unknown"));
   }
   const bool have_run = !before.ran_on.empty() && !after.ran_on.empty();
   if (was.empty() && is.empty() && have_run) {
     if (is_ros2_only(model.processes[at(after.process)])) {
-      judgement.doubt(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
+      judgement.unseen(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
     } else {
       judgement.remark(registered_as(after,
                                      "only its kind, source, period and deadline were compared: "
                                      "nothing tells what its threads ran as"));
     }
   }
-  if (!was.empty() && !is.empty()) compare_applied(was, is, others, judgement);
+  if (!was.empty() && !is.empty()) compare_applied(was, is, others, beside, judgement);
 }
 
 }  // namespace cie::analysis

@@ -13,6 +13,7 @@ bool has_never_run(const RuleContext& context, const CallbackFacts& callback);
 
 // Whether they are the same, as far as read-backs tell.
 void compare_parameters(const RuleContext& context, CallbackIndex index_before,
-                        CallbackIndex index_after, Judgement& judgement);
+                        CallbackIndex index_after, const std::vector<Evidence>& beside,
+                        Judgement& judgement);
 
 }  // namespace cie::analysis

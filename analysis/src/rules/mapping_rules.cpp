@@ -80,7 +80,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           former = pair;
         }
         if (const auto lost = context.run_losses.on(index)) judgement.needs(known.lost_run(*lost));
-        judgement.doubt(context.hidden.beside_own(index));
+        judgement.unseen(context.hidden.beside_own(index));
         judgement.needs(known.unseen_run(index));
         if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
       });
@@ -200,7 +200,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         }
         judgement.needs(context.known.lost_run(index));
         if (callback.starts_without_tid != 0) {
-          judgement.doubt(evidence(
+          judgement.unseen(evidence(
               "vtid", callback.starts.first_at,
               counted(callback.starts_without_tid, "start") + " without the context vtid"));
         }
@@ -210,7 +210,6 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
 std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
-  const auto& proof = context.proof;
   std::map<std::pair<std::size_t, std::string_view>, std::vector<CallbackIndex>> by_id;
   std::vector<SubjectVerdict> verdicts;
   for (const auto index : context.callbacks) {
@@ -221,9 +220,9 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       continue;
     }
     Judgement judgement(names.callback(index), context.known);
-    judgement.doubt(without_event(first_sign(model, callback),
-                                  std::string(why_unidentified(callback)) +
-                                      ": its logical id, which another may have, is unknown"));
+    judgement.unseen(without_event(first_sign(model, callback),
+                                   std::string(why_unidentified(callback)) +
+                                       ": its logical id, which another may have, is unknown"));
     conclude(std::move(judgement), verdicts);
   }
   for (auto& [key, indices] : by_id) {
@@ -232,8 +231,9 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
     });
     Judgement judgement(names.callback(indices.front()), context.known);
     judgement.checked(indices.size());
-    judgement.doubt(
-        proof.unseen_callbacks(model.callbacks[at(indices.front())].process));  // of any id
+    const auto unseen =
+        context.known.unseen_callback(model.callbacks[at(indices.front())].process);  // of any id
+    judgement.needs(std::span(unseen).first(1));
     for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
       const auto& earlier = model.callbacks[at(indices[i])];
       const auto& later = model.callbacks[at(indices[i + 1])];
@@ -241,17 +241,20 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       const bool is_alive =
           earlier.fini ? sign.time > later.registered->time : sign.time >= later.registered->time;
       if (is_alive) {
-        judgement.fail(evidence("callback_init", *earlier.registered,
-                                "registered as id " + std::to_string(to_number(earlier.id))));
-        judgement.fail(evidence("callback_init", *later.registered,
-                                "registered again as id " + std::to_string(to_number(later.id)) +
-                                    " while the first one lives"));
-        judgement.fail(evidence(earlier.fini ? "callback_fini" : "callback_start", sign,
-                                "sign of life of the first one"));
+        judgement.violation([&] {
+          return std::vector{
+              evidence("callback_init", *earlier.registered,
+                       "registered as id " + std::to_string(to_number(earlier.id))),
+              evidence("callback_init", *later.registered,
+                       "registered again as id " + std::to_string(to_number(later.id)) +
+                           " while the first one lives"),
+              evidence(earlier.fini ? "callback_fini" : "callback_start", sign,
+                       "sign of life of the first one")};
+        });
       } else if (!earlier.fini) {
-        judgement.doubt(evidence("callback_init", *later.registered,
-                                 "whether the earlier callback of this id still lived is unknown: "
-                                 "its callback_fini was not seen"));
+        judgement.unseen(evidence("callback_init", *later.registered,
+                                  "whether the earlier callback of this id still lived is unknown: "
+                                  "its callback_fini was not seen"));
       }
     }
     conclude(std::move(judgement), verdicts);

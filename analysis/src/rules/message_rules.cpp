@@ -50,18 +50,18 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
                               std::to_string(allowed) + " are allowed");
     if (is_by_others(context, callback, allowed)) {
       found.note += "; the queue " + std::string(kPerhapsAnothers);
-      judgement.doubt(std::move(found));
+      judgement.unseen(std::move(found));
     } else {
       judgement.violation(std::vector{std::move(found)});
     }
   } else if (overwritten > 0) {
-    judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& entry) {
+    judgement.unseen(unknown_entry(context, callback, [](const SpecEntry& entry) {
       return entry.overwrites_allowed.value_or(0) > 0;
     }));
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
-    judgement.doubt(without_event(last, "no totals of lost and overwritten samples were seen"));
+    judgement.unseen(without_event(last, "no totals of lost and overwritten samples were seen"));
   }
 }
 
@@ -97,27 +97,29 @@ Verdict judge_largest(Duration shown, const std::optional<ClockError>& error, st
   return Verdict::inconclusive;
 }
 
-void accuse(const ChainExtreme& extreme, const std::string& finding, Judgement& judgement) {
+void accuse(const ChainExtreme& extreme, const std::string& finding,
+            const std::vector<Evidence>& unseen, Judgement& judgement) {
   if (extreme.is_unproven) {
-    judgement.doubt(evidence(
+    judgement.unseen(evidence(
         "callback_end", extreme.last_end,
         finding +
             "; an instance that led to it was not seen to end: if an exception left it, what its "
             "thread published is of none"));
     return;
   }
-  judgement.fail(
-      evidence("callback_start", extreme.first_start, "first callback of the chain starts"));
-  judgement.fail(evidence("callback_end", extreme.last_end, finding));
+  judgement.violation_unless(unseen, {evidence("callback_start", extreme.first_start,
+                                               "first callback of the chain starts"),
+                                      evidence("callback_end", extreme.last_end, finding)});
 }
 
 void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
-                 const std::optional<ClockError>& error, Judgement& judgement) {
+                 const std::optional<ClockError>& error, const std::vector<Evidence>& unseen,
+                 Judgement& judgement) {
   if (!bound.limit) return;
   judgement.checked(bound.measured.count());
   if (!bound.max) {
     if (bound.needs == nullptr) return;
-    judgement.doubt(
+    judgement.unseen(
         without_event(moment(context.model.end),
                       "no " + std::string(bound.name) + " could be measured: " + bound.needs));
     return;
@@ -127,16 +129,17 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   const auto finding = std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
                        place(context, asked.line) + " allows " + nanoseconds(*bound.limit);
   if (verdict == Verdict::fail) {
-    accuse(*bound.max, finding, judgement);
+    accuse(*bound.max, finding, unseen, judgement);
     return;
   }
-  judgement.doubt(evidence("callback_end", bound.max->last_end,
-                           finding + "; the hosts' clocks may differ by too much to tell"));
+  judgement.unseen(evidence("callback_end", bound.max->last_end,
+                            finding + "; the hosts' clocks may differ by too much to tell"));
 }
 
 // Path latencies of instances whose first release is not known: their bounds may decide.
 void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const ChainFacts& chain,
-                      const std::optional<ClockError>& error, Judgement& judgement) {
+                      const std::optional<ClockError>& error, const std::vector<Evidence>& unseen,
+                      Judgement& judgement) {
   if (!asked.path_latency_ns || chain.inexact == 0) return;
   const auto limit = *asked.path_latency_ns;
   judgement.checked(chain.inexact - chain.without_upper_bound);
@@ -145,7 +148,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
     accuse(*lower,
            "path latency at least " + nanoseconds(lower->value) + ", " +
                place(context, asked.line) + " allows " + nanoseconds(limit),
-           judgement);
+           unseen, judgement);
     return;
   }
   // Calculated expiries are as wrong as those of the callback itself.
@@ -166,7 +169,7 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
     text += "; the path latency may have been up to " + nanoseconds(longest) + ", " +
             place(context, asked.line) + " allows " + nanoseconds(limit);
   }
-  judgement.doubt(without_event(moment(context.model.begin), text));
+  judgement.unseen(without_event(moment(context.model.begin), text));
 }
 
 // Where chains lost something: callbacks by id, publishers that are not whole by topic.
@@ -291,12 +294,31 @@ void doubt_silence(const RuleContext& context, const SpecChain& asked, const Cha
   for (const auto& [name, limit] : {std::pair("reaction time", asked.reaction_time_ns),
                                     std::pair("data age", asked.data_age_ns)}) {
     if (!limit || waited.ns <= *limit) continue;
-    judgement.doubt(without_event(
+    judgement.unseen(without_event(
         moment(first),
         counted(reads, "read") + " of the first callback from here on had no answer " +
             nanoseconds(waited) + " later, when the chain's callbacks were still there; " +
             place(context, asked.line) + " allows " + nanoseconds(*limit) + " of " + name));
   }
+}
+
+// What leaves open which messages led along the chain. `lost`: on it.
+std::vector<Evidence> unseen_links(const std::optional<Evidence>& lost, const ChainFacts* chain) {
+  auto unseen = listed({lost});
+  if (chain != nullptr && chain->incomplete != 0) {
+    unseen.push_back(without_event(chain->first_incomplete.value_or(EventRef{}),
+                                   "the publish of the message taken here is not known; " +
+                                       counted(chain->incomplete, "incomplete instance") +
+                                       " of the chain"));
+  }
+  if (chain != nullptr && chain->unlinked != 0) {
+    unseen.push_back(without_event(chain->first_unlinked.value_or(EventRef{}),
+                                   "the callback that begins here, or who wrote what it took, "
+                                   "was announced seconds later, when " +
+                                       counted(chain->unlinked, "instance") +
+                                       " could not be linked any more"));
+  }
+  return unseen;
 }
 
 std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
@@ -316,9 +338,11 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
     Judgement judgement(chain == nullptr ? NamedSubject::without_row(SubjectKind::chain, asked.name)
                                          : context.names.chain(found->second),
                         context.known);
-    judgement.overrule(losses.on(asked));
+    const auto unseen = unseen_links(losses.on(asked), chain);
+    for (const auto& item : unseen)
+      judgement.unseen(item);
     if (chain == nullptr || chain->instances == 0) {
-      judgement.doubt(without_event(
+      judgement.unseen(without_event(
           moment(model.end), place(context, asked.line) +
                                  " specifies it, and no message of the trace leads along it: no "
                                  "instance of the chain could be linked"));
@@ -333,28 +357,15 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
             Bound{"reaction time", asked.reaction_time_ns, kTwo, chain->reaction_time,
                   chain->max_reaction_time},
             Bound{"data age", asked.data_age_ns, kTwo, chain->data_age, chain->max_data_age}}) {
-        if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
+        if (chain->instances > 0) judge_bound(context, asked, bound, error, unseen, judgement);
       }
-      judge_unmeasured(context, asked, *chain, error, judgement);
+      judge_unmeasured(context, asked, *chain, error, unseen, judgement);
       doubt_silence(context, asked, *chain, judgement);
       if (chain->unrelated > 0 && (asked.reaction_time_ns || asked.data_age_ns)) {
-        judgement.doubt(without_event(chain->first_unrelated,
-                                      counted(chain->unrelated, "instance") +
-                                          " of the chain on hosts whose clocks nothing relates: no "
-                                          "reaction time or data age is known of them"));
-      }
-      if (chain->incomplete != 0) {
-        judgement.overrule(without_event(chain->first_incomplete.value_or(EventRef{}),
-                                         "the publish of the message taken here is not known; " +
-                                             counted(chain->incomplete, "incomplete instance") +
-                                             " of the chain"));
-      }
-      if (chain->unlinked != 0) {
-        judgement.overrule(without_event(
-            chain->first_unlinked.value_or(EventRef{}),
-            "the callback that begins here, or who wrote what it took, "
-            "was announced seconds later, when " +
-                counted(chain->unlinked, "instance") + " could not be linked any more"));
+        judgement.unseen(without_event(
+            chain->first_unrelated, counted(chain->unrelated, "instance") +
+                                        " of the chain on hosts whose clocks nothing relates: no "
+                                        "reaction time or data age is known of them"));
       }
     }
     conclude(std::move(judgement), verdicts);

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,39 +91,34 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
   });
   judgement.checked(callbacks.size());
   const auto witness = [&](const std::string& note) {
-    judgement.fail([&] {
-      return evidence("group_init", group.first_seen,
-                      note + what_it_holds(model, group, callbacks));
-    });
+    std::vector witnesses{
+        evidence("group_init", group.first_seen, note + what_it_holds(model, group, callbacks))};
     for (const auto index : threads) {
       const auto& thread = model.threads[at(index)];
-      judgement.fail([&thread] {
-        return evidence("thread_init", *thread.announced,
-                        "isolated thread " + std::to_string(thread.tid) + " serves it");
-      });
+      witnesses.push_back(evidence("thread_init", *thread.announced,
+                                   "isolated thread " + std::to_string(thread.tid) + " serves it"));
     }
-    for (const auto index : callbacks) {
-      const auto& callback = model.callbacks[at(index)];
-      judgement.fail([&callback] {
-        return evidence("callback_init", *callback.registered,
-                        callback.logical_id + " belongs to it");
-      });
+    for (std::size_t i = 0; i < std::min(callbacks.size(), Judgement::kMaxEvidence); ++i) {
+      const auto& callback = model.callbacks[at(callbacks[i])];
+      witnesses.push_back(
+          evidence("callback_init", *callback.registered, callback.logical_id + " belongs to it"));
     }
+    judgement.violation(std::move(witnesses));
   };
   if (group.type == GroupType::reentrant) witness("a reentrant group");
   if (const auto most = most_alive(context, callbacks); most >= 2) {
     witness("a group of " + std::to_string(most) + " callbacks");
   } else if (const auto* unended = unended_of_several(context, callbacks)) {
-    judgement.doubt(evidence("callback_init", *unended->registered,
-                             "whether " + unended->logical_id +
-                                 " still lived when the next one was registered is unknown: its "
-                                 "callback_fini was not seen"));
+    judgement.unseen(evidence("callback_init", *unended->registered,
+                              "whether " + unended->logical_id +
+                                  " still lived when the next one was registered is unknown: its "
+                                  "callback_fini was not seen"));
   }
   if (!group.type) {
-    judgement.doubt(without_event(group.first_seen, "the group's announcement was not seen"));
+    judgement.unseen(without_event(group.first_seen, "the group's announcement was not seen"));
   }
   if (group.callbacks.empty()) {
-    judgement.doubt(
+    judgement.unseen(
         without_event(group.first_seen, "no callback of the group was seen to be registered"));
   }
 }
@@ -142,7 +138,6 @@ std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
 std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
-  const auto& proof = context.proof;
   const auto& isolated = context.isolated;
   // Groups whose thread is not known to be isolated or not; and processes in which it may be any.
   std::map<std::pair<ProcessIndex, GroupId>, Evidence> unknown;
@@ -169,17 +164,18 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}), context.known);
     if (!threads.empty()) {
       judge_group(context, group, threads, judgement);
-      judgement.doubt(proof.unseen_callbacks(group.process));
+      const auto unseen = context.known.unseen_callback(group.process);
+      judgement.needs(std::span(unseen).first(1));
       if (const auto member = members.find(group.process); member != members.end()) {
-        judgement.doubt(member->second);
+        judgement.unseen(member->second);
       }
     }
     if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
-      judgement.doubt(found->second);
+      judgement.unseen(found->second);
     }
     if (const auto found = unknown_of_process.find(group.process);
         found != unknown_of_process.end()) {
-      judgement.doubt(found->second);
+      judgement.unseen(found->second);
     }
     conclude(std::move(judgement), verdicts);
   }
@@ -190,7 +186,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     };
     if (std::ranges::any_of(model.groups, is_its)) continue;
     Judgement judgement(names.group(process, kNoGroup), context.known);
-    judgement.doubt(reason);
+    judgement.unseen(reason);
     conclude(std::move(judgement), verdicts);
   }
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
@@ -201,9 +197,9 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     Judgement judgement(
         thread.group ? names.group(thread.process, *thread.group) : names.group_of(index),
         context.known);
-    judgement.doubt(evidence("thread_init", *thread.announced,
-                             "no announcement of the group of isolated thread " +
-                                 std::to_string(thread.tid) + " was seen"));
+    judgement.unseen(evidence("thread_init", *thread.announced,
+                              "no announcement of the group of isolated thread " +
+                                  std::to_string(thread.tid) + " was seen"));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

@@ -39,12 +39,12 @@ bool asks_for_any(const std::vector<SpecEntry>& entries) {
 void doubt_identity(const RuleContext& context, const CallbackFacts& callback,
                     Judgement& judgement) {
   if (is_identified(callback)) {
-    judgement.doubt(unknown_former(context, callback, asks_for_parameters));
+    judgement.unseen(unknown_former(context, callback, asks_for_parameters));
     return;
   }
-  judgement.doubt(without_event(first_sign(context.model, callback),
-                                std::string(why_unidentified(callback)) +
-                                    ": whether the spec asks for parameters is unknown"));
+  judgement.unseen(without_event(first_sign(context.model, callback),
+                                 std::string(why_unidentified(callback)) +
+                                     ": whether the spec asks for parameters is unknown"));
 }
 
 bool is_judged_by(const RuleContext& context, const LoadedSpec& loaded) {
@@ -110,9 +110,9 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
       spec_then(context.model.processes[at(thread.process)], end) != nullptr &&
       !context.user_losses.between(thread.process, Timestamp{}, end);
   if (is_spec_told && is_by_another_spec(context, thread, applied, entry.parameters)) return;
-  judgement.doubt(evidence("thread_sched", applied.at,
-                           asks(context, entry) + "; the thread ran " + describe(applied) +
-                               failure_of(applied) + kUnknownSpec));
+  judgement.unseen(evidence("thread_sched", applied.at,
+                            asks(context, entry) + "; the thread ran " + describe(applied) +
+                                failure_of(applied) + kUnknownSpec));
 }
 
 // Its process was told of a spec behind the end of the thread, and what told of another one before
@@ -144,10 +144,10 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   const auto* applied = callback != nullptr ? last_applied(context.model, thread, *callback)
                                             : last_applied(context.model, thread);
   if (applied == nullptr) {
-    judgement.doubt(evidence("thread_init", thread.former.empty() ? *thread.announced : own.at,
-                             "thread " + std::to_string(thread.tid) +
-                                 " has no read-back of applied parameters" +
-                                 (thread.former.empty() ? "" : " of this announcement")));
+    judgement.unseen(evidence("thread_init", thread.former.empty() ? *thread.announced : own.at,
+                              "thread " + std::to_string(thread.tid) +
+                                  " has no read-back of applied parameters" +
+                                  (thread.former.empty() ? "" : " of this announcement")));
     return;
   }
   if (ended_with_former_spec(context, thread, own.fini)) {
@@ -159,16 +159,17 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   if (judgement.has_witness()) return;
   const auto others = context.known.other_parameters(index, *applied);
   judgement.needs_none(others);
-  judgement.overrule(unended_change(context.model, thread, own));
+  const auto change = unended_change(context.model, thread, own);
+  judgement.unseen(change);
   const auto is_right = is_as_specified(*applied, entry.parameters);
   if (!is_right) {
-    judgement.doubt(evidence("thread_sched", applied->at,
-                             asks(context, entry) + ", which this recording is too old to carry: " +
-                                 describe(*applied)));
+    judgement.unseen(
+        evidence("thread_sched", applied->at,
+                 asks(context, entry) +
+                     ", which this recording is too old to carry: " + describe(*applied)));
     return;
   }
   if (*is_right) return;
-  judgement.overrule(doubt_of_spec(context, thread, own.fini));
   const auto runs = describe(*applied);
   const auto is_unlike = [&runs](const ReadBack& later) { return describe(later) != runs; };
   const auto& last = thread.last_read_back;
@@ -179,7 +180,8 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   if (differs_later) note += ", and read back later was " + describe(*last);
   auto failed = evidence("thread_sched", applied->at, std::move(note));
   failed.error = applied->error;
-  judgement.violation(std::vector{std::move(failed)}, others);
+  judgement.violation_unless(listed({change, doubt_of_spec(context, thread, own.fini)}),
+                             {std::move(failed)}, others);
 }
 
 // Threads whose announcement was lost may have been anybody's.
@@ -198,7 +200,7 @@ std::vector<SubjectVerdict> judge_named_threads(const RuleContext& context) {
   return judge_threads(context,
                        [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
                          if (!thread.announced) {
-                           judgement.doubt(context.proof.loss(index));
+                           judgement.unseen(context.proof.loss(index));
                          } else {
                            const auto* entry = entry_of_name(context, thread);
                            if (entry != nullptr && judges_parameters(entry->parameters)) {
@@ -222,7 +224,7 @@ void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callba
     const auto& runs = thread.last_read_back;
     const auto is_right = runs ? is_as_specified(*runs, entry.parameters) : std::nullopt;
     if (!is_right) {
-      judgement.doubt(elsewhere);
+      judgement.unseen(elsewhere);
     } else if (!*is_right) {
       judgement.violation(
           std::vector{elsewhere,
@@ -249,10 +251,10 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
           }
           const auto threads = context.isolated.of(callback);
           if (const auto found = unknown.find(index); found != unknown.end()) {
-            judgement.doubt(*found->second);
+            judgement.unseen(*found->second);
           }
           const auto lost = unannounced.find(callback.process);
-          if (threads.empty() && lost != unannounced.end()) judgement.doubt(*lost->second);
+          if (threads.empty() && lost != unannounced.end()) judgement.unseen(*lost->second);
           for (const auto thread : threads) {
             judge_as_specified(context, thread, index, *entry, judgement);
           }
@@ -284,12 +286,12 @@ void judge_changed(const RuleContext& context, ThreadIndex index, const Callback
     if (own.holds(applied) && applied.at.time <= first_start.time) former = &applied;
   }
   if (former != nullptr && is_by_another_spec(context, thread, *former, entry.parameters)) return;
-  judgement.doubt(evidence("thread_sched", match.at,
-                           "the parameters came with change " + std::to_string(match.change) +
-                               (former == nullptr ? std::string{}
-                                                  : "; before the thread ran " + describe(*former) +
-                                                        failure_of(*former)) +
-                               kUnknownSpec));
+  judgement.unseen(evidence("thread_sched", match.at,
+                            "the parameters came with change " + std::to_string(match.change) +
+                                (former == nullptr ? std::string{}
+                                                   : "; before the thread ran " +
+                                                         describe(*former) + failure_of(*former)) +
+                                kUnknownSpec));
 }
 
 // The callback started first on the thread before the parameters that match.
@@ -346,13 +348,13 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
   const auto& starts = callback.starts;
   if (!starts.first) {
-    judgement.doubt(proof.loss(callback_index));
+    judgement.unseen(proof.loss(callback_index));
     return;
   }
   if (*starts.first != 0) {
     // Before the window, if the announcement came later than it; lost, if it was promised.
     const bool is_promised = callback.registered && callback.first_next_seq == 0;
-    if (!is_attached || is_promised) judgement.doubt(proof.loss(callback_index));
+    if (!is_attached || is_promised) judgement.unseen(proof.loss(callback_index));
     return;
   }
   const auto match = first_match(thread, callback, entry);
@@ -360,7 +362,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
                             is_as_specified(*thread.first_audit, entry.parameters) == true;
     if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.checked();
-    if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
+    if (!is_audited) judgement.unseen(proof.loss(index));  // it may be what was lost
     return;
   }
   if (starts.first_at.time >= match->at.time) {
@@ -386,7 +388,7 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
           return;
         }
         if (const auto found = unknown.find(index); found != unknown.end()) {
-          judgement.doubt(*found->second);
+          judgement.unseen(*found->second);
         }
         if (unknown.contains(index)) return;
         const auto threads = context.isolated.of(callback);

@@ -128,8 +128,8 @@ void judge_started_otherwise(const RuleContext& context, ThreadIndex index,
   if (last != from)
     judgement.needs_none(context.known.read_backs(index, from->at.time, last->at.time));
   if (thread.is_in_force_cut) {
-    judgement.doubt(evidence("thread_sched", thread.in_force.back().since.at,
-                             "its parameters changed too often to keep what was in force later"));
+    judgement.unseen(evidence("thread_sched", thread.in_force.back().since.at,
+                              "its parameters changed too often to keep what was in force later"));
   }
   for (const auto& in_force : all_in_force(model, thread)) {
     const auto& read = in_force.since;
@@ -146,7 +146,7 @@ void judge_started_otherwise(const RuleContext& context, ThreadIndex index,
           },
           excuses_of(context, index, in_force));
     } else if (in_force.starts != 0) {
-      judgement.doubt(what_ran(context, entry, read));
+      judgement.unseen(what_ran(context, entry, read));
     } else if (callback) {
       judgement.needs({hidden(EventKind::run_start, context.known.scope_of(*callback), read.at.time,
                               in_force.until.value_or(kLatest))});

@@ -77,7 +77,7 @@ void judge_arrival_inside(const CallbackFacts& callback, const std::vector<Conju
         turned_around_late(longest, nanoseconds(longest.value) + error_of(callback), shortest),
         excuses);
   } else if (shortest.value <= longest.value + error + callback.release_spread()) {
-    judgement.doubt(
+    judgement.unseen(
         start_of(shortest, " was released " + nanoseconds(shortest.value) +
                                " after the one before it; the longest response time is " +
                                nanoseconds(longest.value) + error_of(callback)));
@@ -116,7 +116,7 @@ bool is_without_least_arrival(const RuleContext& context, const CallbackFacts& c
   if (callback.kind != CallbackKind::waitable) return false;
   const auto* entry = spec_entry(context, callback);
   if (entry != nullptr && entry->min_inter_arrival_ns) return false;
-  judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& one) {
+  judgement.unseen(unknown_entry(context, callback, [](const SpecEntry& one) {
     return one.min_inter_arrival_ns.has_value();
   }));
   return true;
@@ -137,8 +137,8 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
           judge_arrival_outside(callback, excuses, judgement);
           return;
         }
-        judgement.doubt(inexact_releases(callback));
-        judgement.doubt(calculated_releases(callback));
+        judgement.unseen(inexact_releases(callback));
+        judgement.unseen(calculated_releases(callback));
         if (callback.min_inter_arrival) judgement.checked(callback.instances);
         if (hung != nullptr) {
           const auto seq = "seq " + std::to_string(hung->seq);
@@ -191,7 +191,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return judge_callbacks(context, [&context](CallbackIndex index, const CallbackFacts& callback,
                                              Judgement& judgement) {
     if (callback.kind && callback.kind != CallbackKind::timer) return;
-    judgement.doubt(unknown_entry(context, callback, [](const SpecEntry& entry) {
+    judgement.unseen(unknown_entry(context, callback, [](const SpecEntry& entry) {
       return entry.missed_releases_allowed.value_or(0) > 0;
     }));
     if (!callback.kind) return;
@@ -199,19 +199,19 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
     judgement.checked(callback.starts.count);
     const auto lost = context.known.lost_run(index);
     judgement.needs(lost);
-    judgement.doubt(calculated_releases(callback));
+    judgement.unseen(calculated_releases(callback));
     const auto unknown =
         callback.has_grid_releases() ? unresolved_periods(callback) : inexact_releases(callback);
     if (callback.missed > allowed && !callback.are_releases_certain()) {
-      judgement.doubt(evidence("callback_start", callback.starts.last_at,
-                               counted(callback.missed, "period") +
-                                   " skipped in all, if the timer was not reset; " +
-                                   std::to_string(allowed) + " allowed"));
+      judgement.unseen(evidence("callback_start", callback.starts.last_at,
+                                counted(callback.missed, "period") +
+                                    " skipped in all, if the timer was not reset; " +
+                                    std::to_string(allowed) + " allowed"));
     } else if (callback.missed > allowed) {
       const bool may_be_more = unknown || context.known.knowledge().gap(lost) != nullptr;
       judge_skipped(callback, allowed, may_be_more, judgement);
     }
-    judgement.doubt(unknown);
+    judgement.unseen(unknown);
   });
 }
 
@@ -222,7 +222,7 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
   const bool is_any_specified = specifies_any(context, kAsks);
   return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
                                       Judgement& judgement) {
-    if (is_any_specified) judgement.doubt(unknown_entry(context, callback, kAsks));
+    if (is_any_specified) judgement.unseen(unknown_entry(context, callback, kAsks));
     const auto* entry = spec_entry(context, callback);
     if (entry == nullptr) return;
     const auto& min = entry->min_inter_arrival_ns;
@@ -234,12 +234,12 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     judgement.needs(context.known.lost_end(index));
     const auto excuses = context.known.other_instances(index);
     if (callback.instances >= 2) {
-      judgement.doubt(inexact_releases(callback));
-      judgement.doubt(calculated_releases(callback));
+      judgement.unseen(inexact_releases(callback));
+      judgement.unseen(calculated_releases(callback));
     }
     if (callback.is_reordered) {  // then others may lie between two that are far apart
-      judgement.doubt(evidence("callback_start", callback.starts.last_at,
-                               "instances started in another order than they were released in"));
+      judgement.unseen(evidence("callback_start", callback.starts.last_at,
+                                "instances started in another order than they were released in"));
     }
     const auto error = 2 * callback.release_error().ns;  // of two releases
     const auto hold = [&](const Extreme<Duration>& extreme, const char* bound, std::int64_t value,
@@ -252,7 +252,7 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
       if (is_certain && callback.are_releases_certain() && excess > error) {
         judgement.violation(std::vector{std::move(witness)}, excuses);
       } else {
-        judgement.doubt(std::move(witness));
+        judgement.unseen(std::move(witness));
       }
     };
     if (min && callback.min_inter_arrival) {

@@ -45,9 +45,9 @@ void judge_never_ended(const RuleContext& context, CallbackIndex index, std::int
     const auto since = latest_release(open);
     judgement.checked();
     if ((until - since).ns <= deadline) {
-      judgement.doubt(evidence("callback_start", open.start,
-                               "seq " + std::to_string(open.seq) +
-                                   " never ended, and its deadline lies beyond the window"));
+      judgement.unseen(evidence("callback_start", open.start,
+                                "seq " + std::to_string(open.seq) +
+                                    " never ended, and its deadline lies beyond the window"));
       return;
     }
     const auto later =
@@ -63,7 +63,7 @@ void judge_never_ended(const RuleContext& context, CallbackIndex index, std::int
   });
   const auto unended = fini->started - fini->ended;
   if (callback.open.size() + callback.running.size() < unended) {
-    judgement.doubt(evidence(
+    judgement.unseen(evidence(
         "callback_fini", fini->at,
         counted(unended, "instance") + " never ended; when they were released is not known"));
   }
@@ -82,13 +82,13 @@ void judge_outlived(const RuleContext& context, CallbackIndex index, const OpenI
   const auto seq = "seq " + std::to_string(open.seq);
   judgement.checked();
   if (outlived->doubt) {
-    judgement.doubt(outlived->doubt);
+    judgement.unseen(outlived->doubt);
     return;
   }
   if ((outlived->until - since).ns <= deadline) {
-    judgement.doubt(evidence("window", moment(outlived->until),
-                             "a stream ends here, before the deadline of " + seq +
-                                 ", whose end may be missing with the rest"));
+    judgement.unseen(evidence("window", moment(outlived->until),
+                              "a stream ends here, before the deadline of " + seq +
+                                  ", whose end may be missing with the rest"));
     return;
   }
   const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
@@ -170,7 +170,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (auto unknown = unknown_entry(context, callback, asks_for_deadline)) {
-          judgement.doubt(*std::move(unknown));
+          judgement.unseen(*std::move(unknown));
           return;
         }
         if (!callback.response_deadline) return;
@@ -194,20 +194,20 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                             ", the deadline of " + origin + " is " + nanoseconds(deadline),
                         excuses, judgement);
         }
-        judgement.doubt(calculated_releases(callback));
+        judgement.unseen(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
         if (unbounded != 0) {
-          judgement.doubt(evidence(
+          judgement.unseen(evidence(
               "callback_start", callback.starts.first_at,
               counted(unbounded, "instance") + " without an upper bound of the response time"));
         }
-        judgement.doubt(bounds_by_a_set_clock(callback));
+        judgement.unseen(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;
         const auto error = callback.release_error() + callback.release_spread();
         if (upper && (upper->value + error).ns > deadline) {
-          judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
-                                               error_of(callback) + "; the deadline is " +
-                                               nanoseconds(deadline)));
+          judgement.unseen(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
+                                                error_of(callback) + "; the deadline is " +
+                                                nanoseconds(deadline)));
         }
       });
 }
@@ -235,7 +235,7 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
   const bool is_any_specified = specifies_any(context, asks_for_budget);
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        if (is_any_specified) judgement.doubt(unknown_entry(context, callback, asks_for_budget));
+        if (is_any_specified) judgement.unseen(unknown_entry(context, callback, asks_for_budget));
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !entry->wcet_ns) return;
         const auto wcet = *entry->wcet_ns;
@@ -261,9 +261,9 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         }
         const auto& unmeasured = callback.max_duration_without_execution;
         if (unmeasured && unmeasured->value.ns > wcet) {
-          judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
-                                                    ", its CPU time is not known; declared are " +
-                                                    nanoseconds(wcet)));
+          judgement.unseen(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
+                                                     ", its CPU time is not known; declared are " +
+                                                     nanoseconds(wcet)));
         }
       });
 }

@@ -52,18 +52,18 @@ std::string properties(const CallbackFacts& callback) {
 }
 
 void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
-                        Judgement& judgement) {
+                        const std::vector<Evidence>& beside, Judgement& judgement) {
   const auto key = [](const CallbackFacts& c) { return std::tie(c.kind, c.source, c.period_ns); };
   const bool are_deadlines_told = before.is_accounted && after.is_accounted;
   if (before.is_accounted != after.is_accounted) {
-    judgement.doubt(registered_as(before.is_accounted ? after : before,
-                                  "ROS 2's events do not tell whether it had a deadline"));
+    judgement.unseen(registered_as(before.is_accounted ? after : before,
+                                   "ROS 2's events do not tell whether it had a deadline"));
   }
   const bool is_as_before =
       key(before) == key(after) && (!are_deadlines_told || before.deadline_ns == after.deadline_ns);
   if (is_as_before) return;
-  judgement.fail(registered_as(before, "was: " + properties(before)));
-  judgement.fail(registered_as(after, "is: " + properties(after)));
+  judgement.violation_unless(beside, {registered_as(before, "was: " + properties(before)),
+                                      registered_as(after, "is: " + properties(after))});
 }
 
 // Lifetimes of one id by their ends, each with the latest begin among those up to it.
@@ -173,13 +173,12 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   for (const auto index : before) {
     Judgement judgement(context.names.callback(life.index), context.known);
     judgement.checked();
-    compare_properties(model.callbacks[at(index)], after, judgement);
-    compare_parameters(context, index, life.index, judgement);
-    judgement.doubt(unseen_lifetime(context, index, life));
-    if (judgement.has_witness()) {
-      judgement.overrule(untold_end(context, model.callbacks[at(index)], after));
-      judgement.overrule(untold_begin(context, after));
-    }
+    // Why they may have lived side by side.
+    const auto beside = listed(
+        {untold_end(context, model.callbacks[at(index)], after), untold_begin(context, after)});
+    compare_properties(model.callbacks[at(index)], after, beside, judgement);
+    compare_parameters(context, index, life.index, beside, judgement);
+    judgement.unseen(unseen_lifetime(context, index, life));
     conclude(std::move(judgement), compared);
   }
   const auto is_alike = [&compared](const SubjectVerdict& verdict) {
@@ -191,7 +190,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   }
   Judgement judgement(context.names.callback(life.index), context.known);
   judgement.checked();
-  judgement.doubt(
+  judgement.unseen(
       registered_as(after, cie::counted(before.size(), "lifetime") +
                                " of this callback lived at the same time before, and differ: which "
                                "of them it follows is unknown"));
@@ -312,7 +311,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const earlier = i == 0 ? unknown_lives.between(kEver, lives[i].begin) : nullptr;
       if (earlier != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.doubt(
+        judgement.unseen(
             without_event(moment(earlier->end),
                           "a callback whose logical id is unknown ended here: it may have "
                           "been the same one"));
@@ -323,7 +322,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
       if (between != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.doubt(
+        judgement.unseen(
             without_event(first_sign(model, model.callbacks[at(between->index)]),
                           "a callback whose logical id is unknown lived between this "
                           "lifetime and the one before: it may have been the same one"));
@@ -334,15 +333,16 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto& after = model.callbacks[at(lives[i].index)];
       if (may_follow_unseen(after, lives[i], ends_told)) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.doubt(registered_as(after,
-                                      "it was announced after the callback that had this id before "
-                                      "ended: whether this is its next lifetime is unknown"));
+        judgement.unseen(
+            registered_as(after,
+                          "it was announced after the callback that had this id before "
+                          "ended: whether this is its next lifetime is unknown"));
         conclude(std::move(judgement), verdicts);
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.doubt(
+        judgement.unseen(
             without_event(last_sign(*open),
                           "the end of the callback that had this id before was not seen: "
                           "whether this is its next lifetime is unknown"));
@@ -354,9 +354,9 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index), context.known);
-    judgement.doubt(without_event(first_sign(model, model.callbacks[at(life.index)]),
-                                  "its logical id is unknown, so it cannot be compared with the "
-                                  "callbacks of the process before"));
+    judgement.unseen(without_event(first_sign(model, model.callbacks[at(life.index)]),
+                                   "its logical id is unknown, so it cannot be compared with the "
+                                   "callbacks of the process before"));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

@@ -148,7 +148,7 @@ void note_losses(const RuleVerdict& rule, Judgement& losses) {
   for (const auto& subject : rule.subjects) {
     if (subject.verdict != Verdict::inconclusive) continue;
     for (const auto& item : subject.evidence)
-      if (item.is_user_loss) losses.doubt(item);
+      if (item.is_user_loss) losses.unseen(item);
   }
 }
 

@@ -57,10 +57,10 @@ Evidence ran_outside(const RuleContext& context, const SpecEntry& entry, const c
 }
 
 // `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
-// given its CPUs. Null: it used no other ones.
-const UsedCpu* judge_cpus(const RuleContext& context, ThreadIndex index,
-                          const ScheduledAs& scheduled, const SpecEntry& entry,
-                          Judgement& judgement) {
+// given its CPUs. Empty: it used no other ones.
+std::optional<EventRef> switched_outside(const RuleContext& context, ThreadIndex index,
+                                         const ScheduledAs& scheduled, const SpecEntry& entry,
+                                         Judgement& judgement) {
   const auto since = first_start_on(context.model.threads[at(index)]).time;
   for (const auto& used : scheduled.cpus) {
     if (used.last.time < since || is_allowed(entry, used.last)) continue;
@@ -68,13 +68,12 @@ const UsedCpu* judge_cpus(const RuleContext& context, ThreadIndex index,
     const bool is_later = used.first.time < since && used.last.time > since;
     const auto& where = is_later ? used.last : used.first;
     if (const auto other = context.lives.may_be_another(index, where.time)) {
-      judgement.doubt(other);
+      judgement.unseen(other);
       continue;
     }
-    judgement.fail(ran_outside(context, entry, "sched_switch", where));
-    return &used;
+    return where;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 // Where a start or an end of its callbacks shows the thread on a CPU that `entry` does not ask for,
@@ -100,7 +99,7 @@ bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judg
           ? ", and the kernel's switches have another thread of this tid: it runs in a container"
       : thread.switched_in ? ", and its switches have inherited priorities alone"
                            : " and no switch; record kernel events";
-  judgement.doubt(
+  judgement.unseen(
       without_event(begin, "thread " + std::to_string(thread.tid) + " has no read-back" + reason));
   return true;
 }
@@ -132,16 +131,16 @@ std::optional<Evidence> hiding(std::optional<Evidence> missing, std::string_view
 }
 
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
-void overrule_inherited(const RuleContext& context, ThreadIndex index, const ScheduledAs& raised,
-                        Judgement& judgement) {
+std::vector<Evidence> perhaps_inherited(const RuleContext& context, ThreadIndex index,
+                                        const ScheduledAs& raised) {
   constexpr std::string_view kInherited =
       "the priority may be inherited since then, also while the thread sleeps with a mutex, and the "
       "sched_pi_setprio that told it may be missing";
-  judgement.overrule(hiding(context.kernel_record.loss(index), kInherited));
   const auto& thread = context.model.threads[at(index)];
-  judgement.overrule(context.kernel_record.untold_inheritance(
-      index, earliest_birth(context, thread), raised.last.time));
-  judgement.overrule(hiding(untold_before(context, thread, raised), kInherited));
+  return listed({hiding(context.kernel_record.loss(index), kInherited),
+                 context.kernel_record.untold_inheritance(index, earliest_birth(context, thread),
+                                                          raised.last.time),
+                 hiding(untold_before(context, thread, raised), kInherited)});
 }
 
 using Stretches = std::vector<ScheduledAs>;
@@ -175,14 +174,14 @@ std::string cpus_text(Stretches::const_iterator from, Stretches::const_iterator 
 }
 
 // S1: what was lost or not recorded from then on may be that the thread was configured anew.
-void overrule_former(const RuleContext& context, ThreadIndex index, Timestamp since,
-                     Judgement& judgement) {
+std::vector<Evidence> perhaps_former(const RuleContext& context, ThreadIndex index,
+                                     Timestamp since) {
   const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
   const auto end = context.lives.of(index).latest_end();
-  if (end <= since) return;
+  if (end <= since) return {};
   constexpr std::string_view kSince = "the thread may have been given other parameters since";
-  judgement.overrule(hiding(context.holes.between(host, since, end), kSince));
-  judgement.overrule(hiding(context.kernel_record.outside(index, since), kSince));
+  return listed({hiding(context.holes.between(host, since, end), kSince),
+                 hiding(context.kernel_record.outside(index, since), kSince)});
 }
 
 // S1: of the last configuration, by switches, or else by its own events.
@@ -190,11 +189,14 @@ void judge_last_cpus(const RuleContext& context, ThreadIndex index, const SpecEn
                      Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const auto& last = thread.scheduled.back();
-  if (const auto* switched = judge_cpus(context, index, last, entry, judgement)) {
-    overrule_former(context, index, switched->last.time, judgement);
+  const auto accuse = [&](const char* event, const EventRef& where) {
+    judgement.violation_unless(perhaps_former(context, index, where.time),
+                               {ran_outside(context, entry, event, where)});
+  };
+  if (const auto switched = switched_outside(context, index, last, entry, judgement)) {
+    accuse("sched_switch", *switched);
   } else if (const auto outside = own_event_outside(thread, entry, last.first.at.time)) {
-    overrule_former(context, index, outside->time, judgement);
-    judgement.fail(ran_outside(context, entry, "cpu", *outside));
+    accuse("cpu", *outside);
   }
 }
 
@@ -202,27 +204,29 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                   Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
-  judgement.doubt(context.kernel_record.loss(index));
-  judgement.doubt(unrecorded(context, index));
+  judgement.unseen(context.kernel_record.loss(index));
+  judgement.unseen(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   judgement.checked();
   const auto& last = thread.scheduled.back();
   if (const auto other = context.lives.may_be_another(index, last.first.at.time)) {
-    judgement.doubt(other);
+    judgement.unseen(other);
     return;
   }
   if (!is_as_asked(last, entry.parameters)) {
-    overrule_former(context, index, last.last.time, judgement);
+    auto unseen = perhaps_former(context, index, last.last.time);
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
-    if (is_raised) overrule_inherited(context, index, last, judgement);
-    judgement.fail(evidence("sched_switch", last.last,
-                            asks(context, entry) + "; the kernel schedules thread " +
-                                std::to_string(thread.tid) + " with " +
-                                priority_text(last.first.prio)));
+    if (is_raised)
+      std::ranges::move(perhaps_inherited(context, index, last), std::back_inserter(unseen));
+    judgement.violation_unless(
+        unseen,
+        {evidence("sched_switch", last.last,
+                  asks(context, entry) + "; the kernel schedules thread " +
+                      std::to_string(thread.tid) + " with " + priority_text(last.first.prio))});
   }
   if (entry.parameters.cpus) judge_last_cpus(context, index, entry, judgement);
   if (const auto what = untold(entry.parameters)) {
-    judgement.doubt(without_event(begin, "sched_switch does not tell " + *what));
+    judgement.unseen(without_event(begin, "sched_switch does not tell " + *what));
   }
   judgement.remark(evidence("sampled", begin,
                             "by the priority and the CPUs of its switches: FIFO and RR are one "
@@ -245,9 +249,9 @@ std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex inde
 
 // S4: by its own events.
 void judge_own_cpus(const RuleContext& context, const ThreadFacts& thread, const SpecEntry& entry,
-                    Timestamp since, Judgement& judgement) {
+                    Timestamp since, const std::vector<Evidence>& unseen, Judgement& judgement) {
   if (const auto outside = own_event_outside(thread, entry, since)) {
-    judgement.fail(ran_outside(context, entry, "cpu", *outside));
+    judgement.violation_unless(unseen, {ran_outside(context, entry, "cpu", *outside)});
   }
 }
 
@@ -290,16 +294,18 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
                                Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
-  judgement.doubt(context.proof.loss(index));
-  judgement.doubt(context.kernel_record.loss(index));
-  judgement.doubt(unrecorded(context, index));
+  judgement.unseen(context.proof.loss(index));
+  judgement.unseen(context.kernel_record.loss(index));
+  judgement.unseen(unrecorded(context, index));
   if (is_unseen(thread, begin, judgement)) return;
   const auto* entry = sole_entry(context, thread);
   const auto kept = reference_of(thread, entry);
   judgement.checked();
   const auto later = std::next(kept);
   const auto& judged = later == thread.scheduled.end() ? *kept : *later;
-  judgement.overrule(context.lives.may_be_another(index, judged.first.at.time));
+  auto unseen = listed({context.lives.may_be_another(index, judged.first.at.time)});
+  for (const auto& other : unseen)
+    judgement.unseen(other);
   if (later == thread.scheduled.end()) {
     judgement.remark(evidence("sampled", begin,
                               "by the priority of its switches: it had " +
@@ -319,14 +325,14 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
                            "from here on with " + priority_text(later->first.prio));
   if (is_asked) {
     const bool is_raised = later->first.prio < kept->first.prio;
-    if (is_raised) overrule_inherited(context, index, *later, judgement);
-    judgement.fail(was);
-    judgement.fail(is);
+    if (is_raised)
+      std::ranges::move(perhaps_inherited(context, index, *later), std::back_inserter(unseen));
+    judgement.violation_unless(unseen, {was, is});
   } else {
-    judgement.doubt(was);
-    judgement.doubt(evidence("sched_switch", later->first.at,
-                             "from here on with " + priority_text(later->first.prio) +
-                                 ": whether that was meant is unknown (a spec would tell)"));
+    judgement.unseen(was);
+    judgement.unseen(evidence("sched_switch", later->first.at,
+                              "from here on with " + priority_text(later->first.prio) +
+                                  ": whether that was meant is unknown (a spec would tell)"));
   }
 }
 
@@ -335,18 +341,18 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   const auto* entry = sole_entry(context, thread);
   const auto& all = thread.scheduled;
-  judgement.doubt(context.proof.loss(index));
-  judgement.doubt(unrecorded(context, index));
+  judgement.unseen(context.proof.loss(index));
+  judgement.unseen(unrecorded(context, index));
   const bool is_unseen_by_kernel = is_unseen(thread, begin, judgement);
   if (entry == nullptr || !entry->parameters.cpus) {
     if (is_unseen_by_kernel) return;
-    judgement.doubt(
+    judgement.unseen(
         without_event(begin, "no read-back of the allowed CPUs; its switches show it on " +
                                  cpus_text(all.begin(), all.end())));
     return;
   }
   if (is_unseen_by_kernel) {
-    if (!entry->parameters.policy) judge_own_cpus(context, thread, *entry, {}, judgement);
+    if (!entry->parameters.policy) judge_own_cpus(context, thread, *entry, {}, {}, judgement);
     return;
   }
   judgement.checked();
@@ -357,20 +363,26 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
       "by the spec's CPUs: nobody read back what the kernel allows" +
           std::string(context.kernel_record.loss(index) ? ", and its record has holes" : "")));
   auto as = reference_of(thread, entry);
-  judgement.overrule(lost_beginning(context, index, *entry, *as));
+  const auto unseen = listed({lost_beginning(context, index, *entry, *as)});
+  for (const auto& beginning : unseen)
+    judgement.unseen(beginning);
   const bool is_given = entry->parameters.policy && is_as_asked(*as, entry->parameters);
   const auto since = is_given ? as->first.at.time : Timestamp{};
   bool is_outside = false;
-  for (; as != all.end(); ++as)
-    is_outside = judge_cpus(context, index, *as, *entry, judgement) != nullptr || is_outside;
-  if (!is_outside) judge_own_cpus(context, thread, *entry, since, judgement);
+  for (; as != all.end(); ++as) {
+    const auto where = switched_outside(context, index, *as, *entry, judgement);
+    if (where)
+      judgement.violation_unless(unseen, {ran_outside(context, *entry, "sched_switch", *where)});
+    is_outside = is_outside || where;
+  }
+  if (!is_outside) judge_own_cpus(context, thread, *entry, since, unseen, judgement);
 }
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement) {
   for (const auto* pair : callback.ran_on) {
     if (auto other = perhaps_anothers(*pair)) {
-      judgement.doubt(*std::move(other));
+      judgement.unseen(*std::move(other));
     } else {
       judge_thread(context, pair->thread, entry, judgement);
     }
@@ -383,12 +395,12 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   const auto& proof = context.proof;
   const auto& callback = model.callbacks[at(index)];
   if (callback.ran_on.empty() || !entry.parameters.policy) return;
-  judgement.doubt(proof.loss(index));                  // there may have been an earlier instance
+  judgement.unseen(proof.loss(index));                 // there may have been an earlier instance
   if (callback.starts.first.value_or(1) != 0) return;  // before the window
   const auto* const first = *std::ranges::min_element(
       callback.ran_on, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
   if (auto other = perhaps_anothers(*first)) {
-    judgement.doubt(*std::move(other));
+    judgement.unseen(*std::move(other));
     return;
   }
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
@@ -396,21 +408,23 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });
   if (match == scheduled.end()) {  // never: S1's concern
     if (!model.hosts[at(model.processes[at(callback.process)].host)].has_switches) return;
-    judgement.doubt(context.kernel_record.loss(first->thread));
-    judgement.doubt(unrecorded(context, first->thread));
+    judgement.unseen(context.kernel_record.loss(first->thread));
+    judgement.unseen(unrecorded(context, first->thread));
     return;
   }
   if (const auto other = context.lives.may_be_another(first->thread, match->first.at.time)) {
-    judgement.doubt(other);
+    judgement.unseen(other);
     return;
   }
   const auto start = first->first_start.time;
   if (const auto what = untold_policy(entry.parameters)) {
-    judgement.doubt(
+    judgement.unseen(
         evidence("sched_switch", match->first.at, "sched_switch does not tell " + *what));
   }
-  judgement.overrule(context.user_losses.between(callback.process, Timestamp{}, start));
-  judgement.overrule(lost_before(context, first->thread, start));
+  auto unseen = listed({context.user_losses.between(callback.process, Timestamp{}, start),
+                        lost_before(context, first->thread, start)});
+  for (const auto& item : unseen)
+    judgement.unseen(item);
   if (match->first.at.time <= start) {
     judgement.checked();
     return;
@@ -418,22 +432,26 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   const auto before = std::find_if(
       scheduled.begin(), match, [start](const ScheduledAs& as) { return as.last.time >= start; });
   if (before == match) {
-    judgement.doubt(evidence("sched_switch", match->first.at,
-                             "only here its priority was seen to be the one asked for; whether it "
-                             "was before the first instance is unknown"));
+    judgement.unseen(evidence("sched_switch", match->first.at,
+                              "only here its priority was seen to be the one asked for; whether it "
+                              "was before the first instance is unknown"));
     return;
   }
   judgement.checked();
   const bool is_raised = before->first.prio < match->first.prio;
-  if (is_raised) overrule_inherited(context, first->thread, *before, judgement);
-  judgement.fail(
-      evidence("callback_start", first->first_start,
-               callback.logical_id + " started unconfigured; " +
-                   counted(std::max<std::uint64_t>(match->starts_before, 1), "instance") + " did"));
-  judgement.fail(evidence("sched_switch", before->last,
-                          "still scheduled with " + priority_text(before->first.prio)));
-  judgement.fail(evidence("sched_switch", match->first.at,
-                          "only now with " + priority_text(match->first.prio)));
+  if (is_raised) {
+    std::ranges::move(perhaps_inherited(context, first->thread, *before),
+                      std::back_inserter(unseen));
+  }
+  judgement.violation_unless(
+      unseen,
+      {evidence("callback_start", first->first_start,
+                callback.logical_id + " started unconfigured; " +
+                    counted(std::max<std::uint64_t>(match->starts_before, 1), "instance") + " did"),
+       evidence("sched_switch", before->last,
+                "still scheduled with " + priority_text(before->first.prio)),
+       evidence("sched_switch", match->first.at,
+                "only now with " + priority_text(match->first.prio))});
 }
 
 }  // namespace cie::analysis

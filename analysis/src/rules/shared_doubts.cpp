@@ -27,9 +27,9 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const RuleContext&
   Judgement judgement(NamedSubject::trace(), context.known);
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
-  judgement.doubt(without_event(moment(model.begin),
-                                has_outside ? "no callback started in the window"
-                                            : "callbacks ran, but no callback_start was recorded"));
+  judgement.unseen(without_event(
+      moment(model.begin), has_outside ? "no callback started in the window"
+                                       : "callbacks ran, but no callback_start was recorded"));
   return std::move(judgement).finish();
 }
 
@@ -40,7 +40,7 @@ void doubt_events_without_pid(const Rule& rule, const RuleContext& context,
   const bool is_judged = context.options.spec != nullptr || !rule.needs.spec;
   if (without == 0 || !rule.needs.instances || !is_judged) return;
   Judgement judgement(NamedSubject::trace(), context.known);
-  judgement.doubt(
+  judgement.unseen(
       without_event(moment(context.model.begin),
                     counted(without, "event") + " without the context vpid belong to no process"));
   conclude(std::move(judgement), subjects);
@@ -192,7 +192,7 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   });
   if (is_doubted) return;
   Judgement judgement(NamedSubject::trace(), context.known);
-  judgement.doubt(doubt);
+  judgement.unseen(doubt);
   conclude(std::move(judgement), subjects);
 }
 

@@ -69,7 +69,7 @@ void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   if (!thread.perhaps_inherited) return;
   const auto& [at, prio] = *thread.perhaps_inherited;
   const auto note = priority_text(prio) + " from here on, which may be inherited";
-  if (thread.audits_checked == 0) judgement.doubt(evidence("sched_switch", at, note));
+  if (thread.audits_checked == 0) judgement.unseen(evidence("sched_switch", at, note));
   judgement.remark(by_read_back(at, note));
 }
 
@@ -126,15 +126,15 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                    kLatest, judgement);
   }
   judgement.needs_none(context.known.read_backs(index));
-  judgement.doubt(unended_change(model, thread));
+  judgement.unseen(unended_change(model, thread));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
-    judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
-                             model.hosts[at(host)].has_switches
-                                 ? "no later audit and no sched_switch to compare with"
-                                 : "no later audit to compare with; record kernel events"));
+    judgement.unseen(evidence("thread_sched", thread.read_backs.last_at,
+                              model.hosts[at(host)].has_switches
+                                  ? "no later audit and no sched_switch to compare with"
+                                  : "no later audit to compare with; record kernel events"));
   } else if (hole) {
-    if (thread.audits_checked == 0) judgement.doubt(hole);
+    if (thread.audits_checked == 0) judgement.unseen(hole);
     judgement.remark(evidence("by read-back", thread.read_backs.last_at,
                               "the kernel's record of its switches has holes"));
   }
@@ -153,15 +153,15 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
           return;
         }
         if (const auto found = unknown.find(index); found != unknown.end()) {
-          judgement.doubt(found->second);
+          judgement.unseen(found->second);
         }
         if (last_applied(model, thread) != nullptr) {
           judge_unchanged(context, index, judgement);
         } else {
-          judgement.doubt(proof.loss(index));  // what was applied may be what was lost
+          judgement.unseen(proof.loss(index));  // what was applied may be what was lost
           const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
           if (thread.first_audit && !has_begin) {
-            judgement.doubt(proof.incompleteness(thread.process));
+            judgement.unseen(proof.incompleteness(thread.process));
           }
         }
       });
@@ -212,12 +212,12 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
           context.known.read_backs(index, mask.at.time));
     }
     judgement.needs_none(context.known.read_backs(index));
-    judgement.doubt(unended_change(model, thread));
+    judgement.unseen(unended_change(model, thread));
     const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
-      judgement.doubt(without_event(begin, "no read-back of the allowed CPUs"));
+      judgement.unseen(without_event(begin, "no read-back of the allowed CPUs"));
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
-      judgement.doubt(why_no_cpu_is_judged(thread, begin));
+      judgement.unseen(why_no_cpu_is_judged(thread, begin));
     } else if (thread.switch_cpus_checked == 0) {
       need_runs(context, index, judgement);
       judgement.remark(evidence("sampled", begin,
@@ -258,12 +258,14 @@ void judge_fork(const ForkFacts& fork, const KernelHoles& holes, Judgement& judg
   if (!is_first_run_seen(fork, holes) || may_be_given(fork)) return;
   judgement.checked();
   if (!is_real_time_priority(fork.child_first->prio)) return;
-  judgement.fail(evidence("sched_process_fork", fork.at,
-                          "thread " + std::to_string(fork.parent_tid) + " with " +
-                              priority_text(fork.parent_prio) + " creates thread " +
-                              std::to_string(fork.child_tid)));
-  judgement.fail(evidence("sched_switch", fork.child_first->at,
-                          "which first runs with " + priority_text(fork.child_first->prio)));
+  judgement.violation([&] {
+    return std::vector{evidence("sched_process_fork", fork.at,
+                                "thread " + std::to_string(fork.parent_tid) + " with " +
+                                    priority_text(fork.parent_prio) + " creates thread " +
+                                    std::to_string(fork.child_tid)),
+                       evidence("sched_switch", fork.child_first->at,
+                                "which first runs with " + priority_text(fork.child_first->prio))};
+  });
 }
 
 Evidence not_judged(const ForkFacts& fork) {
@@ -295,12 +297,12 @@ void judge_beginning(const RuleContext& context, ThreadIndex index, const EventR
   const auto& thread = model.threads[at(index)];
   const auto& process = model.processes[at(thread.process)];
   if (!thread.initial) {
-    judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
-    judgement.doubt(lost_beginning(model, proof, index));
+    judgement.unseen(proof.gap(thread));  // its initial read-back may be what was lost
+    judgement.unseen(lost_beginning(model, proof, index));
     return;
   }
   if (has_begun_before(process, thread)) {
-    if (!process.run_begin) judgement.doubt(proof.incompleteness(thread.process));
+    if (!process.run_begin) judgement.unseen(proof.incompleteness(thread.process));
     return;
   }
   judgement.checked();
@@ -359,7 +361,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     if (!is_known(thread)) continue;
     Judgement judgement(names.thread(index), context.known);
     const auto& begin = thread.announced ? *thread.announced : thread.read_backs.first_at;
-    if (!thread.announced) judgement.doubt(proof.loss(index));
+    if (!thread.announced) judgement.unseen(proof.loss(index));
     judge_beginning(context, index, begin, judgement);
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)

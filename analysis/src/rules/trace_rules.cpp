@@ -78,12 +78,12 @@ void doubt_files(const Model& model, Judgement& judgement) {
     for (const auto& doubt : recording.doubts) {
       if (++count > kNamed) continue;
       const auto where = recording.name.empty() ? std::string() : " (" + recording.name + ')';
-      judgement.doubt(
+      judgement.unseen(
           evidence(std::string(label(doubt.kind)), begin_of(model), doubt.note + where));
     }
   }
   if (count > kNamed) {
-    judgement.doubt(
+    judgement.unseen(
         evidence("missing_file", begin_of(model), "and " + counted(count - kNamed, "more file")));
   }
 }
@@ -119,8 +119,8 @@ std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
   if (context.model.streams.empty()) judgement.checked(context.model.events.total);
   for (const auto* loss : losses_of(context.model, is_damage)) {
     const auto item = [loss] { return evidence_of(*loss); };
-    if (context.model.events.total == 0) judgement.fail(item);
-    judgement.doubt(item);
+    if (context.model.events.total == 0) judgement.violation([&] { return std::vector{item()}; });
+    judgement.unseen(item);
   }
   doubt_files(context.model, judgement);
   return only(std::move(judgement));
@@ -135,7 +135,7 @@ void doubt_recorders(const RuleContext& context, Judgement& judgement) {
     for (const auto& problem : failure.problems) {
       auto item = evidence("recorder_problem", begin_of(context.model), in_words(failure, problem));
       if (is_lossy) {
-        judgement.doubt(std::move(item));
+        judgement.unseen(std::move(item));
       } else {
         judgement.remark(std::move(item));
       }
@@ -151,24 +151,25 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   for (const auto* loss : losses_of(model, [](const Loss&) { return true; })) {
     const auto item = [loss] { return evidence_of(*loss); };
     const bool is_certain = loss->kind != LossKind::host_gap;  // nothing need have happened in it
-    if (context.options.require_lossless && is_certain) judgement.fail(item);
-    if (context.options.require_lossless && !is_certain) judgement.doubt(item);
+    if (context.options.require_lossless && is_certain)
+      judgement.violation([&] { return std::vector{item()}; });
+    if (context.options.require_lossless && !is_certain) judgement.unseen(item);
     judgement.remark(item);
-    if (is_of_users(*loss) && context.proof.is_anything_lost()) judgement.doubt(item);
+    if (is_of_users(*loss) && context.proof.is_anything_lost()) judgement.unseen(item);
   }
   for (const auto& host : model.hosts) {
     if (host.cpus_not_recorded == 0) continue;
     const auto missing = evidence_of_missing_cpus(host.cpus_not_recorded, model.begin);
-    if (context.options.require_lossless) judgement.fail(missing);
+    if (context.options.require_lossless) judgement.violation(std::vector{missing});
     judgement.remark(missing);
   }
   if (context.options.require_lossless) {
     for (const auto& loss : losses_of_manifests(model))
-      judgement.fail(loss);
+      judgement.violation(std::vector{loss});
     doubt_files(model, judgement);  // a loss may be told by the file that is gone
   }
   for (const auto& part : unseen_parts(model)) {
-    judgement.doubt(
+    judgement.unseen(
         evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
   }
   doubt_recorders(context, judgement);
@@ -205,7 +206,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
   Judgement judgement(NamedSubject::trace(), context.known);
   const auto missing = [&](std::string note) {
-    judgement.doubt(without_event(begin_of(context.model), std::move(note)));
+    judgement.unseen(without_event(begin_of(context.model), std::move(note)));
   };
   const bool is_cut = context.options.window.has_value();
   if (events.cie == 0 && context.model.processes.empty()) {
@@ -256,30 +257,30 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   judgement.checked(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
   const auto apart = clocks_apart(model);
   for (const auto& [host, why] : apart)
-    judgement.doubt(why);
+    judgement.unseen(why);
   for (std::size_t i = 0; i < model.hosts.size(); ++i)
-    judgement.doubt(apart_from_kernel(model, HostIndex{static_cast<std::uint32_t>(i)}));
+    judgement.unseen(apart_from_kernel(model, HostIndex{static_cast<std::uint32_t>(i)}));
   const auto& regressions = model.time_regressions;
   if (regressions.first && apart.empty()) {  // else the tracer did write them as they were
-    judgement.fail(
+    judgement.violation(std::vector{
         evidence("time_regression", moment(regressions.first_previous),
-                 "the stream had come to " + nanoseconds(regressions.first_previous.ns)));
-    judgement.fail(evidence("time_regression", *regressions.first,
-                            "it went back by " +
-                                nanoseconds(regressions.first_previous - regressions.first->time) +
-                                ", to " + nanoseconds(regressions.first->time.ns) + "; " +
-                                counted(regressions.count, "time") + " in all"));
+                 "the stream had come to " + nanoseconds(regressions.first_previous.ns)),
+        evidence("time_regression", *regressions.first,
+                 "it went back by " +
+                     nanoseconds(regressions.first_previous - regressions.first->time) + ", to " +
+                     nanoseconds(regressions.first->time.ns) + "; " +
+                     counted(regressions.count, "time") + " in all")});
   }
   if (model.clocks_unrelated) {
-    judgement.doubt(evidence("clock", begin_of(model),
-                             "streams were recorded under different boots or clocks; their times "
-                             "cannot be compared"));
+    judgement.unseen(evidence("clock", begin_of(model),
+                              "streams were recorded under different boots or clocks; their times "
+                              "cannot be compared"));
   }
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
     const auto& told = callback.impossible_releases;
     if (!told) continue;
-    judgement.doubt([&] {
+    judgement.unseen([&] {
       return evidence("callback_start", told->start,
                       callback.logical_id + " seq " + std::to_string(told->seq) +
                           " tells a release " + nanoseconds(told->release - told->start.time) +
