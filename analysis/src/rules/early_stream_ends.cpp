@@ -40,9 +40,8 @@ EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
 
 const StreamFacts* EarlyStreamEnds::of(const ProcessFacts& process) const {
   const StreamFacts* first = nullptr;
-  for (const auto& seen : {process.first_seen, process.last_seen}) {
-    const auto* stream = seen ? find_stream(model_, seen->stream) : nullptr;
-    const auto found = stream == nullptr ? first_.end() : first_.find(stream->trace);
+  for (const auto trace : process.traces) {
+    const auto found = first_.find(trace);
     if (found == first_.end()) continue;
     if (first == nullptr || *found->second->end < *first->end) first = found->second;
   }

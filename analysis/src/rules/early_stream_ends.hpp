@@ -16,7 +16,7 @@ class EarlyStreamEnds {
  public:
   explicit EarlyStreamEnds(const Model& model);
 
-  // The stream that ends first in the session that saw the process first, or in the one that saw it last; null: none
+  // The stream that ends first in the sessions that saw the process first, or had it announce what it has; null: none
   // ends early.
   const StreamFacts* of(const ProcessFacts& process) const;
 

@@ -332,6 +332,6 @@ const Rule kNoForeignWork{
         "own; record with --kernel.",
     .violation = "did other work",
     .judge = judge_foreign_work,
-    .needs = {.instances = true, .later_state = LaterState::before_evidence}};
+    .needs = {.instances = true}};
 
 }  // namespace cie::analysis

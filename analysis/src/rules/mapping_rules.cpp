@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -52,13 +51,14 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
                       " on this thread");
 }
 
-// Two callbacks that ran on the thread, unless it is two threads of one tid, or they are one callback.
-void claim_two_callbacks(const RuleContext& context, const CallbackOnThread& first, Timestamp last,
+// Two callbacks that ran on the thread, unless they are one, or it is two threads of one tid. Where the first one ran
+// before the next one and behind it, it was there meanwhile.
+void claim_two_callbacks(const RuleContext& context, const CallbackOnThread& first,
                          const CallbackOnThread& next, Judgement& judgement) {
   const auto& known = context.known;
   std::vector excuses{known.another_owner(first), known.another_owner(next)};
-  std::ranges::move(known.replaced(next.thread, last, next.first_start.time),
-                    std::back_inserter(excuses));
+  for (auto& excuse : known.replaced(next.thread, first.last_activity.time, next.first_start.time))
+    excuses.push_back(std::move(excuse));
   judgement.violation(
       [&] {
         return std::vector{started_here(context.model, first), started_here(context.model, next)};
@@ -71,13 +71,12 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
-        const CallbackOnThread* former = nullptr;
-        auto last = kEarliest;
+        const CallbackOnThread* former = nullptr;  // that did something last
         for (const auto* pair : in_order(context.model, thread.ran)) {
           judgement.checked(pair->starts);
-          if (former != nullptr) claim_two_callbacks(context, *former, last, *pair, judgement);
-          last = std::max(last, pair->last_activity.time);
-          former = pair;
+          if (former != nullptr) claim_two_callbacks(context, *former, *pair, judgement);
+          if (former == nullptr || pair->last_activity.time > former->last_activity.time)
+            former = pair;
         }
         if (const auto lost = context.run_losses.on(index)) judgement.needs(known.lost_run(*lost));
         judgement.unseen(context.hidden.beside_own(index));
@@ -293,7 +292,7 @@ const Rule kOneCallbackPerThread{
     .violation = "ran several callbacks",
     .gravity = 3,
     .judge = judge_one_callback,
-    .needs = {.instances = true, .totals = true, .later_state = LaterState::before_evidence}};
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kOneThreadPerCallback{
     .id = kOneThreadPerCallbackRule,
@@ -314,7 +313,7 @@ const Rule kOneThreadPerCallback{
     .violation = "ran on several threads",
     .gravity = 2,
     .judge = judge_one_thread,
-    .needs = {.instances = true, .totals = true, .later_state = LaterState::before_evidence}};
+    .needs = {.instances = true, .totals = true}};
 
 const Rule kUniqueLogicalId{
     .id = "M7",

@@ -296,7 +296,7 @@ const Rule kSingleCallbackGroup{
         "create a callback group for each callback: those created without one share the node's.",
     .violation = "held several callbacks",
     .judge = judge_groups,
-    .needs = {.later_state = LaterState::before_evidence}};
+};
 
 const Rule kThreadKnown{
     .id = "M9",

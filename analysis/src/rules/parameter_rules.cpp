@@ -437,7 +437,7 @@ const Rule kParametersAsSpecified{
         "cpusets are the usual causes); judge by the spec that it was given.",
     .violation = "did not run as specified",
     .judge = judge_specified,
-    .needs = {.spec = true, .later_state = LaterState::at_any_time}};
+    .needs = {.spec = true}};
 
 const Rule kParametersBeforeFirstCallback{
     .id = "S2",

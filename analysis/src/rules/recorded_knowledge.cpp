@@ -1,6 +1,7 @@
 #include "recorded_knowledge.hpp"
 
 #include "callback_doubts.hpp"
+#include "early_stream_ends.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "model/loss_gaps.hpp"
@@ -50,7 +51,9 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     add({}, kinds_of(Domain::user), {}, GapCause::missing_part,
         without_event(EventRef{}, *missing));
   }
+  const EarlyStreamEnds early_ends(model);
   for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) {
+    if (const auto* stream = early_ends.of(model.processes[at(index)])) add_cut(index, *stream);
     expect_state(index);
     expect_callbacks(index);
   });
@@ -133,6 +136,15 @@ void RecordedKnowledge::expect_state(ProcessIndex index) {
            proof_.threads_missing(index));
   else if (proof_.are_all_announced(index))
     knowledge_.discharge(EventKind::announcement, scope, {});
+}
+
+// What the process told of itself behind the end of a stream that was cut.
+void RecordedKnowledge::add_cut(ProcessIndex index, const StreamFacts& stream) {
+  add(scope_of(index), kinds_of(Domain::user), {.from = *stream.end, .to = kLatest},
+      GapCause::recorder_failed,
+      evidence("stream_end", moment(*stream.end),
+               "a stream of the process's trace ends here, before the others (" + stream.path +
+                   "): what was registered or read back since is not known"));
 }
 
 // All that tells of a callback which no event names. Nothing of it is numbered; `run_end` counts it.

@@ -64,6 +64,7 @@ class RecordedKnowledge {
   // `count`: so many of them and no more.
   void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
               std::optional<std::uint64_t> count = {});
+  void add_cut(ProcessIndex process, const StreamFacts& stream);
   void expect_state(ProcessIndex process);
   void expect_callbacks(ProcessIndex process);
   void expect_registration(CallbackIndex callback);

@@ -14,10 +14,6 @@
 
 namespace cie::analysis {
 
-// Whether registrations, announcements and read-backs that come later may explain why it fails: those before the
-// events that show it, or any, since it judges by the last ones.
-enum class LaterState : std::uint8_t { none, before_evidence, at_any_time };
-
 // What a rule is about, and without what it has nothing to judge.
 struct RuleNeeds {
   bool is_about_trace = false;  // the recording itself: nothing about processes makes it doubtful
@@ -27,7 +23,6 @@ struct RuleNeeds {
   bool totals = false;           // likewise, unless numbers and totals show that nothing is missing
   bool kernel = false;           // the kernel alone may show why it fails
   bool is_of_report = false;     // the report rests on its verdict
-  LaterState later_state = LaterState::none;
 };
 
 struct Rule {

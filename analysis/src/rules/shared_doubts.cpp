@@ -145,29 +145,6 @@ void doubt_told_by_own(const RuleContext& context, std::vector<SubjectVerdict>& 
   }
 }
 
-// What was registered, announced or read back after the end of a stream that was cut is not told.
-void doubt_after_early_end(const Rule& rule, const Model& model, const EarlyStreamEnds& ends,
-                           std::vector<SubjectVerdict>& subjects) {
-  if (rule.needs.later_state == LaterState::none) return;
-  for (auto& subject : subjects) {
-    if (subject.verdict != Verdict::fail || !subject.about.process) continue;
-    const auto& process = model.processes[at(*subject.about.process)];
-    const auto* stream = ends.of(process);
-    if (stream == nullptr) continue;
-    const auto is_later = [stream](const Evidence& item) { return item.time > *stream->end; };
-    const bool goes_on = process.last_seen && process.last_seen->time > *stream->end;
-    const bool is_doubtful = rule.needs.later_state == LaterState::at_any_time
-                                 ? goes_on
-                                 : std::ranges::any_of(subject.evidence, is_later);
-    if (!is_doubtful) continue;
-    leave_undecided(
-        subject,
-        evidence("stream_end", moment(*stream->end),
-                 "a stream of the process's trace ends here, before the others (" + stream->path +
-                     "): what was registered or read back since is not known"));
-  }
-}
-
 // ROS 2's events have neither numbers nor totals: there any part of a recording may lack some.
 bool has_totals(const Model& model, const Subject& subject) {
   if (subject.process) return !is_ros2_only(model.processes[at(*subject.process)]);
@@ -232,7 +209,6 @@ SharedDoubts::SharedDoubts(const RuleContext& context)
       missing_{.of_user = not_all_is_here(missing_user_part(context.model)),
                .of_kernel = not_all_is_here(missing_kernel_part(context.model)),
                .of_recorder = not_all_was_recorded(context.proof.recorder_losses())},
-      early_ends_(context.model),
       shared_(shared_pids(context.model)),
       clocks_apart_(clocks_apart(context.model)) {}
 
@@ -244,7 +220,6 @@ void SharedDoubts::apply(const Rule& rule, std::vector<SubjectVerdict>& subjects
   doubt_shared_pids(rule, context_.model, shared_, subjects);
   doubt_clocks_apart(rule, context_.model, clocks_apart_, subjects);
   doubt_told_by_own(context_, subjects);
-  doubt_after_early_end(rule, context_.model, early_ends_, subjects);
   const auto& missing = missing_.for_rule(rule);
   if (missing) doubt_missing_part(rule, context_, *missing, subjects);
   join_those_of_trace(subjects);

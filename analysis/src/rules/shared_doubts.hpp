@@ -3,7 +3,6 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "early_stream_ends.hpp"
 #include "rule.hpp"
 #include "rule_context.hpp"
 
@@ -48,7 +47,6 @@ class SharedDoubts {
  private:
   const RuleContext& context_;
   MissingParts missing_;
-  EarlyStreamEnds early_ends_;
   SharedPids shared_;
   std::map<HostIndex, Evidence> clocks_apart_;
 };

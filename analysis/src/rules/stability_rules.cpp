@@ -438,7 +438,7 @@ const Rule kAllowedCpusOnly{
         "affinity and read it back.",
     .violation = "ran on forbidden CPUs",
     .judge = judge_allowed_cpus,
-    .needs = {.kernel = true, .later_state = LaterState::before_evidence}};
+    .needs = {.kernel = true}};
 
 const Rule kNoParameterLeak{
     .id = "S5",

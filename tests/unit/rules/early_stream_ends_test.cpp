@@ -20,8 +20,9 @@ using testing::HasSubstr;
 constexpr StreamIndex kUserStream{0};
 constexpr std::int64_t kEnd = 100'000'000;
 
-// Two callbacks on one thread, the second one from 50 ms on.
+// Two callbacks on one thread, the second one from 50 ms on, in a process whose totals are missing.
 constexpr auto kShared = R"(
+  process app crash
   group both
   callback fusion group=both
   callback plan group=both pooled
@@ -29,8 +30,8 @@ constexpr auto kShared = R"(
   12000000 end fusion
   50000000 start plan on=fusion
   52000000 end plan on=fusion
-  99000000 start fusion
-  99500000 end fusion)";
+  99000000 start plan on=fusion
+  99500000 end plan on=fusion)";
 
 // As if the machine had more CPUs: streams without events that end then.
 TextTrace with_streams(const std::string& text, const std::vector<std::int64_t>& ends,
@@ -93,13 +94,15 @@ TEST(EarlyStreamEnd, OfAPacketWithoutEventsOrLengthEndsNothing) {
 // somebody else's since, is not known.
 TEST(EarlyStreamEnd, LeavesUndecidedWhatFailsByALaterSignOfLife) {
   constexpr auto kMoved = R"(
+  process app crash
   thread t1 pool tid=301
   thread t2 pool tid=302
   callback fusion pooled
   10000000 start fusion on=t1
   12000000 end fusion on=t1
-  20000000 start fusion on=t2
-  22000000 end fusion on=t2
+  50000000 begin t2
+  51000000 start fusion on=t2
+  52000000 end fusion on=t2
   90000000 finish t1)";
   const auto m3 = [&](std::int64_t end) {
     return Verified(with_streams(kMoved, {kEnd, kEnd, end})).of("M3", "callback fusion");
@@ -145,6 +148,14 @@ TEST(EarlyStreamEnd, OfTheLastSessionCountsToo) {
     const bool is_of_user = event.head.pid && event.head.stream == kUserStream;
     if (is_of_user && event.head.time.ns < 15'000'000) event.head.stream = StreamIndex{40};
   }
+  // The second one has the process announce what there is.
+  auto announced = *std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<RunBegin>(event.body);
+  });
+  announced.head.time.ns = 16'000'000;
+  announced.head.stream = kUserStream;
+  std::get<RunBegin>(announced.body).moment = RunMoment::announce;
+  trace.events.push_back(announced);
   std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
   EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::inconclusive);
 }
@@ -184,6 +195,7 @@ TEST(EarlyStreamEnd, SaysNothingInAChunk) {
 
 TEST(EarlyStreamEnd, LeavesUndecidedWhatALaterReadBackMayExplain) {
   constexpr auto kWrong = R"(
+  process app crash
   callback fusion
   -100 initial fusion policy=other
   -90 applied fusion policy=fifo priority=70 cpus=0
@@ -198,6 +210,14 @@ TEST(EarlyStreamEnd, LeavesUndecidedWhatALaterReadBackMayExplain) {
   };
   EXPECT_EQ(s1(kEnd), Verdict::fail);
   EXPECT_EQ(s1(30'000'000), Verdict::inconclusive);
+}
+
+// Whatever streams were cut: `run_end` and `thread_fini` count what they would hold.
+TEST(EarlyStreamEnd, TakesNothingThatTotalsProve) {
+  auto text = std::string(kShared);
+  text.erase(text.find(" crash"), 6);
+  EXPECT_EQ(Verified(with_streams(text, {kEnd, kEnd, 30'000'000})).of("M2", "thread 101"),
+            Verdict::fail);
 }
 
 }  // namespace
