@@ -185,6 +185,8 @@ std::vector<Evidence> why_incomplete(const RuleContext& context) {
     if (auto missing = context.proof.incompleteness(index)) why.push_back(*std::move(missing));
   }
   const auto begin = moment(model.begin);
+  if (const auto& missing = context.proof.missing_user_part())
+    why.push_back(evidence("missing_part", begin, *missing));
   if (!is_any) why.push_back(without_event(begin, "the trace holds no process of ours"));
   const auto lost = std::ranges::find_if(model.losses, [](const Loss& loss) {
     return loss.domain == Domain::user && loss.is_evidence;
@@ -481,6 +483,6 @@ const Rule kSpecifiedCallbackSeen{
         "recording last until the callback has run; remove entries of what is gone.",
     .violation = "of the spec never ran as specified",
     .judge = judge_specified_seen,
-    .needs = {.spec = true, .whole_recording = true}};
+    .needs = {.spec = true}};
 
 }  // namespace cie::analysis

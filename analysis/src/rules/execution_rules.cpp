@@ -232,7 +232,7 @@ const Rule kStartEndPaired{
         "tracepoint once.",
     .violation = "had starts without ends",
     .judge = judge_paired,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kNonReentrant{
     .id = "E2",
@@ -247,7 +247,7 @@ const Rule kNonReentrant{
     .remedy = "put the callback into a mutually exclusive group.",
     .violation = "ran twice at once",
     .judge = judge_non_reentrant,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kNoNesting{
     .id = "E3",
@@ -267,6 +267,6 @@ const Rule kNoNesting{
         "of the client instead.",
     .violation = "nested callbacks",
     .judge = judge_no_nesting,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 }  // namespace cie::analysis

@@ -292,7 +292,7 @@ const Rule kOneCallbackPerThread{
     .violation = "ran several callbacks",
     .gravity = 3,
     .judge = judge_one_callback,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kOneThreadPerCallback{
     .id = kOneThreadPerCallbackRule,
@@ -313,7 +313,7 @@ const Rule kOneThreadPerCallback{
     .violation = "ran on several threads",
     .gravity = 2,
     .judge = judge_one_thread,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kUniqueLogicalId{
     .id = "M7",

@@ -416,6 +416,6 @@ const Rule kChainBounds{
         "nothing could be linked, M1 says whether its callbacks exist.",
     .violation = "exceeded bounds",
     .judge = judge_chains,
-    .needs = {.spec = true, .totals = true}};
+    .needs = {.spec = true}};
 
 }  // namespace cie::analysis

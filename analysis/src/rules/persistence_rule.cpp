@@ -197,6 +197,6 @@ const Rule kMappingPersistent{
         "the callback again and apply its parameters before it runs.",
     .violation = "moved to another thread",
     .judge = judge_persistent,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 }  // namespace cie::analysis

@@ -296,7 +296,7 @@ const Rule kArrivalExceedsTurnaround{
     .violation = "overran the next release",
     .main_evidence = 1,
     .judge = judge_arrival,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kNoMissedRelease{
     .id = kNoMissedReleaseRule,
@@ -315,7 +315,7 @@ const Rule kNoMissedRelease{
         "spec what the design can bear.",
     .violation = "skipped periods",
     .judge = judge_missed,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kRate{
     .id = "R5",
@@ -333,6 +333,6 @@ const Rule kRate{
         "correct the source's rate, limit it, or declare what it really is and analyze again.",
     .violation = "did not keep the rate",
     .judge = judge_rate,
-    .needs = {.instances = true, .spec = true, .totals = true}};
+    .needs = {.instances = true, .spec = true}};
 
 }  // namespace cie::analysis

@@ -330,9 +330,12 @@ std::vector<Hidden> RecordedKnowledge::lost_end(CallbackIndex callback) const {
   return {hidden(EventKind::run_end, scope_of(callback))};
 }
 
-std::vector<std::vector<Hidden>> RecordedKnowledge::other_instances(CallbackIndex callback) const {
+std::vector<std::vector<Hidden>> RecordedKnowledge::other_instances(CallbackIndex callback,
+                                                                    Timestamp from,
+                                                                    Timestamp to) const {
   if (model_.callbacks[at(callback)].is_accounted) return {};
-  return {lost_end(callback)};
+  return {{hidden(EventKind::run_end, scope_of(callback), from, to),
+           hidden(EventKind::run_start, scope_of(callback), from, to)}};
 }
 
 std::vector<Hidden> RecordedKnowledge::another_owner(const CallbackOnThread& pair) const {
@@ -384,18 +387,19 @@ void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
     add(scope, kReadBackKinds, {}, GapCause::unaccounted, *lost);
 }
 
-// Numbers and totals tell which instances were lost, and between which others.
+// Numbers and totals tell which instances were lost, and between which others. Those of ROS 2 have neither.
 void RecordedKnowledge::prove_runs(CallbackIndex index) {
+  const bool is_numbered = model_.callbacks[at(index)].is_accounted;
   const auto scope = scope_of(index);
   if (const auto& left = proof_.unseen_end(index)) {  // nothing tells that an exception ended it
     add(scope, EventKind::run_end, {.from = left->time.value_or(kEarliest), .to = kLatest},
         GapCause::not_recorded, *left);
-  } else if (!proof_.loss(index)) {
+  } else if (is_numbered && !proof_.loss(index)) {
     knowledge_.discharge(EventKind::run_end, scope, {});
   }
   const auto& lost = proof_.lost_runs(index);
   if (!lost) {
-    knowledge_.discharge(EventKind::run_start, scope, {});
+    if (is_numbered) knowledge_.discharge(EventKind::run_start, scope, {});
     return;
   }
   if (knowledge_.gap(hidden(EventKind::run_start, scope)) != nullptr) return;

@@ -47,8 +47,11 @@ class RecordedKnowledge {
   // For any more of the callback to have run, or to have ended.
   std::vector<Hidden> lost_run(CallbackIndex callback) const;
   std::vector<Hidden> lost_end(CallbackIndex callback) const;
-  // For what seems to be one instance, or two that follow each other, to be of others: where nothing numbers them.
-  std::vector<std::vector<Hidden>> other_instances(CallbackIndex callback) const;
+  // For what seems to be one instance, or two that follow each other, to be several: where nothing numbers them, an end
+  // and a start in between.
+  std::vector<std::vector<Hidden>> other_instances(CallbackIndex callback,
+                                                   Timestamp from = kEarliest,
+                                                   Timestamp to = kLatest) const;
   // For what ran on the thread to be another callback's: its address told of two.
   std::vector<Hidden> another_owner(const CallbackOnThread& pair) const;
 

@@ -19,14 +19,18 @@
 namespace cie::analysis {
 namespace {
 
-// Where more ended than started, an instance ended twice. If an end was lost it may have been the
-// first one, and an instance that seems too long was not.
-std::vector<Conjunction> ended_before(const RuleContext& context, CallbackIndex index) {
+// An instance that seems too long was not: it is several. Or it ended twice, as where more ended than started; if an
+// end was lost that may have been the first one.
+std::vector<Conjunction> ended_before(const RuleContext& context, CallbackIndex index,
+                                      const Extreme<Duration>& longest) {
   const auto& callback = context.model.callbacks[at(index)];
   const auto& fini = callback.fini;
+  auto excuses = context.known.other_instances(index, longest.start.time,
+                                               longest.end.value_or(longest.start).time);
   const bool is_any_end_lost = fini && callback.ended.count < fini->ended;
-  if (!is_any_end_lost || fini->ended <= fini->started) return {};
-  return {context.known.lost_end(index)};
+  if (is_any_end_lost && fini->ended > fini->started)
+    excuses.push_back(context.known.lost_end(index));
+  return excuses;
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
@@ -132,8 +136,9 @@ std::optional<Late> find_late(const CallbackFacts& callback, const auto& longest
 }
 
 // `allowed`: "the deadline of spec.yaml:3 is 8 ns".
-void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std::string& allowed,
-                const std::vector<Conjunction>& excuses, Judgement& judgement) {
+void judge_late(const RuleContext& context, CallbackIndex index, std::int64_t deadline,
+                const std::string& allowed, Judgement& judgement) {
+  const auto& callback = context.model.callbacks[at(index)];
   const auto response_of = [&allowed](const Late& late) {
     return "response time " + late.response + ", " + allowed;
   };
@@ -141,7 +146,8 @@ void judge_late(const CallbackFacts& callback, std::int64_t deadline, const std:
   const auto& own = callback.own;
   const auto certain = own ? find_late(callback, *own, deadline) : late;
   if (certain) {
-    judgement.violation(shown_by(certain->instance, response_of(*certain)), excuses);
+    judgement.violation(shown_by(certain->instance, response_of(*certain)),
+                        ended_before(context, index, certain->instance));
   } else if (late) {
     doubt_others(callback, response_of(*late), judgement);
   }
@@ -184,15 +190,14 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         for_each_open(callback, [&](const OpenInstance& open) {
           judge_outlived(context, index, open, deadline, judgement);
         });
-        const auto excuses = ended_before(context, index);
-        judge_late(callback, deadline, "the deadline of " + origin + " is " + nanoseconds(deadline),
-                   excuses, judgement);
+        judge_late(context, index, deadline,
+                   "the deadline of " + origin + " is " + nanoseconds(deadline), judgement);
         if (callback.outside && callback.outside->max_response) {
           const auto& longest = *callback.outside->max_response;
           judge_outside(longest, deadline,
                         "response time at least " + nanoseconds(longest.value) +
                             ", the deadline of " + origin + " is " + nanoseconds(deadline),
-                        excuses, judgement);
+                        ended_before(context, index, longest), judgement);
         }
         judgement.unseen(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
@@ -241,7 +246,6 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         const auto wcet = *entry->wcet_ns;
         judgement.checked(callback.instances);
         judgement.needs(context.known.lost_end(index));
-        const auto excuses = ended_before(context, index);
         const auto& longest = callback.max_execution;
         const auto& own = callback.own ? callback.own->max_execution : longest;
         const auto declared =
@@ -251,13 +255,14 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         };
         judge_unended_budget(context, index, wcet, declared, judgement);
         if (own && own->value.ns > wcet) {
-          judgement.violation(shown_by(*own, took(*own)), excuses);
+          judgement.violation(shown_by(*own, took(*own)), ended_before(context, index, *own));
         } else if (longest && longest->value.ns > wcet) {
           doubt_others(callback, took(*longest), judgement);
         }
         if (callback.outside && callback.outside->max_execution) {
           const auto& executed = *callback.outside->max_execution;
-          judge_outside(executed, wcet, took(executed), excuses, judgement);
+          judge_outside(executed, wcet, took(executed), ended_before(context, index, executed),
+                        judgement);
         }
         const auto& unmeasured = callback.max_duration_without_execution;
         if (unmeasured && unmeasured->value.ns > wcet) {
@@ -293,7 +298,7 @@ const Rule kDeadline{
     .gravity = 1,
     .main_evidence = 1,
     .judge = judge_deadline,
-    .needs = {.instances = true, .totals = true}};
+    .needs = {.instances = true}};
 
 const Rule kBudget{
     .id = kBudgetRule,
@@ -316,6 +321,6 @@ const Rule kBudget{
     .violation = "exceeded the budget",
     .main_evidence = 1,
     .judge = judge_budget,
-    .needs = {.instances = true, .spec = true, .totals = true}};
+    .needs = {.instances = true, .spec = true}};
 
 }  // namespace cie::analysis

@@ -19,10 +19,8 @@ struct RuleNeeds {
   bool is_about_trace = false;  // the recording itself: nothing about processes makes it doubtful
   bool instances = false;       // of callbacks: without any start it has no subject
   bool spec = false;
-  bool whole_recording = false;  // it fails for what was never seen, which a missing part may hold
-  bool totals = false;           // likewise, unless numbers and totals show that nothing is missing
-  bool kernel = false;           // the kernel alone may show why it fails
-  bool is_of_report = false;     // the report rests on its verdict
+  bool kernel = false;        // the kernel alone may show why it fails
+  bool is_of_report = false;  // the report rests on its verdict
 };
 
 struct Rule {

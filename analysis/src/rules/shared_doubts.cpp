@@ -145,25 +145,12 @@ void doubt_told_by_own(const RuleContext& context, std::vector<SubjectVerdict>& 
   }
 }
 
-// ROS 2's events have neither numbers nor totals: there any part of a recording may lack some.
-bool has_totals(const Model& model, const Subject& subject) {
-  if (subject.process) return !is_ros2_only(model.processes[at(*subject.process)]);
-  return std::ranges::none_of(model.processes, is_ros2_only);
-}
-
 // L7: of what is missing nobody knows what a rule would have said, so what is left does not pass in
 // its place. A subject is judged as ever: its numbers and totals tell what it lost.
 void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
                         std::vector<SubjectVerdict>& subjects) {
   if (context.options.spec == nullptr && rule.needs.spec) return;
   const auto doubt = evidence("missing_part", moment(context.model.begin), missing);
-  if (rule.needs.whole_recording || rule.needs.totals) {
-    for (auto& subject : subjects) {
-      if (subject.verdict != Verdict::fail) continue;
-      if (!rule.needs.whole_recording && has_totals(context.model, subject.about)) continue;
-      leave_undecided(subject, doubt);
-    }
-  }
   const bool is_doubted = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
     return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
   });
