@@ -51,13 +51,28 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
                       " on this thread");
 }
 
-// Two callbacks that ran on the thread, unless they are one, or it is two threads of one tid. Where the first one ran
-// before the next one and behind it, it was there meanwhile.
+// It is two threads of one tid; three where the first callback ran before the next one's begin and behind it; one if
+// that began inside an instance of the first.
+std::vector<Conjunction> several_threads(const RuleContext& context, const CallbackOnThread& first,
+                                         const CallbackOnThread& next) {
+  const auto& known = context.known;
+  const auto& nesting = thread_of(context.model, next.thread).nesting;
+  if (nesting && nesting->outer == first.callback && nesting->inner == next.callback) return {};
+  const auto begin = next.first_start.time;
+  const auto last = first.last_activity.time;
+  if (begin > last) return known.replaced(next.thread, last, begin);
+  auto before = known.replaced(next.thread, first.first_start.time, begin);
+  const auto behind = known.replaced(next.thread, begin, last);
+  if (before.empty() || behind.empty()) return {};
+  before.front().insert(before.front().end(), behind.front().begin(), behind.front().end());
+  return before;
+}
+
+// Two callbacks that ran on the thread, unless they are one.
 void claim_two_callbacks(const RuleContext& context, const CallbackOnThread& first,
                          const CallbackOnThread& next, Judgement& judgement) {
-  const auto& known = context.known;
-  std::vector excuses{known.another_owner(first), known.another_owner(next)};
-  for (auto& excuse : known.replaced(next.thread, first.last_activity.time, next.first_start.time))
+  std::vector excuses{context.known.another_owner(first), context.known.another_owner(next)};
+  for (auto& excuse : several_threads(context, first, next))
     excuses.push_back(std::move(excuse));
   judgement.violation(
       [&] {

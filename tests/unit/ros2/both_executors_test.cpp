@@ -207,7 +207,7 @@ TEST(BothProviders, WhatRclcppServesForItselfViolatesNothingWithoutThisProjectsS
 
 // The user's code spins another executor inside a callback, or between two instances.
 TEST(BothProviders, WhatAnotherExecutorRunsOnAThreadOfItsOwnFailsThere) {
-  const std::string described = std::string(kDescribed) + R"(
+  const std::string described = std::string(kDescribed) + kThreads + R"(
     3 rcl_node_init node_handle=0x18 node_name=b namespace=/
     3 rcl_timer_init timer_handle=0x28 period=9
     3 rclcpp_timer_callback_added timer_handle=0x28 callback=0x38
