@@ -24,7 +24,7 @@ struct Scope {
 enum class GapCause : std::uint8_t {
   loss,             // discarded events or packets, packets that cannot be decoded
   unaccounted,      // numbers or totals show that events are missing, and no other gap holds them
-  stream_edge,      // a stream begins later, or ends earlier, than the run
+  stream_edge,      // what a stream did not cover yet, or any more, that is judged all the same
   missing_part,     // a file, chunk or session that a manifest names
   recorder_failed,  // it was killed, or its disk was full
   attached_late,    // recording began on a process that ran already

@@ -58,8 +58,8 @@ struct OpenInstance {
   std::optional<std::pair<Duration, Timestamp>> executed{};  // at least so long until then
 };
 
-// A callback went on on another thread, where it had not run before, without a callback_init in between;
-// perhaps by way of others.
+// A callback went on on another thread, where it had not run before, without a callback_init in between: one from each
+// thread that it ran on before, not from the last alone.
 struct Move {
   ThreadIndex from{};
   ThreadIndex to{};
@@ -189,7 +189,7 @@ struct alignas(64) CallbackFacts {
   // Of complete instances in the window.
   std::uint64_t without_status = 0;       // whose end does not tell
   std::uint64_t exceptions = 0;           // that an exception ended
-  std::uint64_t without_upper_bound = 0;  // inexact, no upper bound
+  std::uint64_t without_upper_bound = 0;  // nothing tells how early it was released
   std::uint64_t with_doubtful_bound = 0;  // of these: CLOCK_REALTIME may have been set meanwhile
   Statistics response_time_lower{};
   Statistics response_time_upper{};

@@ -346,7 +346,8 @@ struct alignas(64) ThreadFacts {
   // A raised priority that tells nothing, because it may be inherited, and no switch since then that does.
   Rare<SwitchPriority> perhaps_inherited{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared
-  std::uint64_t audits_checked = 0;
+  std::uint64_t audits_checked =
+      0;  // compared with what was applied, or with the first audit that stands for it
 
   // S1 and S2, of threads without any read-back: what sched_switch tells. Capped at 1024.
   std::vector<ScheduledAs> scheduled{};

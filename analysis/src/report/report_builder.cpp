@@ -244,9 +244,7 @@ ThreadReport report_of(const RuleContext& context, ThreadIndex index) {
   if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
   report.former = former_of(facts);
   report.is_contradicted = facts.cpu_violation || facts.raised_priority || facts.lowered_priority;
-  report.may_lack_read_backs = std::ranges::any_of(
-      context.known.read_backs(index),
-      [&](const auto& all) { return context.known.knowledge().gap(all) != nullptr; });
+  report.may_lack_read_backs = context.known.may_be_hidden(context.known.read_backs(index));
   report.busy_ns = facts.busy_ns;
   return report;
 }

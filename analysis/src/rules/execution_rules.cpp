@@ -22,7 +22,8 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
   if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
   // One that did not end is none of a crash if the run_end was lost.
   if (has_unended(callback)) {
-    judgement.unseen(context.user_losses.since(callback.process, callback.fini->at.time));
+    judgement.needs({hidden(EventKind::process_exit, context.known.scope_of(callback.process),
+                            callback.fini->at.time)});
   }
   for (const auto& open : callback.open) {
     if (context.lives.is_cut_by_end(open)) continue;

@@ -192,12 +192,12 @@ std::string why_unmeasured(const Model& model, const ThreadFacts& thread) {
 void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& model = context.model;
-  const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   const EventRef end = moment(context.lives.of(index).latest_end(), thread.tid);
   // What lost instances did would count as foreign work; or its time is another one.
-  if (proof.loss(index)) {
-    judgement.unseen(proof.loss(index));
+  if (const auto read_backs = context.known.read_backs(index);
+      context.known.may_be_hidden(read_backs)) {
+    judgement.needs_none(read_backs);
     return;
   }
   if (const auto lost = context.losses.on(index)) {

@@ -341,20 +341,19 @@ void judge_before_next(const RuleContext& context, ThreadIndex index, const Call
 void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackIndex callback_index,
                         const SpecEntry& entry, Judgement& judgement) {
   const auto& model = context.model;
-  const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   const auto& callback = model.callbacks[at(callback_index)];
   const bool is_attached =
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
   const auto& starts = callback.starts;
   if (!starts.first) {
-    judgement.unseen(proof.loss(callback_index));
+    judgement.needs(context.known.lost_run(callback_index));
     return;
   }
   if (*starts.first != 0) {
     // Before the window, if the announcement came later than it; lost, if it was promised.
     const bool is_promised = callback.registered && callback.first_next_seq == 0;
-    if (!is_attached || is_promised) judgement.unseen(proof.loss(callback_index));
+    if (!is_attached || is_promised) judgement.needs(context.known.lost_run(callback_index));
     return;
   }
   const auto match = first_match(thread, callback, entry);
@@ -362,7 +361,7 @@ void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackI
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
                             is_as_specified(*thread.first_audit, entry.parameters) == true;
     if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.checked();
-    if (!is_audited) judgement.unseen(proof.loss(index));  // it may be what was lost
+    if (!is_audited) judgement.needs_none(context.known.read_backs(index));
     return;
   }
   if (starts.first_at.time >= match->at.time) {

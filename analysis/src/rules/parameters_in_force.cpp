@@ -76,8 +76,7 @@ std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex inde
   auto excuses = context.known.read_backs(index, begin, end);
   if (in_force.since.change != 0) {
     const auto process = context.model.threads[at(index)].process;
-    excuses.push_back(
-        {hidden(EventKind::process_begin, context.known.scope_of(process), begin, end)});
+    excuses.push_back({context.known.announced_anew(process, begin, end)});
   }
   return excuses;
 }

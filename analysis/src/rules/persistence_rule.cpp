@@ -68,7 +68,8 @@ void claim_move(const RuleContext& context, const CallbackFacts& callback, const
   const auto left = context.known.scope_of(move.from);
   if (to.begin < from.begin) return;
   switch (succession(context, move.from, move.to)) {
-    case Succession::together:  // threads that live together are M3's concern
+    case Succession::
+        together:  // M3's concern; but of ROS 2 the former may have ended unseen, and its tid be another's
       if (is_ros2_only(context.model.processes[at(callback.process)])) {
         judgement.needs(
             {hidden(EventKind::thread_exit, left, move.last_on_from.time, before(to.begin))});

@@ -200,8 +200,9 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
   const auto& life = lives.of(index);
-  if (is_ros2_only(process) && thread.tid != process.pid) {
-    // Whoever ran before and behind is still there.
+  if (is_ros2_only(process) &&
+      thread.tid != process.pid) {  // the main thread lives as long as its process
+    // Proof: who ran before and after lived in between.
     for (const auto* pair : thread.ran) {
       if (!pair->is_certain || !is_of_its_own(model_.callbacks[at(pair->callback)])) continue;
       knowledge_.discharge(
@@ -214,9 +215,9 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
     if (!is_told) {
       add(scope_of(index), EventKind::thread_exit, {}, GapCause::not_recorded,
           without_event(moment(life.end, thread.tid),
-                        "no event of ROS 2 tells that a thread ends: another one may have had "
-                        "the tid " +
-                            std::to_string(thread.tid) + " before"));
+                        "no event of ROS 2 tells that a thread ends: what ran with the tid " +
+                            std::to_string(thread.tid) +
+                            " until here may have been several threads"));
     }
   }
   // Where a process ended in order each of its threads told its end.
@@ -308,14 +309,30 @@ std::vector<std::vector<Hidden>> RecordedKnowledge::replaced(ThreadIndex index, 
   return {{exit, hidden(EventKind::announcement, scope_of(index), last, next)}};
 }
 
+bool RecordedKnowledge::may_be_hidden(std::span<const std::vector<Hidden>> conjunctions) const {
+  return std::ranges::any_of(conjunctions,
+                             [this](const auto& all) { return knowledge_.gap(all) != nullptr; });
+}
+
+Hidden RecordedKnowledge::announced_anew(ProcessIndex process, Timestamp from, Timestamp to) const {
+  return hidden(EventKind::process_begin, scope_of(process), from, to);
+}
+
+// What its process has was announced, or made, since the first event that was seen of it.
+std::vector<Hidden> RecordedKnowledge::unseen_callback_of(ProcessIndex process,
+                                                          const Scope& scope) const {
+  const auto& first = model_.processes[at(process)].first_seen;
+  const auto since = first ? first->time : kEarliest;
+  return {hidden(EventKind::registration, unseen_of(scope), since),
+          hidden(EventKind::run_start, unseen_of(scope), since)};
+}
+
 std::vector<Hidden> RecordedKnowledge::unseen_callback(ProcessIndex process) const {
-  const auto scope = unseen_of(scope_of(process));
-  return {hidden(EventKind::registration, scope), hidden(EventKind::run_start, scope)};
+  return unseen_callback_of(process, scope_of(process));
 }
 
 std::vector<Hidden> RecordedKnowledge::unseen_callback(ThreadIndex thread) const {
-  const auto scope = unseen_of(scope_of(thread));
-  return {hidden(EventKind::registration, scope), hidden(EventKind::run_start, scope)};
+  return unseen_callback_of(model_.threads[at(thread)].process, scope_of(thread));
 }
 
 std::vector<Hidden> RecordedKnowledge::unseen_run(ThreadIndex thread) const {
@@ -368,6 +385,7 @@ void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
     const auto last = numbers.last_at.time;
     if (*numbers.first == 0) {
       prove(kEarliest, first);
+      // All that the process has was announced here first, and audited behind that.
     } else if (process.first_moment == RunMoment::announce && thread.announced &&
                thread.announcements_at_init <= 1 && process.first_seen &&
                process.first_seen->time >= process.run_begin->time) {

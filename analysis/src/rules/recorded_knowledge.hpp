@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace cie::analysis {
@@ -24,6 +25,9 @@ class RecordedKnowledge {
                     const Proof& proof, const HiddenCallbacks& unseen, const ThreadLosses& losses);
 
   const Knowledge& knowledge() const noexcept { return knowledge_; }
+  bool may_be_hidden(const Hidden& event) const { return knowledge_.gap(event) != nullptr; }
+  // Any of these.
+  bool may_be_hidden(std::span<const std::vector<Hidden>> conjunctions) const;
   // Why, in words.
   Evidence evidence_of(const Reason& reason) const;
 
@@ -39,6 +43,9 @@ class RecordedKnowledge {
   // The same, for what ran there since the first of the two to have run on another thread with its tid.
   std::vector<std::vector<Hidden>> replaced(ThreadIndex thread, Timestamp last,
                                             Timestamp next) const;
+  // For the process to have begun, or to have announced all that it has, between the two.
+  Hidden announced_anew(ProcessIndex process, Timestamp from = kEarliest,
+                        Timestamp to = kLatest) const;
   // For a callback of which nothing was seen to have run in the process, or on the thread.
   std::vector<Hidden> unseen_callback(ProcessIndex process) const;
   std::vector<Hidden> unseen_callback(ThreadIndex thread) const;
@@ -67,6 +74,7 @@ class RecordedKnowledge {
   // `count`: so many of them and no more.
   void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
               std::optional<std::uint64_t> count = {});
+  std::vector<Hidden> unseen_callback_of(ProcessIndex process, const Scope& scope) const;
   void add_cut(ProcessIndex process, const StreamFacts& stream);
   void expect_state(ProcessIndex process);
   void expect_callbacks(ProcessIndex process);

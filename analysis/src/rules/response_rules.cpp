@@ -288,7 +288,8 @@ const Rule kDeadline{
         "cover is not counted, and fails if it was late.",
     .why_it_matters = "A result after its deadline is a wrong result.",
     .inconclusive_when =
-        "the bounds of a response time lie on both sides of the deadline, CLOCK_REALTIME was set "
+        "the bounds of a response time lie on both sides of the deadline or it has no upper one, a timer of ROS 2 may "
+        "have been reset, CLOCK_REALTIME was set "
         "between the writing of a message and its taking (a clock_sync shows it), instances were "
         "lost, or the end of one that is open beyond its deadline may be missing.",
     .remedy =

@@ -158,7 +158,7 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
         if (last_applied(model, thread) != nullptr) {
           judge_unchanged(context, index, judgement);
         } else {
-          judgement.unseen(proof.loss(index));  // what was applied may be what was lost
+          judgement.needs_none(context.known.read_backs(index));
           const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
           if (thread.first_audit && !has_begin) {
             judgement.unseen(proof.incompleteness(thread.process));
