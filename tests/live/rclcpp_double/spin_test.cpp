@@ -101,13 +101,13 @@ TEST_F(SpinTest, NoneBeginsAfterTheTime) {
   const auto group = node_->create_callback_group(CallbackGroupType::MutuallyExclusive);
   std::vector<std::shared_ptr<Work>> both;
   for (int i = 0; i < 2; ++i) {
-    both.push_back(std::make_shared<Work>([] { std::this_thread::sleep_for(100ms); }));
+    both.push_back(std::make_shared<Work>([] { std::this_thread::sleep_for(600ms); }));
     node_->get_node_waitables_interface()->add_waitable(both.back(), group);
     both.back()->trigger();
   }
-  executor_.spin_some(50ms);
+  executor_.spin_some(500ms);
   EXPECT_EQ(both[0]->executed + both[1]->executed, 1);
-  executor_.spin_some(50ms);
+  executor_.spin_some(500ms);
   EXPECT_EQ(both[0]->executed + both[1]->executed, 2);
 }
 
