@@ -14,7 +14,7 @@ constexpr Duration kTogether{10'000'000};
 
 }  // namespace
 
-EarlyStreamEnds::EarlyStreamEnds(const Model& model) : model_(model) {
+EarlyStreamEnds::EarlyStreamEnds(const Model& model) {
   std::map<std::uint32_t, std::vector<const StreamFacts*>> traces;
   for (const auto& stream : model.streams) {
     // LTTng flushes the buffer of an idle CPU once, in the middle of a run: that ends nothing.

@@ -21,7 +21,6 @@ class EarlyStreamEnds {
   const StreamFacts* of(const ProcessFacts& process) const;
 
  private:
-  const Model& model_;
   std::map<std::uint32_t, const StreamFacts*> first_;  // by trace
 };
 

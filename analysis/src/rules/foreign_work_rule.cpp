@@ -12,7 +12,6 @@
 #include <iterator>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -101,7 +100,8 @@ std::vector<Evidence> foreign_start(const CallbackFacts& callback, const Callbac
 // that ran later.
 std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex index,
                                     const Announcement& announced, const ForeignStart& start) {
-  const auto& [model, known] = std::tie(context.model, context.known);
+  const auto& model = context.model;
+  const auto& known = context.known;
   const auto foreign = start.at.time;
   auto last = announced.at.time;
   auto next = foreign;
