@@ -23,8 +23,6 @@
 
 namespace cie::analysis {
 
-using Conjunction = std::vector<Hidden>;
-
 // `Witness`: what shows a violation.
 template <typename Witness>
 class Claims {

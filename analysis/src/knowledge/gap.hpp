@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -62,6 +63,9 @@ struct Hidden {
   // It belongs to a numbering that no event shows (a spin that nobody saw), so the proofs of another do not hold for it.
   bool is_unnumbered = false;
 };
+
+// They would all have to be hidden.
+using Conjunction = std::vector<Hidden>;
 
 inline Hidden hidden(EventKinds kinds, const Scope& scope, Timestamp from = kEarliest,
                      Timestamp to = kLatest) {

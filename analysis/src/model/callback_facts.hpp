@@ -189,7 +189,7 @@ struct alignas(64) CallbackFacts {
   // Of complete instances in the window.
   std::uint64_t without_status = 0;       // whose end does not tell
   std::uint64_t exceptions = 0;           // that an exception ended
-  std::uint64_t without_upper_bound = 0;  // nothing tells how early it was released
+  std::uint64_t without_upper_bound = 0;  // whose release has no earliest time
   std::uint64_t with_doubtful_bound = 0;  // of these: CLOCK_REALTIME may have been set meanwhile
   Statistics response_time_lower{};
   Statistics response_time_upper{};

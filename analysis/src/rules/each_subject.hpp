@@ -43,6 +43,14 @@ std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judg
   return verdicts;
 }
 
+// Callbacks that nobody saw may have run on the thread, beside those that it ran.
+inline void need_no_others(const RuleContext& context, ThreadIndex thread, Judgement& judgement) {
+  judgement.unseen(context.hidden.beside_own(thread));
+  judgement.needs(context.known.unseen_run(thread));
+  if (!context.model.threads[at(thread)].ran.empty())
+    judgement.needs(context.known.unseen_callback(thread));
+}
+
 // Starts without the context vtid belong to no thread: a rule about threads would judge the others
 // alone, or none.
 inline void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {

@@ -87,8 +87,7 @@ void claim_second_end(const RuleContext& context, const CallbackFacts& callback,
   judgement.violation(
       std::vector{evidence("callback_end", second->first, seq + " ends"),
                   evidence("callback_end", second->second, seq + " ends a second time")},
-      {{hidden(EventKind::process_begin, context.known.scope_of(callback.process),
-               second->first.time, second->second.time)}});
+      {{context.known.announced_anew(callback.process, second->first.time, second->second.time)}});
 }
 
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
@@ -200,9 +199,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
         for (const auto* nesting : {&thread.nesting, &thread.nesting_unproven})
           if (*nesting) claim_nesting(context, index, **nesting, judgement);
         if (const auto lost = context.losses.on(index)) judgement.needs(known.lost_end(*lost));
-        judgement.unseen(context.hidden.beside_own(index));
-        judgement.needs(known.unseen_run(index));
-        if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
+        need_no_others(context, index, judgement);
       });
   note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);

@@ -267,9 +267,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const bool has_budgets = asks_for_budgets(context.options.spec);
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
-    judgement.unseen(context.hidden.beside_own(index));
-    judgement.needs(context.known.unseen_run(index));
-    if (!thread.ran.empty()) judgement.needs(context.known.unseen_callback(index));
+    need_no_others(context, index, judgement);
     // It may be one that has a budget.
     if (has_budgets && !thread.announced) judgement.unseen(context.proof.loss(index));
     if (is_never_read_back(context.model, thread)) {

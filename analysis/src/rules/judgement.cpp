@@ -56,6 +56,11 @@ void Judgement::unseen(const std::optional<Evidence>& what) {
   if (what) unseen(*what);
 }
 
+void Judgement::unseen(const std::vector<Evidence>& each) {
+  for (const auto& what : each)
+    unseen(what);
+}
+
 void Judgement::violation_unless(const std::vector<Evidence>& is_unseen,
                                  std::vector<Evidence> witness,
                                  std::span<const Conjunction> excuses) {
@@ -63,9 +68,8 @@ void Judgement::violation_unless(const std::vector<Evidence>& is_unseen,
     violation(std::move(witness), excuses);
     return;
   }
-  for (const auto* items : {&is_unseen, &std::as_const(witness)})
-    for (const auto& item : *items)
-      unseen(item);
+  unseen(is_unseen);
+  unseen(witness);
 }
 
 void Judgement::remark(Evidence note) { append(remarks_, std::move(note)); }

@@ -66,12 +66,13 @@ class Judgement : public Claims<std::vector<Evidence>> {
   Judgement(NamedSubject subject, const RecordedKnowledge& known);
 
   bool has_witness() const noexcept { return verdict() == Verdict::fail; }
-  // So many witnesses that another one is not kept, and nothing that is unseen is told.
+  // It has as many witnesses as it keeps, and shows nothing else.
   bool is_full() const noexcept { return has_witness() && witnesses().size() >= kMostShown; }
 
   // It needs to be seen, and the recording does not show it: passes only without.
   void unseen(Evidence what);
   void unseen(const std::optional<Evidence>& what);
+  void unseen(const std::vector<Evidence>& each);
   template <std::invocable Make>
   void unseen(const Make& make) {
     if (!has_witness() && unseen_.size() < kMaxEvidence) unseen(make());

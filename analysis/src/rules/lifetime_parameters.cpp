@@ -62,8 +62,7 @@ Applied applied_to_shared(const RuleContext& context, CallbackIndex index, Judge
   const auto pairs = on_shared_threads(model, model.callbacks[at(index)]);
   for (const auto* pair : pairs)
     add_applied(context, pair->thread, last_applied(model, model.threads[at(pair->thread)]), all);
-  if (!pairs.empty())
-    all.others.push_back({hidden(EventKind::run_start, context.known.scope_of(index))});
+  if (!pairs.empty()) all.others.push_back(context.known.lost_run(index));
   const auto* unread = first_unread(model, pairs);
   if (!all.parameters.empty() && unread != nullptr) {
     judgement.unseen(evidence("callback_start", unread->first_start,
@@ -108,21 +107,20 @@ void compare_applied(const Parameters& was, const Parameters& is,
   constexpr const char* kNotInBoth =
       "; it also ran on threads with the parameters of the other lifetime: which of its threads "
       "runs it is chance";
-  std::vector<Evidence> told;
+  std::vector<Evidence> shown;
   const auto tell = [&](const char* when, const Parameters& some, const Parameters& than) {
     for (const auto* one : some) {
       if (holds(than, *one)) continue;
-      told.push_back(evidence("thread_sched", one->at,
-                              when + describe(*one) + (common == 0 ? "" : kNotInBoth)));
+      shown.push_back(evidence("thread_sched", one->at,
+                               when + describe(*one) + (common == 0 ? "" : kNotInBoth)));
     }
   };
   tell("was: ", was, is);
   tell("is: ", is, was);
   if (common == 0) {
-    judgement.violation_unless(beside, std::move(told), others);
+    judgement.violation_unless(beside, std::move(shown), others);
   } else {
-    for (auto& item : told)
-      judgement.unseen(std::move(item));
+    judgement.unseen(shown);
   }
 }
 

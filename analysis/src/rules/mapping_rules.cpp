@@ -89,14 +89,13 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         const CallbackOnThread* former = nullptr;  // that did something last
         for (const auto* pair : in_order(context.model, thread.ran)) {
           judgement.checked(pair->starts);
-          if (former != nullptr) claim_two_callbacks(context, *former, *pair, judgement);
+          if (former != nullptr && !judgement.is_full())
+            claim_two_callbacks(context, *former, *pair, judgement);
           if (former == nullptr || pair->last_activity.time > former->last_activity.time)
             former = pair;
         }
         if (const auto lost = context.run_losses.on(index)) judgement.needs(known.lost_run(*lost));
-        judgement.unseen(context.hidden.beside_own(index));
-        judgement.needs(known.unseen_run(index));
-        if (!thread.ran.empty()) judgement.needs(known.unseen_callback(index));
+        need_no_others(context, index, judgement);
       });
   note_missing_vtid(context, verdicts);
   note_runs_lost_whole(context, verdicts);
@@ -245,9 +244,8 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
     });
     Judgement judgement(names.callback(indices.front()), context.known);
     judgement.checked(indices.size());
-    const auto unseen =
-        context.known.unseen_callback(model.callbacks[at(indices.front())].process);  // of any id
-    judgement.needs(std::span(unseen).first(1));
+    judgement.needs(context.known.unseen_registration(  // of any id
+        model.callbacks[at(indices.front())].process));
     for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
       const auto& earlier = model.callbacks[at(indices[i])];
       const auto& later = model.callbacks[at(indices[i + 1])];

@@ -339,8 +339,7 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                          : context.names.chain(found->second),
                         context.known);
     const auto unseen = unseen_links(losses.on(asked), chain);
-    for (const auto& item : unseen)
-      judgement.unseen(item);
+    judgement.unseen(unseen);
     if (chain == nullptr || chain->instances == 0) {
       judgement.unseen(without_event(
           moment(model.end), place(context, asked.line) +

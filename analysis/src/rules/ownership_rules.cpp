@@ -11,7 +11,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -164,8 +163,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}), context.known);
     if (!threads.empty()) {
       judge_group(context, group, threads, judgement);
-      const auto unseen = context.known.unseen_callback(group.process);
-      judgement.needs(std::span(unseen).first(1));
+      judgement.needs(context.known.unseen_registration(group.process));
       if (const auto member = members.find(group.process); member != members.end()) {
         judgement.unseen(member->second);
       }
@@ -214,11 +212,7 @@ void need_lasting_announcement(const RuleContext& context, ThreadIndex index,
       !thread.fini && context.model.processes[at(thread.process)].run_end.has_value();
   for (const auto* pair : thread.ran) {
     const auto last = pair->last_activity.time;
-    if (thread.fini && last > thread.fini->time) {
-      auto run = known.scope_of(pair->callback);
-      run.thread = index;
-      judgement.needs({hidden(EventKind::run_start, run, thread.fini->time, last)});
-    }
+    judgement.needs_none(known.run_behind_end(*pair));
     // A callback that went on elsewhere may have left a thread that was replaced.
     const auto is_later = [last](const CallbackOnThread* other) {
       return other->last_activity.time > last;

@@ -98,8 +98,7 @@ void claim_registered_move(const RuleContext& context, const Scope& scope,
   const auto left = move.last_on_from.time;
   judgement.needs({hidden(EventKind::registration, scope, init.time, init.time)});
   if (!is_ros2_only(context.model.processes[at(*scope.process)])) {
-    judgement.needs({hidden(EventKind::process_begin, context.known.scope_of(*scope.process), left,
-                            init.time)});
+    judgement.needs({context.known.announced_anew(*scope.process, left, init.time)});
   }
   if (to.begin < init.time) {
     auto run = scope;
@@ -147,12 +146,7 @@ void claim_lost_runs(const RuleContext& context, const PossibleMoves& moves,
       judgement.needs({hidden(EventKind::thread_exit, own, pair->first_start.time,
                               before(pair->last_activity.time))});
     }
-    if (thread.fini && pair->last_activity.time > thread.fini->time) {
-      auto run_there = scope;
-      run_there.thread = pair->thread;
-      judgement.needs(
-          {hidden(EventKind::run_start, run_there, thread.fini->time, pair->last_activity.time)});
-    }
+    judgement.needs_none(context.known.run_behind_end(*pair));
   }
 }
 

@@ -39,7 +39,7 @@ class Proof {
   const std::optional<Evidence>& loss(CallbackIndex callback) const;
   // The same but for ends that nothing tells because an exception was thrown: they hide no instance.
   const std::optional<Evidence>& lost_runs(CallbackIndex callback) const;
-  // Of an instance that is over though nothing tells its end.
+  // Of an instance that is over though it has no event of its end.
   const std::optional<Evidence>& unseen_end(CallbackIndex callback) const;
   // Why not every message of the publisher is known to have been seen; empty if all were.
   std::optional<Evidence> loss(const PublisherFacts& publisher) const;
@@ -72,8 +72,8 @@ class Proof {
   bool are_all_announced(ProcessIndex process) const;
   // How many more it counts; empty: nothing counts them.
   std::optional<std::uint64_t> threads_missing(ProcessIndex process) const;
-  // The same of those that were announced or told of themselves.
-  bool are_all_told_of(ProcessIndex process) const;
+  // The same of those that were announced, read back or seen to end.
+  bool are_all_accounted(ProcessIndex process) const;
   // Why events of user space may be missing that were recorded, as manifests and recorders say.
   const std::optional<std::string>& missing_user_part() const noexcept {
     return missing_user_part_;
@@ -110,6 +110,9 @@ class Proof {
     std::uint64_t publishers_registered = 0;
   };
   bool has_begun_in_trace(ProcessIndex process) const;
+  // `run_end` counts no more of them.
+  bool counts_no_more(ProcessIndex process, std::uint32_t RunTotals::*total,
+                      std::uint64_t seen) const;
   // More of them than were seen are counted by `run_end`; `event` would have told.
   std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                  std::uint64_t seen, const char* what) const;

@@ -197,6 +197,12 @@ std::uint64_t Proof::totals_compared(ProcessIndex process) const {
   return processes_[at(process)].compared;
 }
 
+bool Proof::counts_no_more(ProcessIndex process, std::uint32_t RunTotals::*total,
+                           std::uint64_t seen) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  return run_end && seen >= (*run_end).*total;
+}
+
 std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
                                       std::uint64_t seen, const char* what) const {
   const auto& run_end = model_.processes[at(process)].run_end;
@@ -209,8 +215,7 @@ std::optional<Evidence> Proof::unseen_or_lost(ProcessIndex process, std::uint32_
                                               std::uint64_t seen, const char* what,
                                               const char* uncounted) const {
   const auto& facts = model_.processes[at(process)];
-  const bool are_all_seen = facts.run_end && seen >= (*facts.run_end).*total;
-  if (are_all_seen) return std::nullopt;
+  if (counts_no_more(process, total, seen)) return std::nullopt;
   if (facts.run_end && has_begun_in_trace(process)) return unseen(process, total, seen, what);
   auto loss = user_losses_.since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
   if (loss) loss->note += uncounted;
@@ -224,8 +229,7 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
 }
 
 bool Proof::are_all_callbacks_seen(ProcessIndex process) const {
-  const auto& run_end = model_.processes[at(process)].run_end;
-  return run_end && processes_[at(process)].callbacks_named >= run_end->callbacks;
+  return counts_no_more(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named);
 }
 
 std::optional<Evidence> Proof::counted_callbacks_unseen(ProcessIndex process) const {
@@ -264,8 +268,7 @@ std::optional<Evidence> Proof::unaccounted_threads(ProcessIndex process) const {
 }
 
 bool Proof::are_all_announced(ProcessIndex process) const {
-  const auto& run_end = model_.processes[at(process)].run_end;
-  return run_end && run_end->threads <= threads_announced(process);
+  return counts_no_more(process, &RunTotals::threads, threads_announced(process));
 }
 
 std::optional<std::uint64_t> Proof::threads_missing(ProcessIndex process) const {
@@ -275,15 +278,15 @@ std::optional<std::uint64_t> Proof::threads_missing(ProcessIndex process) const 
   return run_end->threads - seen;
 }
 
-bool Proof::are_all_told_of(ProcessIndex process) const {
-  const auto& run_end = model_.processes[at(process)].run_end;
+bool Proof::are_all_accounted(ProcessIndex process) const {
   const auto& seen = processes_[at(process)];
-  return run_end && run_end->threads <= seen.threads_announced + seen.threads_unannounced;
+  return counts_no_more(process, &RunTotals::threads,
+                        seen.threads_announced + seen.threads_unannounced);
 }
 
 void Proof::find_unseen_spin(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
-  if (!thread.announced || are_all_told_of(thread.process)) return;
+  if (!thread.announced || are_all_accounted(thread.process)) return;
   const auto begin = birth_of(thread).value_or(Timestamp{});
   auto spin = user_losses_.since(thread.process, begin);
   if (!spin) {

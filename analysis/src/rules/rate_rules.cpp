@@ -208,7 +208,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
                                     " skipped in all, if the timer was not reset; " +
                                     std::to_string(allowed) + " allowed"));
     } else if (callback.missed > allowed) {
-      const bool may_be_more = unknown || context.known.knowledge().gap(lost) != nullptr;
+      const bool may_be_more = unknown || context.known.may_be_hidden(lost);
       judge_skipped(callback, allowed, may_be_more, judgement);
     }
     judgement.unseen(unknown);

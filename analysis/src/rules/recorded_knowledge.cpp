@@ -60,7 +60,7 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
   for_each_index<CallbackIndex>(model.callbacks,
                                 [&](CallbackIndex index) { expect_registration(index); });
   for_each_index<ThreadIndex>(model.threads, [&](ThreadIndex index) {
-    add_exits(index, lives, holes);
+    add_exits(index, holes);
     expect_announcement(index);
     prove_read_backs(index);
     if (auto unseen_here = unseen.unseen_on(index)) {
@@ -90,6 +90,12 @@ Scope RecordedKnowledge::scope_of(CallbackIndex callback) const {
 Scope RecordedKnowledge::scope_of(ThreadIndex thread) const {
   auto scope = scope_of(model_.threads[at(thread)].process);
   scope.thread = thread;
+  return scope;
+}
+
+Scope RecordedKnowledge::scope_of(const CallbackOnThread& pair) const {
+  auto scope = scope_of(pair.callback);
+  scope.thread = pair.thread;
   return scope;
 }
 
@@ -138,7 +144,7 @@ void RecordedKnowledge::expect_state(ProcessIndex index) {
     knowledge_.discharge(EventKind::announcement, scope, {});
 }
 
-// What the process told of itself behind the end of a stream that was cut.
+// What the process emitted behind the end of a stream that was cut.
 void RecordedKnowledge::add_cut(ProcessIndex index, const StreamFacts& stream) {
   add(scope_of(index), kinds_of(Domain::user), {.from = *stream.end, .to = kLatest},
       GapCause::recorder_failed,
@@ -147,7 +153,7 @@ void RecordedKnowledge::add_cut(ProcessIndex index, const StreamFacts& stream) {
                    "): what was registered or read back since is not known"));
 }
 
-// All that tells of a callback which no event names. Nothing of it is numbered; `run_end` counts it.
+// All events of a callback that no event names. They have no numbers; `run_end` counts it.
 void RecordedKnowledge::expect_callbacks(ProcessIndex index) {
   const auto scope = unseen_of(scope_of(index));
   if (proof_.are_all_callbacks_seen(index)) {
@@ -173,7 +179,7 @@ void RecordedKnowledge::expect_registration(CallbackIndex index) {
                        "its callback_init was not seen"));
 }
 
-// The kernel may have switched it in later than what it told of itself, if that was no other thread of its tid.
+// The kernel may have switched it in behind its own last event, if that was no other thread of its tid.
 Timestamp RecordedKnowledge::last_sign_of(ThreadIndex index) const {
   const auto last = lives_.of(index).end;
   const auto& run = model_.threads[at(index)].switched_in;
@@ -186,7 +192,7 @@ Timestamp RecordedKnowledge::last_sign_of(ThreadIndex index) const {
 // Of a thread that ran callbacks and was not seen to be announced it is missing, unless totals prove that it never was.
 void RecordedKnowledge::expect_announcement(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
-  if (thread.announced && proof_.are_all_told_of(thread.process))
+  if (thread.announced && proof_.are_all_accounted(thread.process))
     knowledge_.discharge(EventKind::announcement, scope_of(index), {});
   if (thread.announced || thread.ran.empty()) return;
   auto missing = proof_.loss(index);
@@ -195,11 +201,10 @@ void RecordedKnowledge::expect_announcement(ThreadIndex index) {
     add(scope_of(index), EventKind::announcement, {}, GapCause::unaccounted, *std::move(missing));
 }
 
-void RecordedKnowledge::add_exits(ThreadIndex index, const ThreadLives& lives,
-                                  const KernelHoles& holes) {
+void RecordedKnowledge::add_exits(ThreadIndex index, const KernelHoles& holes) {
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
-  const auto& life = lives.of(index);
+  const auto& life = lives_.of(index);
   if (is_ros2_only(process) &&
       thread.tid != process.pid) {  // the main thread lives as long as its process
     // Proof: who ran before and after lived in between.
@@ -253,11 +258,9 @@ void RecordedKnowledge::add_reused_identity(CallbackIndex index) {
 }
 
 // Whose instances on a thread a callback's are: of ROS 2's, which are known by an address, those of another callback, of
-// another process of that pid, or of one that the process's own events tell of otherwise.
+// another process of that pid, or of one that the process's own events have by another id.
 void RecordedKnowledge::add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses) {
   const auto& callback = model_.callbacks[at(pair.callback)];
-  auto scope = scope_of(pair.callback);
-  scope.thread = pair.thread;
   auto doubt = perhaps_anothers(pair);
   if (!doubt) doubt = perhaps_another_process(callback);
   if (!doubt) doubt = perhaps_told_by_own(model_, proof_, losses, callback);
@@ -266,7 +269,8 @@ void RecordedKnowledge::add_other_owner(const CallbackOnThread& pair, const Thre
                           "the registration of " + callback.logical_id +
                               " was not seen: it may be another one's address");
   }
-  if (doubt) add(scope, EventKind::reuse, {}, GapCause::reused_identity, *std::move(doubt));
+  if (doubt)
+    add(scope_of(pair), EventKind::reuse, {}, GapCause::reused_identity, *std::move(doubt));
 }
 
 // Events of two CPUs have no order within a nanosecond.
@@ -289,27 +293,27 @@ void RecordedKnowledge::add_unordered_registrations(CallbackIndex index) {
     add_at(init, move);
 }
 
-std::vector<std::vector<Hidden>> RecordedKnowledge::read_backs(ThreadIndex thread, Timestamp from,
-                                                               Timestamp to) const {
+std::vector<Conjunction> RecordedKnowledge::read_backs(ThreadIndex thread, Timestamp from,
+                                                       Timestamp to) const {
   const auto read = hidden(kReadBackKinds, scope_of(thread), from, to);
   auto of_another_spin = read;
   of_another_spin.is_unnumbered = true;
   return {{read}, {hidden(EventKind::announcement, scope_of(thread), from, to), of_another_spin}};
 }
 
-std::vector<std::vector<Hidden>> RecordedKnowledge::replaced(ThreadIndex index, Timestamp last,
-                                                             Timestamp next) const {
+std::vector<Conjunction> RecordedKnowledge::replaced(ThreadIndex index, Timestamp last,
+                                                     Timestamp next) const {
   if (next <= last) return {};
   const auto& thread = model_.threads[at(index)];
   const auto& process = model_.processes[at(thread.process)];
   const auto exit = hidden(EventKind::thread_exit, scope_of(index), last, next - Duration{1});
-  // ROS 2 announces no threads; and the kernel, or who was announced, may tell that the tid was given anew.
-  const bool is_told = !thread.fini && lives_.is_tid_given_anew(index, last, next);
-  if (is_ros2_only(process) || is_told) return {{exit}};
+  // ROS 2 announces no threads; and the kernel, or who was announced, may show that the tid was given anew.
+  const bool is_shown = !thread.fini && lives_.is_tid_given_anew(index, last, next);
+  if (is_ros2_only(process) || is_shown) return {{exit}};
   return {{exit, hidden(EventKind::announcement, scope_of(index), last, next)}};
 }
 
-bool RecordedKnowledge::may_be_hidden(std::span<const std::vector<Hidden>> conjunctions) const {
+bool RecordedKnowledge::may_be_hidden(std::span<const Conjunction> conjunctions) const {
   return std::ranges::any_of(conjunctions,
                              [this](const auto& all) { return knowledge_.gap(all) != nullptr; });
 }
@@ -319,51 +323,58 @@ Hidden RecordedKnowledge::announced_anew(ProcessIndex process, Timestamp from, T
 }
 
 // What its process has was announced, or made, since the first event that was seen of it.
-std::vector<Hidden> RecordedKnowledge::unseen_callback_of(ProcessIndex process,
-                                                          const Scope& scope) const {
+Conjunction RecordedKnowledge::unseen_callback_of(ProcessIndex process, const Scope& scope) const {
   const auto& first = model_.processes[at(process)].first_seen;
   const auto since = first ? first->time : kEarliest;
   return {hidden(EventKind::registration, unseen_of(scope), since),
           hidden(EventKind::run_start, unseen_of(scope), since)};
 }
 
-std::vector<Hidden> RecordedKnowledge::unseen_callback(ProcessIndex process) const {
+Conjunction RecordedKnowledge::unseen_callback(ProcessIndex process) const {
   return unseen_callback_of(process, scope_of(process));
 }
 
-std::vector<Hidden> RecordedKnowledge::unseen_callback(ThreadIndex thread) const {
+Conjunction RecordedKnowledge::unseen_registration(ProcessIndex process) const {
+  return {unseen_callback(process).front()};
+}
+
+Conjunction RecordedKnowledge::unseen_callback(ThreadIndex thread) const {
   return unseen_callback_of(model_.threads[at(thread)].process, scope_of(thread));
 }
 
-std::vector<Hidden> RecordedKnowledge::unseen_run(ThreadIndex thread) const {
+Conjunction RecordedKnowledge::unseen_run(ThreadIndex thread) const {
   return {hidden(EventKind::unseen_run, scope_of(thread))};
 }
 
-std::vector<Hidden> RecordedKnowledge::lost_run(CallbackIndex callback) const {
+Conjunction RecordedKnowledge::lost_run(CallbackIndex callback) const {
   return {hidden(EventKind::run_start, scope_of(callback))};
 }
 
-std::vector<Hidden> RecordedKnowledge::lost_end(CallbackIndex callback) const {
+Conjunction RecordedKnowledge::lost_end(CallbackIndex callback) const {
   return {hidden(EventKind::run_end, scope_of(callback))};
 }
 
-std::vector<std::vector<Hidden>> RecordedKnowledge::other_instances(CallbackIndex callback,
-                                                                    Timestamp from,
-                                                                    Timestamp to) const {
+std::vector<Conjunction> RecordedKnowledge::other_instances(CallbackIndex callback, Timestamp from,
+                                                            Timestamp to) const {
   if (model_.callbacks[at(callback)].is_accounted) return {};
   return {{hidden(EventKind::run_end, scope_of(callback), from, to),
            hidden(EventKind::run_start, scope_of(callback), from, to)}};
 }
 
-std::vector<Hidden> RecordedKnowledge::another_owner(const CallbackOnThread& pair) const {
-  auto scope = scope_of(pair.callback);
-  scope.thread = pair.thread;
-  return {hidden(EventKind::reuse, scope)};
+std::vector<Conjunction> RecordedKnowledge::run_behind_end(const CallbackOnThread& pair) const {
+  const auto& fini = model_.threads[at(pair.thread)].fini;
+  const auto last = pair.last_activity.time;
+  if (!fini || last <= fini->time) return {};
+  return {{hidden(EventKind::run_start, scope_of(pair), fini->time, last)}};
 }
 
-std::vector<std::vector<Hidden>> RecordedKnowledge::other_parameters(ThreadIndex thread,
-                                                                     const ReadBack& applied,
-                                                                     Timestamp until) const {
+Conjunction RecordedKnowledge::another_owner(const CallbackOnThread& pair) const {
+  return {hidden(EventKind::reuse, scope_of(pair))};
+}
+
+std::vector<Conjunction> RecordedKnowledge::other_parameters(ThreadIndex thread,
+                                                             const ReadBack& applied,
+                                                             Timestamp until) const {
   const bool is_first_audit = model_.threads[at(thread)].applied.empty();
   return read_backs(thread, is_first_audit ? kEarliest : applied.at.time, until);
 }
@@ -409,7 +420,7 @@ void RecordedKnowledge::prove_read_backs(ThreadIndex index) {
 void RecordedKnowledge::prove_runs(CallbackIndex index) {
   const bool is_numbered = model_.callbacks[at(index)].is_accounted;
   const auto scope = scope_of(index);
-  if (const auto& left = proof_.unseen_end(index)) {  // nothing tells that an exception ended it
+  if (const auto& left = proof_.unseen_end(index)) {  // an exception ended it
     add(scope, EventKind::run_end, {.from = left->time.value_or(kEarliest), .to = kLatest},
         GapCause::not_recorded, *left);
   } else if (is_numbered && !proof_.loss(index)) {

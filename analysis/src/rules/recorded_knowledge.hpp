@@ -25,46 +25,50 @@ class RecordedKnowledge {
                     const Proof& proof, const HiddenCallbacks& unseen, const ThreadLosses& losses);
 
   const Knowledge& knowledge() const noexcept { return knowledge_; }
-  bool may_be_hidden(const Hidden& event) const { return knowledge_.gap(event) != nullptr; }
+  // All of them at once.
+  bool may_be_hidden(const Conjunction& events) const { return knowledge_.gap(events) != nullptr; }
   // Any of these.
-  bool may_be_hidden(std::span<const std::vector<Hidden>> conjunctions) const;
+  bool may_be_hidden(std::span<const Conjunction> conjunctions) const;
   // Why, in words.
   Evidence evidence_of(const Reason& reason) const;
 
   // What would have to be hidden for a read-back of the thread to have come between the two: one of its spin, or of
   // another spin, whose numbers begin anew.
-  std::vector<std::vector<Hidden>> read_backs(ThreadIndex thread, Timestamp from = kEarliest,
-                                              Timestamp to = kLatest) const;
+  std::vector<Conjunction> read_backs(ThreadIndex thread, Timestamp from = kEarliest,
+                                      Timestamp to = kLatest) const;
   // The same, for the thread to have been given other parameters than these by then: since they were applied, or also
   // before where the first audit of an attached process stands for that.
-  std::vector<std::vector<Hidden>> other_parameters(ThreadIndex thread, const ReadBack& applied,
-                                                    Timestamp until = kLatest) const;
+  std::vector<Conjunction> other_parameters(ThreadIndex thread, const ReadBack& applied,
+                                            Timestamp until = kLatest) const;
 
   // The same, for what ran there since the first of the two to have run on another thread with its tid.
-  std::vector<std::vector<Hidden>> replaced(ThreadIndex thread, Timestamp last,
-                                            Timestamp next) const;
+  std::vector<Conjunction> replaced(ThreadIndex thread, Timestamp last, Timestamp next) const;
   // For the process to have begun, or to have announced all that it has, between the two.
   Hidden announced_anew(ProcessIndex process, Timestamp from = kEarliest,
                         Timestamp to = kLatest) const;
   // For a callback of which nothing was seen to have run in the process, or on the thread.
-  std::vector<Hidden> unseen_callback(ProcessIndex process) const;
-  std::vector<Hidden> unseen_callback(ThreadIndex thread) const;
+  Conjunction unseen_callback(ProcessIndex process) const;
+  // For one to have been registered.
+  Conjunction unseen_registration(ProcessIndex process) const;
+  Conjunction unseen_callback(ThreadIndex thread) const;
   // For one to have run there that the tracer has no events for.
-  std::vector<Hidden> unseen_run(ThreadIndex thread) const;
+  Conjunction unseen_run(ThreadIndex thread) const;
   // For any more of the callback to have run, or to have ended.
-  std::vector<Hidden> lost_run(CallbackIndex callback) const;
-  std::vector<Hidden> lost_end(CallbackIndex callback) const;
+  Conjunction lost_run(CallbackIndex callback) const;
+  Conjunction lost_end(CallbackIndex callback) const;
   // For what seems to be one instance, or two that follow each other, to be several: where nothing numbers them, an end
   // and a start in between.
-  std::vector<std::vector<Hidden>> other_instances(CallbackIndex callback,
-                                                   Timestamp from = kEarliest,
-                                                   Timestamp to = kLatest) const;
-  // For what ran on the thread to be another callback's: its address told of two.
-  std::vector<Hidden> another_owner(const CallbackOnThread& pair) const;
+  std::vector<Conjunction> other_instances(CallbackIndex callback, Timestamp from = kEarliest,
+                                           Timestamp to = kLatest) const;
+  // For what the callback did on the thread behind the end of that to have begun there; empty: it did nothing.
+  std::vector<Conjunction> run_behind_end(const CallbackOnThread& pair) const;
+  // For what ran on the thread to be another callback's: an address may have been given anew.
+  Conjunction another_owner(const CallbackOnThread& pair) const;
 
   Scope scope_of(ProcessIndex process) const;
   Scope scope_of(CallbackIndex callback) const;
   Scope scope_of(ThreadIndex thread) const;
+  Scope scope_of(const CallbackOnThread& pair) const;
 
  private:
   void add(const Scope& scope, EventKinds kinds, TimeWindow window, GapCause cause, Evidence reason,
@@ -74,14 +78,14 @@ class RecordedKnowledge {
   // `count`: so many of them and no more.
   void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
               std::optional<std::uint64_t> count = {});
-  std::vector<Hidden> unseen_callback_of(ProcessIndex process, const Scope& scope) const;
+  Conjunction unseen_callback_of(ProcessIndex process, const Scope& scope) const;
   void add_cut(ProcessIndex process, const StreamFacts& stream);
   void expect_state(ProcessIndex process);
   void expect_callbacks(ProcessIndex process);
   void expect_registration(CallbackIndex callback);
   Timestamp last_sign_of(ThreadIndex thread) const;
   void expect_announcement(ThreadIndex thread);
-  void add_exits(ThreadIndex thread, const ThreadLives& lives, const KernelHoles& holes);
+  void add_exits(ThreadIndex thread, const KernelHoles& holes);
   void add_reused_identity(CallbackIndex callback);
   void add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses);
   void add_unordered_registrations(CallbackIndex callback);

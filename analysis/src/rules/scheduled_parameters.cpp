@@ -304,8 +304,7 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   const auto later = std::next(kept);
   const auto& judged = later == thread.scheduled.end() ? *kept : *later;
   auto unseen = listed({context.lives.may_be_another(index, judged.first.at.time)});
-  for (const auto& other : unseen)
-    judgement.unseen(other);
+  judgement.unseen(unseen);
   if (later == thread.scheduled.end()) {
     judgement.remark(evidence("sampled", begin,
                               "by the priority of its switches: it had " +
@@ -364,8 +363,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
           std::string(context.kernel_record.loss(index) ? ", and its record has holes" : "")));
   auto as = reference_of(thread, entry);
   const auto unseen = listed({lost_beginning(context, index, *entry, *as)});
-  for (const auto& beginning : unseen)
-    judgement.unseen(beginning);
+  judgement.unseen(unseen);
   const bool is_given = entry->parameters.policy && is_as_asked(*as, entry->parameters);
   const auto since = is_given ? as->first.at.time : Timestamp{};
   bool is_outside = false;
@@ -423,8 +421,7 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   }
   auto unseen = listed({context.user_losses.between(callback.process, Timestamp{}, start),
                         lost_before(context, first->thread, start)});
-  for (const auto& item : unseen)
-    judgement.unseen(item);
+  judgement.unseen(unseen);
   if (match->first.at.time <= start) {
     judgement.checked();
     return;
