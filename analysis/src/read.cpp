@@ -124,7 +124,10 @@ void shorten_files(std::span<const std::filesystem::path> traces, AnalysisResult
     for (auto& subject : rule.subjects) {
       for (auto& evidence : subject.evidence) {
         shorten(evidence.file);
-        shorten(evidence.note);
+        for_each_argument(evidence.note, [&](Argument& argument) {
+          if (auto* named = std::get_if<NamedFile>(&argument.value)) shorten(named->path);
+          if (auto* text = std::get_if<std::string>(&argument.value)) shorten(*text);
+        });
       }
     }
   }

@@ -1,5 +1,7 @@
 #include "support/laws.hpp"
 
+#include "words/note_words.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -121,7 +123,8 @@ std::string unfounded(const Verified& verified) {
       const bool needs_check = subject.verdict == Verdict::pass || subject.verdict == Verdict::fail;
       if (needs_check && subject.checked == 0) lacks("anything checked");
       for (const auto& item : subject.evidence) {
-        if (item.note.empty()) lacks("words in its evidence");
+        if (item.note.empty() || !viewer_export::is_worded(item.note))
+          lacks("words in its evidence");
       }
     }
     if (rule.verdict != worst) lacking += rule.id + " is not as bad as its worst subject\n";

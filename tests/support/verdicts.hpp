@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include "support/trace_text.hpp"
 
@@ -67,7 +68,7 @@ struct Verified {
     std::string text;
     for (const auto& item : on(id, subject).evidence) {
       text += (item.time ? std::to_string(item.time->ns) : "?") + ' ' + item.event + ' ' +
-              item.note + '\n';
+              viewer_export::sentence(item.note) + '\n';
     }
     return text;
   }

@@ -1,8 +1,6 @@
 #include "verdict_log.hpp"
 
-#include <cie/analysis/rule_pages.hpp>
-
-#include "words/text_layout.hpp"
+#include "words/note_words.hpp"
 #include "words/verify_words.hpp"
 
 #include <algorithm>
@@ -17,7 +15,8 @@ using analysis::Verdict;
 std::string note_of(const SubjectVerdict& verdict) {
   if (verdict.evidence.empty()) return {};
   const auto& first = verdict.evidence.front();
-  return first.event.empty() ? first.note : first.event + ": " + first.note;
+  const auto note = viewer_export::sentence(first.note);
+  return first.event.empty() ? note : first.event + ": " + note;
 }
 
 std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict& verdict,
@@ -30,9 +29,7 @@ std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict&
   const auto& all = verdict.evidence;
   if (all.empty()) return subject;
   const auto& note = (at < all.size() ? all[at] : all.front()).note;
-  // Numbers of nanoseconds are durations there, and no times.
-  const bool has_durations = rule.id == analysis::kDeadlineRule;
-  return subject + ": " + (has_durations ? viewer_export::with_fitting_units(note) : note);
+  return subject + ": " + viewer_export::sentence_with_units(note);
 }
 
 }  // namespace

@@ -29,8 +29,11 @@ enum class EventKind : std::uint8_t {
   fork,
   kernel_exit,
   // What no event shows.
-  reuse,       // an address, a pid or a tid is given anew
-  unseen_run,  // an instance of a callback that this tracer has no events for
+  reuse,          // an address, a pid or a tid is given anew
+  unseen_run,     // an instance of a callback that this tracer has no events for
+  other_process,  // what has the same pid emits events
+  other_account,  // the process's own events have the callback by another id, or leave it out
+  clock_shift,    // processes of a host read clocks that differ
 };
 
 // A set of kinds.
@@ -61,7 +64,7 @@ class EventKinds {
   }
   template <typename Visit>
   constexpr void for_each(const Visit& visit) const {
-    for (unsigned number = 0; number <= static_cast<unsigned>(EventKind::unseen_run); ++number) {
+    for (unsigned number = 0; number <= static_cast<unsigned>(EventKind::clock_shift); ++number) {
       if (const auto kind = static_cast<EventKind>(number); has(kind)) {
         visit(kind);
       }
@@ -84,6 +87,7 @@ inline constexpr EventKinds kStateKinds{EventKind::process_begin, EventKind::reg
 inline constexpr EventKinds kReadBackKinds{EventKind::applied, EventKind::audit};
 inline constexpr EventKinds kRunKinds{EventKind::run_start, EventKind::run_end, EventKind::release,
                                       EventKind::publication, EventKind::lost_sample};
+inline constexpr EventKinds kUserKinds = kStateKinds | kRunKinds;
 inline constexpr EventKinds kKernelKinds{EventKind::context_switch, EventKind::wakeup,
                                          EventKind::priority_inheritance, EventKind::fork,
                                          EventKind::kernel_exit};

@@ -5,13 +5,12 @@
 namespace cie::analysis {
 
 EventKinds kinds_of(Domain domain) noexcept {
-  return domain == Domain::kernel ? kKernelKinds : kStateKinds | kRunKinds;
+  return domain == Domain::kernel ? kKernelKinds : kUserKinds;
 }
 
-const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timestamp end) {
-  const Hidden any{.kinds = kinds_of(Domain::user),
-                   .scope = {.host = host},
-                   .window = {.from = begin, .to = end}};
+const Gap* user_gap(const Model& model, HostIndex host, Timestamp begin, Timestamp end,
+                    EventKinds kinds) {
+  const Hidden any{.kinds = kinds, .scope = {.host = host}, .window = {.from = begin, .to = end}};
   return model.gaps.gap(any);
 }
 
@@ -35,6 +34,13 @@ Gap gap_of(const Loss& loss, std::size_t place) {
       .at_most = is_counted ? loss.count : std::nullopt,
       .reason = {
           .cause = GapCause::loss, .at = loss.begin, .about = static_cast<std::uint32_t>(place)}};
+}
+
+Gap gap_before(const Loss& loss, std::size_t place) {
+  auto gap = gap_of(loss, place);
+  gap.kinds = gap.kinds & kStateKinds;
+  gap.reason.cause = GapCause::window;
+  return gap;
 }
 
 }  // namespace cie::analysis

@@ -12,25 +12,23 @@ namespace cie::analysis {
 std::optional<Evidence> perhaps_anothers(const CallbackOnThread& pair) {
   if (pair.is_certain) return std::nullopt;
   return evidence(pair.starts != 0 ? "callback_start" : "callback_end", pair.first_start,
-                  "this instance " + std::string(kPerhapsAnothers));
+                  note("instance-perhaps-anothers", {{"what", perhaps_anothers_note()}}));
 }
 
 std::optional<Evidence> perhaps_another_process(const CallbackFacts& callback) {
   if (!callback.is_after_rcl_init) return std::nullopt;
-  return without_event(*callback.registered,
-                       callback.logical_id +
-                           " was made after another rcl_init of this pid: another process may have "
-                           "that, and so another thread its tid");
+  return without_event(
+      *callback.registered,
+      note("made-after-another-rcl-init", {{"callback", NamedCallback{callback.logical_id}}}));
 }
 
 std::optional<Evidence> perhaps_told_by_own(const Model& model, const Proof& proof,
                                             const ThreadLosses& losses,
                                             const CallbackFacts& callback) {
   if (may_be_told_by_own(model, callback)) {
-    return without_event(first_sign(model, callback),
-                         "ROS 2's events alone tell of " + callback.logical_id +
-                             ", and the run_begin of this project's own was not seen: these may "
-                             "tell of it by another id, or leave it out as rclcpp's");
+    return without_event(
+        first_sign(model, callback),
+        note("only-in-ros2-events", {{"callback", NamedCallback{callback.logical_id}}}));
   }
   if (callback.is_accounted || model.processes[at(callback.process)].is_from_ros2)
     return std::nullopt;
@@ -53,7 +51,7 @@ std::optional<Timestamp> registration(const RuleContext& context, const Callback
   return is_doubtful ? std::nullopt : std::optional(registered);
 }
 
-Evidence registered_as(const CallbackFacts& callback, std::string note) {
+Evidence registered_as(const CallbackFacts& callback, Note note) {
   return evidence(callback.is_accounted ? "callback_init" : "", *callback.registered,
                   std::move(note));
 }

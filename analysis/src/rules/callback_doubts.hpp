@@ -7,7 +7,6 @@
 #include "model/facts.hpp"
 
 #include <optional>
-#include <string>
 
 namespace cie::analysis {
 
@@ -27,6 +26,6 @@ std::optional<Evidence> perhaps_told_by_own(const Model& model, const Proof& pro
 // much older. All of an announcement comes from one thread.
 std::optional<Timestamp> registration(const RuleContext& context, const CallbackFacts& callback);
 // What tells of its registration. What ROS 2's events say of a callback is no event of its own.
-Evidence registered_as(const CallbackFacts& callback, std::string note);
+Evidence registered_as(const CallbackFacts& callback, Note note);
 
 }  // namespace cie::analysis

@@ -1,5 +1,6 @@
 #include "completeness_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/tracepoints/nearest_name.hpp>
 
@@ -35,7 +36,7 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
         judgement.unseen(proof.gap(callback));
         if (!callback.is_accounted && callback.starts.count != 0) {
           judgement.unseen(evidence("callback_start", callback.starts.first_at,
-                                    "its tracer numbers no instances, as cie:callback_start does"));
+                                    note("instances-without-numbers")));
         }
       });
   // Threads and publishers are named only if their numbers jump.
@@ -60,30 +61,21 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
   const auto& process = model.processes[at(index)];
   const auto last = process.last_seen.value_or(EventRef{});
   if (process.executed && process.executed->time >= last.time) {
-    const auto* const missing = process.is_from_ros2 ? "" : "no run_end: ";
-    auto end = evidence(
-        "sched_process_exec", *process.executed,
-        missing + std::string("the process executed another program here, in place of its own"));
+    auto end = evidence("sched_process_exec", *process.executed,
+                        note(process.is_from_ros2 ? "executed-another-program"
+                                                  : "no-run-end-executed-another-program"));
     end.is_without_run_end = !process.is_from_ros2;
     return end;
   }
   if (process.is_from_ros2) {
     // A crash lets the kernel tell of an exit, too.
-    return without_event(
-        last,
-        context.lives.has_exited(index)
-            ? "its main thread exited, after an orderly end or a crash: ROS 2's events do not "
-              "tell how a process ends; this is its last one"
-            : "no event of ROS 2 tells its end; this is its last");
+    return without_event(last, note(context.lives.has_exited(index) ? "ros2-main-thread-exited"
+                                                                    : "ros2-end-untold"));
   }
   if (model.events.cie_without_pid > 0) {
-    return without_event(
-        last, "its run_end may be among the events without a vpid; this is its last one with it");
+    return without_event(last, note("run-end-perhaps-without-vpid"));
   }
-  auto end = without_event(
-      last,
-      "no run_end: interrupted by the end of the recording, while it was still running, or "
-      "by a crash; this is its last event");
+  auto end = without_event(last, note("no-run-end"));
   end.is_without_run_end = true;
   return end;
 }
@@ -92,12 +84,12 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
 Evidence unrecorded_end(const ProcessFacts& process, const RecorderFailure& failure) {
   const auto& manifest = failure.recording->manifest;
   const bool has_exited_well = manifest && manifest->exit && manifest->exit->code == 0;
-  return without_event(
-      process.last_seen.value_or(EventRef{}),
-      (has_exited_well ? "no run_end, though the command " + describe(*manifest->exit)
-                       : std::string("no run_end")) +
-          ": what followed this last event of it was not recorded; " +
-          in_words(failure, failure.problems.front()));
+  const auto problem = in_words(failure, failure.problems.front());
+  return without_event(process.last_seen.value_or(EventRef{}),
+                       has_exited_well
+                           ? note("end-not-recorded-though-exited",
+                                  {{"status", *manifest->exit->code}, {"text", problem}})
+                           : note("end-not-recorded", {{"text", problem}}));
 }
 
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
@@ -113,22 +105,22 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     judgement.checked(1 + proof.totals_compared(index));
     const bool is_of_ros2 = process.is_from_ros2;
     if (!has_begun_here(process)) {
-      const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
-      judgement.unseen(without_event(process.first_seen.value_or(EventRef{}),
-                                     "no " + begin + " of this process"));
+      judgement.unseen(without_event(
+          process.first_seen.value_or(EventRef{}),
+          note("no-begin-of-process", {{"event", is_of_ros2 ? "rcl_init" : "run_begin"}})));
     }
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
     if (!process.run_end) {
       const auto* failure = is_of_ros2 ? nullptr : proof.lost_end(index);
-      auto note =
+      auto end =
           failure != nullptr ? unrecorded_end(process, *failure) : unseen_end(context, index);
       const bool is_crash_allowed = context.options.allow_crash && failure == nullptr;
       if (is_crash_allowed || outlives_window) {
-        judgement.remark(std::move(note));
+        judgement.remark(std::move(end));
       } else {
-        judgement.unseen(std::move(note));
+        judgement.unseen(std::move(end));
       }
     }
     for (const auto& disagreement : proof.disagreements(index))
@@ -152,17 +144,17 @@ class Suggestions {
   explicit Suggestions(std::vector<std::string> names, std::vector<std::string> without_entry)
       : names_(std::move(names)), without_entry_(std::move(without_entry)) {}
 
-  std::string of_entry(std::string_view name) { return of(name, {&without_entry_}); }
-  std::string of_member(std::string_view name) { return of(name, {&without_entry_, &names_}); }
+  Note of_entry(std::string_view name) { return of(name, {&without_entry_}); }
+  Note of_member(std::string_view name) { return of(name, {&without_entry_, &names_}); }
 
  private:
   // The first of these lists that has one.
-  std::string of(std::string_view name,
-                 std::initializer_list<const std::vector<std::string>*> lists) {
+  Note of(std::string_view name, std::initializer_list<const std::vector<std::string>*> lists) {
     if (given_ == kMost) return {};
     ++given_;
     for (const auto* list : lists) {
-      if (auto meant = did_you_mean(name, *list); !meant.empty()) return meant;
+      if (const auto meant = nearest_name(name, *list); !meant.empty())
+        return note("did-you-mean", {{"name", meant}});
     }
     return {};
   }
@@ -186,33 +178,30 @@ std::vector<Evidence> why_incomplete(const RuleContext& context) {
   }
   const auto begin = moment(model.begin);
   if (const auto& missing = context.proof.missing_user_part())
-    why.push_back(evidence("missing_part", begin, *missing));
-  if (!is_any) why.push_back(without_event(begin, "the trace holds no process of ours"));
+    why.push_back(evidence("missing_part", begin, free_text(*missing)));
+  if (!is_any) why.push_back(without_event(begin, note("no-process-of-ours")));
   const auto lost = std::ranges::find_if(model.losses, [](const Loss& loss) {
     return loss.domain == Domain::user && loss.is_evidence;
   });
   if (lost != model.losses.end()) {
-    why.push_back(
-        without_event(moment(lost->begin),
-                      "events were lost, a whole process may be among them with all it told"));
+    why.push_back(without_event(moment(lost->begin), note("whole-process-perhaps-lost")));
   }
   if (std::ranges::any_of(recording_reports(model), begins_late)) {
-    why.push_back(without_event(
-        begin, "chunks before were not read, and processes that ended in them may be with them"));
+    why.push_back(without_event(begin, note("earlier-chunks-not-read")));
   }
   return why;
 }
 
 // run_end has the total of what is missing.
-std::vector<Evidence> missing(const RuleContext& context, const std::string& note,
-                              std::uint32_t RunTotals::*total, const char* seen) {
+std::vector<Evidence> missing(const RuleContext& context, Note what,
+                              std::uint32_t RunTotals::*total, const char* all_seen) {
   const auto& model = context.model;
-  std::vector<Evidence> witnesses{without_event(moment(model.begin), note)};
+  std::vector<Evidence> witnesses{without_event(moment(model.begin), std::move(what))};
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!context.proof.is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) continue;
-    witnesses.push_back(
-        evidence("run_end", process.run_end->at, std::to_string((*process.run_end).*total) + seen));
+    witnesses.push_back(evidence("run_end", process.run_end->at,
+                                 note(all_seen, {{"total", (*process.run_end).*total}})));
   }
   return witnesses;
 }
@@ -242,9 +231,10 @@ std::optional<Evidence> unapplied(const RuleContext& context, const CallbackFact
       });
   const auto& runs = model.threads[at(first->thread)].last_read_back;
   return evidence("not applied", first->first_start,
-                  "no thread is its own: " + place(context, entry->line) +
-                      " asks for parameters that are applied to none, and S1 judges none" +
-                      (runs ? "; the thread here runs " + describe(*runs) : ""));
+                  note("applied-to-no-thread",
+                       {{"spec", place(context, entry->line)},
+                        {"runs", runs ? note("thread-here-runs", {{"parameters", describe(*runs)}})
+                                      : Note{}}}));
 }
 
 // ROS 2's events tell of a callback of that id in a process of this project, whose own do not.
@@ -254,13 +244,10 @@ std::optional<Evidence> beside_own(const Model& model, const std::string& id) {
     if (found == process.beside_own.end()) continue;
     const auto& ran = found->second;
     if (ran) {
-      return evidence(
-          "callback_start", *ran,
-          "by ROS 2's events it starts here, run by another executor than this project's");
+      return evidence("callback_start", *ran, note("starts-in-another-executor"));
     }
     return without_event(process.first_seen.value_or(EventRef{}),
-                         "ROS 2's events tell that it was made in this process; this project's "
-                         "executor does not run it");
+                         note("made-for-another-executor"));
   }
   return std::nullopt;
 }
@@ -273,7 +260,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     Judgement judgement(std::move(subject), context.known);
     judgement.checked();
     if (callback != nullptr && known_instances(model, *callback) > 0) {
-      if (auto note = unapplied(context, *callback)) judgement.remark(*std::move(note));
+      if (auto remark = unapplied(context, *callback)) judgement.remark(*std::move(remark));
       conclude(std::move(judgement), verdicts);
       return;
     }
@@ -281,19 +268,20 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     if (callback != nullptr) {
       const bool is_of_ros2 = model.processes[at(callback->process)].is_from_ros2;
       std::vector witnesses{evidence(is_of_ros2 ? "" : "callback_init", *callback->registered,
-                                     "was registered here and never ran (" + asked.place + ")")};
+                                     note("never-ran", {{"spec", asked.place}}))};
       if (callback->fini)
-        witnesses.push_back(evidence("callback_fini", callback->fini->at, "started 0 times"));
+        witnesses.push_back(evidence("callback_fini", callback->fini->at, note("started-never")));
       judgement.violation_unless(unseen, std::move(witnesses));
     } else if (const auto beside = beside_own(model, asked.id)) {
       judgement.unseen(*beside);
     } else {
       judgement.violation_unless(
           unseen, missing(context,
-                          "was never registered (" + asked.place + ")" +
-                              (asked.is_entry ? suggestions.of_entry(asked.id)
-                                              : suggestions.of_member(asked.id)),
-                          &RunTotals::callbacks, " callbacks were registered, all of them seen"));
+                          note("never-registered",
+                               {{"spec", asked.place},
+                                {"meant", asked.is_entry ? suggestions.of_entry(asked.id)
+                                                         : suggestions.of_member(asked.id)}}),
+                          &RunTotals::callbacks, "all-callbacks-seen"));
     }
     conclude(std::move(judgement), verdicts);
   };
@@ -403,14 +391,14 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     judgement.violation_unless(
         why_incomplete(context),
         found != of_callbacks.end()
-            ? std::vector{evidence("thread_init", *found->second->announced,
-                                   thread_name(*found->second) + " is a callback's thread: what " +
-                                       place(context, entry.line) +
-                                       " asks for belongs into callback_groups")}
+            ? std::vector{evidence(
+                  "thread_init", *found->second->announced,
+                  note("asked-of-callback-thread", {{"thread", thread_name(*found->second)},
+                                                    {"spec", place(context, entry.line)}}))}
             : missing(context,
-                      "was never announced (" + place(context, entry.line) + ")" +
-                          suggestions.of_entry(entry.id),
-                      &RunTotals::threads, " threads were announced, all of them seen"));
+                      note("never-announced", {{"spec", place(context, entry.line)},
+                                               {"meant", suggestions.of_entry(entry.id)}}),
+                      &RunTotals::threads, "all-threads-seen"));
     conclude(std::move(judgement), verdicts);
   }
 }

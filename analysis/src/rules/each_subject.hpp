@@ -59,8 +59,7 @@ inline void note_missing_vtid(const RuleContext& context, std::vector<SubjectVer
   });
   if (found == context.model.callbacks.end()) return;
   Judgement judgement(NamedSubject::trace(), context.known);
-  judgement.unseen(evidence("vtid", found->starts.first_at,
-                            "starts without the context vtid belong to no thread"));
+  judgement.unseen(evidence("vtid", found->starts.first_at, note("starts-without-vtid")));
   conclude(std::move(judgement), verdicts);
 }
 

@@ -1,5 +1,7 @@
 #include "execution_rules.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "callback_doubts.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
@@ -7,7 +9,6 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
-#include <string>
 
 namespace cie::analysis {
 namespace {
@@ -16,8 +17,7 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
                     Judgement& judgement) {
   if (callback.first_end_without_start) {
     const auto& [seq, where] = *callback.first_end_without_start;
-    judgement.unseen(evidence("callback_end", where,
-                              "ends seq " + std::to_string(seq) + ", whose start was not seen"));
+    judgement.unseen(evidence("callback_end", where, note("ends-without-start", {{"seq", seq}})));
   }
   if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
   // One that did not end is none of a crash if the run_end was lost.
@@ -32,8 +32,7 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
       continue;
     }
     judgement.unseen(
-        evidence("callback_start", open.start,
-                 "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
+        evidence("callback_start", open.start, note("starts-without-end", {{"seq", open.seq}})));
   }
 }
 
@@ -41,10 +40,10 @@ void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
 void remark_elsewhere(const CallbackFacts& callback, Judgement& judgement) {
   const auto& [seq, start, end] = *callback.first_end_elsewhere;
   judgement.remark(evidence("callback_end", end,
-                            counted(callback.ends_elsewhere, "instance") +
-                                " ended on another thread than started it, first seq " +
-                                std::to_string(seq) + ": thread " + std::to_string(*start.tid) +
-                                ", then thread " + std::to_string(*end.tid)));
+                            note("ended-on-other-threads", {{"instances", callback.ends_elsewhere},
+                                                            {"seq", seq},
+                                                            {"start_tid", *start.tid},
+                                                            {"end_tid", *end.tid}})));
 }
 
 // A cleanly ended process counts other numbers of starts and ends.
@@ -56,18 +55,18 @@ void claim_unended(const RuleContext& context, CallbackIndex index, const Callba
   // exit() while it runs: what it counted then is no total.
   if (last && *last < fini->started && callback.ended.last_at.time > fini->at.time) {
     judgement.unseen(evidence("callback_end", callback.ended.last_at,
-                              "ends seq " + std::to_string(*last) + " after the totals"));
+                              note("ends-after-totals", {{"seq", *last}})));
     return;
   }
   if (fini->started == fini->ended || context.proof.is_interrupted(callback.process)) return;
   std::vector<Evidence> witnesses;
   for (const auto& open : callback.open) {
-    witnesses.push_back(evidence("callback_start", open.start,
-                                 "seq " + std::to_string(open.seq) + " starts and never ends"));
+    witnesses.push_back(
+        evidence("callback_start", open.start, note("starts-and-never-ends", {{"seq", open.seq}})));
   }
-  witnesses.push_back(evidence("callback_fini", fini->at,
-                               std::to_string(fini->started) + " started, " +
-                                   std::to_string(fini->ended) + " ended, at a clean exit"));
+  witnesses.push_back(
+      evidence("callback_fini", fini->at,
+               note("totals-at-clean-exit", {{"started", fini->started}, {"ended", fini->ended}})));
   judgement.violation(std::move(witnesses),
                       {{hidden(EventKind::run_end, context.known.scope_of(index), fini->at.time)}});
 }
@@ -77,43 +76,42 @@ void claim_second_end(const RuleContext& context, const CallbackFacts& callback,
   if (callback.second_ends == 0) return;
   const auto& second = callback.first_second_end;
   if (!second) {
-    judgement.violation(std::vector{
-        evidence("callback_end", callback.ended.last_at,
-                 counted(callback.second_ends, "end") + " of instances that had ended before")});
+    judgement.violation(
+        std::vector{evidence("callback_end", callback.ended.last_at,
+                             note("ends-of-ended", {{"ends", callback.second_ends}}))});
     return;
   }
-  const auto seq = "seq " + std::to_string(second->seq);
   // It may be another program's of this pid.
   judgement.violation(
-      std::vector{evidence("callback_end", second->first, seq + " ends"),
-                  evidence("callback_end", second->second, seq + " ends a second time")},
+      std::vector{
+          evidence("callback_end", second->first, note("instance-ends", {{"seq", second->seq}})),
+          evidence("callback_end", second->second,
+                   note("instance-ends-again", {{"seq", second->seq}}))},
       {{context.known.announced_anew(callback.process, second->first.time, second->second.time)}});
 }
 
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
-  return judge_callbacks(
-      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.checked(callback.starts.count);
-        judgement.needs(context.known.lost_run(index));
-        claim_unended(context, index, callback, judgement);
-        claim_second_end(context, callback, judgement);
-        const auto& fini = callback.fini;
-        if (fini && callback.ended.last && *callback.ended.last >= fini->started) {
-          judgement.violation(
-              std::vector{evidence("callback_end", callback.ended.last_at,
-                                   "ends seq " + std::to_string(*callback.ended.last)),
-                          evidence("callback_fini", fini->at,
-                                   "but only " + std::to_string(fini->started) + " started")});
-        }
-        judge_unpaired(context, callback, judgement);
-        if (callback.first_end_elsewhere) remark_elsewhere(callback, judgement);
-        if (const auto& first = callback.first_exception) {
-          judgement.remark(evidence("callback_end", first->second,
-                                    counted(callback.exceptions, "instance") +
-                                        " ended by an exception, first seq " +
-                                        std::to_string(first->first)));
-        }
-      });
+  return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
+                                      Judgement& judgement) {
+    judgement.checked(callback.starts.count);
+    judgement.needs(context.known.lost_run(index));
+    claim_unended(context, index, callback, judgement);
+    claim_second_end(context, callback, judgement);
+    const auto& fini = callback.fini;
+    if (fini && callback.ended.last && *callback.ended.last >= fini->started) {
+      judgement.violation(std::vector{
+          evidence("callback_end", callback.ended.last_at,
+                   note("ends-instance", {{"seq", *callback.ended.last}})),
+          evidence("callback_fini", fini->at, note("only-started", {{"started", fini->started}}))});
+    }
+    judge_unpaired(context, callback, judgement);
+    if (callback.first_end_elsewhere) remark_elsewhere(callback, judgement);
+    if (const auto& first = callback.first_exception) {
+      judgement.remark(evidence(
+          "callback_end", first->second,
+          note("ended-by-exception", {{"instances", callback.exceptions}, {"seq", first->first}})));
+    }
+  });
 }
 
 // The instance had ended before the next one started. What ends without a number may be another one, of which the start is
@@ -133,14 +131,17 @@ void claim_overlap(const RuleContext& context, CallbackIndex index,
                    const CallbackFacts::Overlap& overlap, Judgement& judgement) {
   judgement.violation(
       [&] {
-        const auto first = "seq " + std::to_string(overlap.first_seq);
         std::vector witnesses{
-            evidence("callback_start", overlap.first_start, first + " starts"),
+            evidence("callback_start", overlap.first_start,
+                     note("instance-starts", {{"seq", overlap.first_seq}, {"released", Note{}}})),
             evidence("callback_start", overlap.second_start,
-                     "seq " + std::to_string(overlap.second_seq) + " starts before " + first +
-                         (overlap.first_end ? " has ended" : " is seen to end"))};
-        if (overlap.first_end)
-          witnesses.push_back(evidence("callback_end", *overlap.first_end, first + " ends"));
+                     note(overlap.first_end ? "starts-before-former-ended"
+                                            : "starts-before-former-seen-to-end",
+                          {{"seq", overlap.second_seq}, {"former", overlap.first_seq}}))};
+        if (overlap.first_end) {
+          witnesses.push_back(evidence("callback_end", *overlap.first_end,
+                                       note("instance-ends", {{"seq", overlap.first_seq}})));
+        }
         return witnesses;
       },
       ended_before(context, index, overlap.first_start, overlap.second_start.time,
@@ -162,14 +163,12 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
 void claim_nesting(const RuleContext& context, ThreadIndex thread,
                    const ThreadFacts::Nesting& nesting, Judgement& judgement) {
   const auto& model = context.model;
-  const auto& outer = model.callbacks[at(nesting.outer)].logical_id;
-  const auto& inner = model.callbacks[at(nesting.inner)].logical_id;
+  const NamedCallback outer{model.callbacks[at(nesting.outer)].logical_id};
+  const NamedCallback inner{model.callbacks[at(nesting.inner)].logical_id};
   const auto& end = nesting.outer_end;
   if (end && end->tid != nesting.outer_start.tid) {
     judgement.unseen(evidence("callback_end", *end,
-                              outer +
-                                  " ended on another thread: whether it had left this one when " +
-                                  inner + " started here is unknown"));
+                              note("outer-ended-elsewhere", {{"outer", outer}, {"inner", inner}})));
     return;
   }
   auto excuses =
@@ -180,10 +179,14 @@ void claim_nesting(const RuleContext& context, ThreadIndex thread,
   }
   judgement.violation(
       [&] {
-        std::vector witnesses{
-            evidence("callback_start", nesting.outer_start, outer + " starts"),
-            evidence("callback_start", nesting.inner_start, inner + " starts inside it")};
-        if (end) witnesses.push_back(evidence("callback_end", *end, outer + " ends"));
+        std::vector witnesses{evidence("callback_start", nesting.outer_start,
+                                       note("callback-starts", {{"callback", outer}})),
+                              evidence("callback_start", nesting.inner_start,
+                                       note("callback-starts-inside", {{"callback", inner}}))};
+        if (end) {
+          witnesses.push_back(
+              evidence("callback_end", *end, note("callback-ends", {{"callback", outer}})));
+        }
         return witnesses;
       },
       excuses);

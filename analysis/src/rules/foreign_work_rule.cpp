@@ -1,5 +1,7 @@
 #include "foreign_work_rule.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "callback_doubts.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
@@ -88,12 +90,12 @@ std::vector<Evidence> foreign_start(const CallbackFacts& callback, const Callbac
                                     const Announcement& announced, const ForeignStart& start) {
   const bool is_start_seen = pair.starts != 0;
   return {evidence("thread_init", announced.at,
-                   "announced for callback " + (announced.callback
-                                                    ? std::to_string(to_number(*announced.callback))
-                                                    : std::string("of its group"))),
+                   announced.callback ? note("announced-for-callback",
+                                             {{"callback", to_number(*announced.callback)}})
+                                      : note("announced-for-group")),
           evidence(is_start_seen ? "callback_start" : "callback_end", start.at,
-                   (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
-                       std::to_string(start.seq) + "), which is not its own")};
+                   note(is_start_seen ? "started-foreign-callback" : "ended-foreign-callback",
+                        {{"callback", NamedCallback{callback.logical_id}}, {"seq", start.seq}}))};
 }
 
 // It was announced for the other callback meanwhile, or another thread with its tid was; and for its own one again where
@@ -127,8 +129,7 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
   const auto announcements = announcements_of(thread);
   if (thread.former.size() == kMostFormer) {
     judgement.unseen(
-        evidence("thread_init", announcements.back().at,
-                 "it was announced for too many callbacks to tell whose starts are its own"));
+        evidence("thread_init", announcements.back().at, note("announced-for-too-many")));
     return;
   }
   for (const auto* pair : thread.ran) {
@@ -138,9 +139,8 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
     if (found.ownership == Ownership::own) continue;
     if (found.ownership == Ownership::unknown) {
       judgement.unseen(
-          without_event(found.at, "whether " + callback.logical_id +
-                                      " started on it when it was announced for another callback "
-                                      "is unknown"));
+          without_event(found.at, note("perhaps-started-foreign-callback",
+                                       {{"callback", NamedCallback{callback.logical_id}}})));
       continue;
     }
     const auto& announced = in_force(announcements, found.start.at.time);
@@ -150,8 +150,9 @@ void judge_foreign_callbacks(const RuleContext& context, ThreadIndex index, Judg
       continue;
     }
     if (!callback.registered) {
-      judgement.unseen(without_event(found.start.at, "the registration of " + callback.logical_id +
-                                                         " was not seen: it may be of its group"));
+      judgement.unseen(without_event(
+          found.start.at,
+          note("registration-unseen-group", {{"callback", NamedCallback{callback.logical_id}}})));
       continue;
     }
     judgement.violation([&] { return foreign_start(callback, *pair, announced, found.start); },
@@ -180,13 +181,11 @@ Timestamp work_begins(const RuleContext& context, const ThreadFacts& thread) {
 }
 
 // Why the foreign work of a thread is not known of which the kernel's record is whole.
-std::string why_unmeasured(const Model& model, const ThreadFacts& thread) {
+Note why_unmeasured(const Model& model, const ThreadFacts& thread) {
   const auto host = model.processes[at(thread.process)].host;
-  if (!model.hosts[at(host)].has_switches)
-    return "no sched_switch events; record with --kernel to measure foreign work";
-  if (!thread.first_wait && thread.is_known_to_kernel)
-    return "it never waited once it was set up: there is no first wait to count foreign work from";
-  return "on-CPU time outside callbacks is not known without gap";
+  if (!model.hosts[at(host)].has_switches) return note("no-switches-to-measure-foreign-work");
+  if (!thread.first_wait && thread.is_known_to_kernel) return note("never-waited");
+  return note("foreign-work-has-gaps");
 }
 
 void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
@@ -207,7 +206,7 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   const bool is_unread = is_never_read_back(model, thread);
   if (thread.kernel_exit && !thread.fini && !is_unread) {
     judgement.unseen(evidence(std::string(thread.kernel_exit_event), *thread.kernel_exit,
-                              "it exits, and the end of its work was not seen"));
+                              note("end-of-work-unseen")));
     return;
   }
   const auto host = model.processes[at(thread.process)].host;
@@ -240,18 +239,19 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
   judgement.checked();
   if (is_unread) {
     judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),
-                              "nobody announced whose thread it is: it ran one callback"));
+                              note("thread-of-one-callback-unannounced")));
   }
   if (!is_above) return;
   judgement.violation_unless(
       listed({perhaps_in_callbacks(context, index)}),
       {evidence("sched_switch", moment(*thread.first_wait, thread.tid),
-                "first wait: foreign work is counted from here"),
+                note("foreign-work-counted-from-here")),
        without_event(moment(counted_to, thread.tid),
-                     (is_whole ? "" : "at least ") + nanoseconds(work.seen) +
-                         " on a CPU outside callbacks within " + nanoseconds(span) + "; " +
-                         place(context, entry.line) + " allows " + nanoseconds(budget) +
-                         " per second")});
+                     note(is_whole ? "foreign-work" : "foreign-work-at-least",
+                          {{"work", work.seen},
+                           {"span", span},
+                           {"spec", place(context, entry.line)},
+                           {"budget", Duration{budget}}}))});
 }
 
 bool asks_for_budgets(const SchedulingSpec* spec) {
@@ -265,39 +265,38 @@ bool asks_for_budgets(const SchedulingSpec* spec) {
 std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const auto& unknown = context.unknown_threads;
   const bool has_budgets = asks_for_budgets(context.options.spec);
-  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
-                                             Judgement& judgement) {
-    need_no_others(context, index, judgement);
-    // It may be one that has a budget.
-    if (has_budgets && !thread.announced) judgement.unseen(context.proof.loss(index));
-    if (is_never_read_back(context.model, thread)) {
-      const auto* entry = sole_entry(context, thread);
-      if (entry != nullptr && entry->foreign_work_budget_ns) {
-        judge_foreign_time(context, index, *entry, judgement);
-        return;
-      }
-    }
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.unseen(found->second);
-    }
-    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
-    if (is_isolated(thread)) {
-      judge_foreign_callbacks(context, index, judgement);
-      if (const auto lost = context.losses.on(index))
-        judgement.needs(context.known.lost_end(*lost));
-    }
-    if (is_isolated(thread) || is_worker) {
-      const auto* entry = spec_entry_of(context, index);
-      if (entry == nullptr || !entry->foreign_work_budget_ns) return;
-      if (thread.former.empty()) {
-        judge_foreign_time(context, index, *entry, judgement);
-      } else {
-        judgement.unseen(evidence("thread_init", thread.former.back().next,
-                                  "announced anew for another callback: in whose time it did the "
-                                  "foreign work is unknown"));
-      }
-    }
-  });
+  auto verdicts = judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        need_no_others(context, index, judgement);
+        // It may be one that has a budget.
+        if (has_budgets && !thread.announced) judgement.unseen(context.proof.loss(index));
+        if (is_never_read_back(context.model, thread)) {
+          const auto* entry = sole_entry(context, thread);
+          if (entry != nullptr && entry->foreign_work_budget_ns) {
+            judge_foreign_time(context, index, *entry, judgement);
+            return;
+          }
+        }
+        if (const auto found = unknown.find(index); found != unknown.end()) {
+          judgement.unseen(found->second);
+        }
+        const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+        if (is_isolated(thread)) {
+          judge_foreign_callbacks(context, index, judgement);
+          if (const auto lost = context.losses.on(index))
+            judgement.needs(context.known.lost_end(*lost));
+        }
+        if (is_isolated(thread) || is_worker) {
+          const auto* entry = spec_entry_of(context, index);
+          if (entry == nullptr || !entry->foreign_work_budget_ns) return;
+          if (thread.former.empty()) {
+            judge_foreign_time(context, index, *entry, judgement);
+          } else {
+            judgement.unseen(evidence("thread_init", thread.former.back().next,
+                                      note("foreign-work-of-unknown-callback")));
+          }
+        }
+      });
   note_missing_vtid(context, verdicts);
   return verdicts;
 }

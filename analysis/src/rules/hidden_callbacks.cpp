@@ -1,11 +1,12 @@
 #include "hidden_callbacks.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "judgement.hpp"
 #include "kernel_holes.hpp"
 
 #include <algorithm>
 #include <set>
-#include <string>
 #include <utility>
 
 namespace cie::analysis {
@@ -90,24 +91,18 @@ HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
 
 std::optional<Evidence> HiddenCallbacks::may_be_unseen(const ProcessFacts& process) const {
   if (!process.ros2_begin) {
-    return without_event(
-        process.first_seen.value_or(EventRef{}),
-        "the process began before the recording: a client or an action, whose instances "
-        "ROS 2's events do not show, may have been made before");
+    return without_event(process.first_seen.value_or(EventRef{}),
+                         note("client-perhaps-made-before-recording"));
   }
   const auto told = told_since_.find(process.host);
   if (told == told_since_.end() || told->second > process.ros2_begin->time) {
-    return evidence(
-        "rcl_init", *process.ros2_begin,
-        "no trace here declares both ros2:rcl_client_init and ros2:rcl_service_init: a client or an "
-        "action, whose instances ROS 2's events do not show, may have been made");
+    return evidence("rcl_init", *process.ros2_begin, note("client-events-undeclared"));
   }
   // Within what is judged whoever judges asks for losses.
   const auto* before = loss_before(model_, process.host, Domain::user, process.ros2_begin->time);
   if (before == nullptr) return std::nullopt;
   auto unseen = evidence_of(*before);
-  unseen.note +=
-      ": a client or an action, whose instances ROS 2's events do not show, may have been made then";
+  unseen.note = note("client-perhaps-made-then", {{"loss", std::move(unseen.note)}});
   return unseen;
 }
 
@@ -116,9 +111,7 @@ std::optional<Evidence> HiddenCallbacks::beside_own(ThreadIndex thread) const {
   const auto& ran = facts.beside_own;
   if (!ran || facts.ran.empty()) return std::nullopt;
   return evidence("callback_start", ran->second,
-                  "by ROS 2's events " + ran->first +
-                      " starts here, which is none of this project's instances: another executor "
-                      "runs it on this thread");
+                  note("runs-in-another-executor", {{"callback", NamedCallback{ran->first}}}));
 }
 
 std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
@@ -137,14 +130,15 @@ std::optional<Evidence> HiddenCallbacks::unseen_on(ThreadIndex thread) const {
   }
   if (all.first == nullptr) return std::nullopt;
   const auto& hidden = *all.first;
-  auto note = (hidden.ran_on.contains(thread) ? "also served " : "may also have served ") +
-              hidden.what + (hidden.node.empty() ? "" : " (node " + hidden.node + ')');
-  if (all.count > 1) note += " and " + counted(all.count - 1, "other callback");
-  note += all.count == 1 && hidden.is_client && !hidden.is_action
-              ? ", whose responses ROS 2's events do not show"
-              : ", whose instances ROS 2's events do not show";
-  return evidence(hidden.is_client ? "rcl_client_init" : "rcl_service_init", hidden.made,
-                  std::move(note));
+  const bool is_of_responses = all.count == 1 && hidden.is_client && !hidden.is_action;
+  return evidence(
+      hidden.is_client ? "rcl_client_init" : "rcl_service_init", hidden.made,
+      note(hidden.ran_on.contains(thread) ? "also-served" : "perhaps-also-served",
+           {{"what", hidden.what},
+            {"node", hidden.node.empty() ? Note{} : note("of-node", {{"node", hidden.node}})},
+            {"others",
+             all.count > 1 ? note("and-other-callbacks", {{"callbacks", all.count - 1}}) : Note{}},
+            {"unseen", note(is_of_responses ? "responses-not-shown" : "instances-not-shown")}}));
 }
 
 }  // namespace cie::analysis

@@ -26,7 +26,7 @@ std::optional<Timestamp> time_of_evidence(Timestamp time) noexcept {
   return time == kEarliest || time == kBoot ? std::nullopt : std::optional(time);
 }
 
-Evidence evidence(std::string event, const EventRef& where, std::string note) {
+Evidence evidence(std::string event, const EventRef& where, Note note) {
   Evidence item{.event = std::move(event),
                 .time = time_of_evidence(where.time),
                 .cpu = where.cpu,
@@ -38,13 +38,9 @@ Evidence evidence(std::string event, const EventRef& where, std::string note) {
 }
 
 Evidence untold_end(const CallbackFacts& callback, const OpenInstance& left) {
-  const auto* const by =
-      callback.kind == CallbackKind::service
-          ? " starts and ends untold, as what its thread did next shows: by an exception, or its "
-            "response is sent later"
-          : " starts and an exception ends it, as what its thread did next shows; no event tells "
-            "when";
-  return evidence("callback_start", left.start, "seq " + std::to_string(left.seq) + by);
+  return evidence("callback_start", left.start,
+                  note(callback.kind == CallbackKind::service ? "service-end-untold" : "end-untold",
+                       {{"seq", left.seq}}));
 }
 
 Judgement::Judgement(NamedSubject subject, const RecordedKnowledge& known)

@@ -1,6 +1,7 @@
 // One subject on its way to a verdict: what a rule claims of it, in words.
 #pragma once
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/analysis/verdict.hpp>
 
@@ -35,20 +36,18 @@ inline EventRef moment(std::optional<Timestamp> time,
 
 // Of a time that is not known, be it kEarliest or kBoot, the evidence has none.
 std::optional<Timestamp> time_of_evidence(Timestamp time) noexcept;
-Evidence evidence(std::string event, const EventRef& where, std::string note);
+Evidence evidence(std::string event, const EventRef& where, Note note);
 // Of what the recording has no event of: `where` is but a position.
-inline Evidence without_event(const EventRef& where, std::string note) {
+inline Evidence without_event(const EventRef& where, Note note) {
   return evidence({}, where, std::move(note));
 }
 
-// Of a callback of ROS 2's, which is known by an address.
-inline constexpr std::string_view kPerhapsAnothers =
-    "may be another callback's: its address was told of before events were lost, and not since, or "
-    "also by what may be another process of this pid";
-
-// "8 ns".
-inline std::string nanoseconds(std::int64_t value) { return std::to_string(value) + " ns"; }
-inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
+// Of a callback of ROS 2's, which is known by an address: "may be another callback's: …".
+inline Note perhaps_anothers_note() { return note("perhaps-anothers"); }
+// "…: other announcements may be missing, too".
+inline Note others_missing_too(Note what) {
+  return note("others-missing-too", {{"what", std::move(what)}});
+}
 
 // Of an instance that is over though no event told its end: an exception left it. A service whose
 // callback takes the request alone, to respond later, has such instances too: rclcpp tells no end then.

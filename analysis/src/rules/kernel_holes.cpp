@@ -1,5 +1,7 @@
 #include "kernel_holes.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "judgement.hpp"
 
 #include <algorithm>
@@ -31,37 +33,48 @@ std::string_view name_of(LossKind kind) {
   return "";
 }
 
-// What is lost, and for how long.
-std::string describe_missing(const Loss& loss) {
-  std::string text;
-  if (loss.kind == LossKind::switch_mismatch) {
-    text = "context switches are missing";
-  } else {
-    const std::string event = loss.domain == Domain::kernel ? "kernel event" : "user-space event";
-    if (!loss.count) {
-      text = event + "s, an unknown number, lost";
-    } else if (loss.kind == LossKind::discarded_packets) {
-      text = counted(*loss.count, "packet") + " of " + event + "s lost";
-    } else {
-      text = counted(*loss.count, event) + " lost";
-    }
-  }
+// Behind what is lost: for how long.
+Note describe_span(const Loss& loss) {
   if (loss.begin == kBoot) {
     const bool is_end_known = loss.end > kBoot && loss.end != kLatest;
-    return text + (is_end_known ? " before " + nanoseconds(loss.end.ns) : ", when is not known");
+    return is_end_known ? note("lost-before", {{"end", loss.end}}) : note("lost-when-unknown");
   }
-  if (loss.end == kLatest) return text + ", until when is not known";
-  if (loss.end <= loss.begin) return text;
-  return text + " within " + nanoseconds(loss.end - loss.begin);
+  if (loss.end == kLatest) return note("lost-until-unknown");
+  if (loss.end <= loss.begin) return {};
+  return note("lost-within", {{"span", loss.end - loss.begin}});
+}
+
+// What is lost, and for how long.
+Note describe_missing(const Loss& loss) {
+  auto span = describe_span(loss);
+  if (loss.kind == LossKind::switch_mismatch)
+    return note("switches-missing", {{"when", std::move(span)}});
+  const bool is_kernel = loss.domain == Domain::kernel;
+  if (!loss.count) {
+    return note(is_kernel ? "kernel-events-lost-uncounted" : "user-events-lost-uncounted",
+                {{"when", std::move(span)}});
+  }
+  if (loss.kind == LossKind::discarded_packets) {
+    return note(is_kernel ? "kernel-packets-lost" : "user-packets-lost",
+                {{"packets", *loss.count}, {"when", std::move(span)}});
+  }
+  return note(is_kernel ? "kernel-events-lost" : "user-events-lost",
+              {{"events", *loss.count}, {"when", std::move(span)}});
 }
 
 // What cannot be read, and why, leads.
-std::string describe_loss(const Loss& loss) {
-  if (loss.kind == LossKind::foreign_metadata) return loss.note;
+Note describe_loss(const Loss& loss) {
+  if (loss.kind == LossKind::foreign_metadata) return free_text(loss.note);
   auto missing = describe_missing(loss);
   if (loss.note.empty()) return missing;
-  return loss.kind == LossKind::damaged_packet ? loss.note + "; " + missing
-                                               : missing + ", " + loss.note;
+  if (loss.kind == LossKind::damaged_packet)
+    return note("damage", {{"text", loss.note}, {"missing", std::move(missing)}});
+  const bool is_of_stream =
+      loss.kind == LossKind::discarded_events || loss.kind == LossKind::discarded_packets;
+  return is_of_stream
+             ? note("loss-of-stream",
+                    {{"missing", std::move(missing)}, {"stream", NamedFile{loss.note}}})
+             : note("loss-with-text", {{"missing", std::move(missing)}, {"text", loss.note}});
 }
 
 }  // namespace
@@ -78,7 +91,7 @@ Evidence evidence_of(const Loss& loss) {
 
 Evidence evidence_of_missing_cpus(std::uint32_t cpus, std::optional<Timestamp> time) {
   return evidence("cpus_not_recorded", moment(time),
-                  cie::counted(cpus, "CPU") + " without a kernel stream");
+                  note("cpus-without-kernel-stream", {{"cpus", cpus}}));
 }
 
 const Loss* loss_before(const Model& model, HostIndex host, Domain domain, Timestamp time) {
@@ -244,26 +257,23 @@ Evidence KernelHoles::evidence_of_hole(const Interval& hole) {
   if (hole.ends == nullptr) {
     return evidence(
         "stream_begin", moment(*hole.begins->begin),
-        "the kernel's record of one CPU begins here, after that of others: " + hole.begins->path);
+        note("kernel-record-of-cpu-begins-late", {{"stream", NamedFile{hole.begins->path}}}));
   }
   if (hole.begins == nullptr) {
     return evidence(
         "stream_end", moment(*hole.ends->end),
-        "the kernel's record of one CPU ends here, before that of others: " + hole.ends->path);
+        note("kernel-record-of-cpu-ends-early", {{"stream", NamedFile{hole.ends->path}}}));
   }
   return evidence("stream_end", moment(*hole.ends->end),
-                  "the kernel's record of one CPU or more ends here, until another recording's "
-                  "begins at " +
-                      std::to_string(hole.begins->begin->ns) + ": " + hole.ends->path);
+                  note("kernel-record-interrupted", {{"begin", hole.begins->begin->ns},
+                                                     {"stream", NamedFile{hole.ends->path}}}));
 }
 
 std::optional<Evidence> KernelHoles::begun_later(HostIndex host, Timestamp begin) const {
   const auto record = begins_.find(host);
   if (record == begins_.end() || record->second <= begin) return std::nullopt;
   const auto at = record->second;
-  return evidence("sched_switch", moment(at),
-                  "the kernel's record begins here; --window " + std::to_string(at.ns) +
-                      ".. judges the time after it");
+  return evidence("sched_switch", moment(at), note("kernel-record-begins", {{"begin", at.ns}}));
 }
 
 std::optional<Evidence> KernelHoles::since(HostIndex host, Timestamp begin, Timestamp end) const {
@@ -278,9 +288,7 @@ std::optional<Evidence> KernelHoles::outside(HostIndex host, Timestamp begin, Ti
   const auto record = ends_.find(host);
   if (record == ends_.end() || record->second >= end) return std::nullopt;
   const auto at = record->second;
-  return evidence("stream_end", moment(at),
-                  "the kernel's record ends here; --window .." + std::to_string(at.ns) +
-                      " judges the time before it");
+  return evidence("stream_end", moment(at), note("kernel-record-ends", {{"end", at.ns}}));
 }
 
 std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host, Timestamp begin,
@@ -297,8 +305,7 @@ std::optional<Evidence> KernelHoles::untold_inheritance(HostIndex host, Timestam
     return *without->begin <= end && !is_over;
   });
   if (is_told || stream == found->second.end()) return std::nullopt;
-  return without_event(moment(*(*stream)->begin),
-                       "sched_pi_setprio was not recorded: a raised priority may be inherited");
+  return without_event(moment(*(*stream)->begin), note("inheritance-not-recorded"));
 }
 
 }  // namespace cie::analysis

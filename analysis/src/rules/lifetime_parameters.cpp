@@ -1,5 +1,7 @@
 #include "lifetime_parameters.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "callback_doubts.hpp"
 #include "model/callback_questions.hpp"
 #include "parameter_words.hpp"
@@ -66,8 +68,8 @@ Applied applied_to_shared(const RuleContext& context, CallbackIndex index, Judge
   const auto* unread = first_unread(model, pairs);
   if (!all.parameters.empty() && unread != nullptr) {
     judgement.unseen(evidence("callback_start", unread->first_start,
-                              "it ran on " + thread_name(model.threads[at(unread->thread)]) +
-                                  ", of which nothing tells what was applied to it"));
+                              note("ran-where-applied-unknown",
+                                   {{"thread", thread_name(model.threads[at(unread->thread)])}})));
   }
   return all;
 }
@@ -104,19 +106,17 @@ void compare_applied(const Parameters& was, const Parameters& is,
   };
   const auto common = count_common(is, was);
   if (common == std::ssize(is) && common == std::ssize(was)) return;
-  constexpr const char* kNotInBoth =
-      "; it also ran on threads with the parameters of the other lifetime: which of its threads "
-      "runs it is chance";
+  const auto chance = common == 0 ? Note{} : note("also-ran-as-in-other-lifetime");
   std::vector<Evidence> shown;
-  const auto tell = [&](const char* when, const Parameters& some, const Parameters& than) {
+  const auto tell = [&](const char* code, const Parameters& some, const Parameters& than) {
     for (const auto* one : some) {
       if (holds(than, *one)) continue;
       shown.push_back(evidence("thread_sched", one->at,
-                               when + describe(*one) + (common == 0 ? "" : kNotInBoth)));
+                               note(code, {{"parameters", describe(*one)}, {"chance", chance}})));
     }
   };
-  tell("was: ", was, is);
-  tell("is: ", is, was);
+  tell("lifetime-ran-as", was, is);
+  tell("lifetime-runs-as", is, was);
   if (common == 0) {
     judgement.violation_unless(beside, std::move(shown), others);
   } else {
@@ -148,17 +148,15 @@ void compare_parameters(const RuleContext& context, CallbackIndex index_before,
   others.insert(others.end(), others_after.begin(), others_after.end());
   judgement.needs_none(others);
   if (was.empty() != is.empty() && !has_never_run(context, was.empty() ? before : after)) {
-    judgement.unseen(registered_as(is.empty() ? after : before,
-                                   "what its thread ran as in this lifetime is unknown"));
+    judgement.unseen(
+        registered_as(is.empty() ? after : before, note("parameters-in-lifetime-unknown")));
   }
   const bool have_run = !before.ran_on.empty() && !after.ran_on.empty();
   if (was.empty() && is.empty() && have_run) {
     if (is_ros2_only(model.processes[at(after.process)])) {
-      judgement.unseen(registered_as(after, "ROS 2's events do not tell what its threads ran as"));
+      judgement.unseen(registered_as(after, note("ros2-tells-no-parameters")));
     } else {
-      judgement.remark(registered_as(after,
-                                     "only its kind, source, period and deadline were compared: "
-                                     "nothing tells what its threads ran as"));
+      judgement.remark(registered_as(after, note("parameters-not-compared")));
     }
   }
   if (!was.empty() && !is.empty()) compare_applied(was, is, others, beside, judgement);

@@ -1,5 +1,6 @@
 #include "mapping_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "callback_doubts.hpp"
@@ -16,7 +17,6 @@
 #include <numeric>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -37,18 +37,19 @@ std::vector<const CallbackOnThread*> in_order(const Model& model,
 }
 
 Evidence started_here(const Model& model, const CallbackOnThread& pair) {
+  const NamedCallback callback{model.callbacks[at(pair.callback)].logical_id};
   if (pair.starts == 0) {
     const auto& begun = pair.first_begun_elsewhere;
-    return evidence("callback_end", pair.first_start,
-                    model.callbacks[at(pair.callback)].logical_id + " ended here (seq " +
-                        std::to_string(pair.first_seq) + "), " +
-                        (begun ? "which had started on thread " + std::to_string(*begun->tid)
-                               : "its start was not seen"));
+    return evidence(
+        "callback_end", pair.first_start,
+        note("ended-here", {{"callback", callback},
+                            {"seq", pair.first_seq},
+                            {"start", begun ? note("started-on-thread", {{"tid", *begun->tid}})
+                                            : note("its-start-unseen")}}));
   }
   return evidence("callback_start", pair.first_start,
-                  model.callbacks[at(pair.callback)].logical_id + " started here (seq " +
-                      std::to_string(pair.first_seq) + "), " + counted(pair.starts, "time") +
-                      " on this thread");
+                  note("started-here",
+                       {{"callback", callback}, {"seq", pair.first_seq}, {"times", pair.starts}}));
 }
 
 // It is two threads of one tid; three where the first callback ran before the next one's begin and behind it; one if
@@ -213,9 +214,9 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         }
         judgement.needs(context.known.lost_run(index));
         if (callback.starts_without_tid != 0) {
-          judgement.unseen(evidence(
-              "vtid", callback.starts.first_at,
-              counted(callback.starts_without_tid, "start") + " without the context vtid"));
+          judgement.unseen(
+              evidence("vtid", callback.starts.first_at,
+                       note("own-starts-without-vtid", {{"starts", callback.starts_without_tid}})));
         }
       });
 }
@@ -233,9 +234,9 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       continue;
     }
     Judgement judgement(names.callback(index), context.known);
-    judgement.unseen(without_event(first_sign(model, callback),
-                                   std::string(why_unidentified(callback)) +
-                                       ": its logical id, which another may have, is unknown"));
+    judgement.unseen(
+        without_event(first_sign(model, callback),
+                      note("logical-id-unknown", {{"text", why_unidentified(callback)}})));
     conclude(std::move(judgement), verdicts);
   }
   for (auto& [key, indices] : by_id) {
@@ -256,17 +257,15 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
         judgement.violation([&] {
           return std::vector{
               evidence("callback_init", *earlier.registered,
-                       "registered as id " + std::to_string(to_number(earlier.id))),
+                       note("registered-as-id", {{"id", to_number(earlier.id)}})),
               evidence("callback_init", *later.registered,
-                       "registered again as id " + std::to_string(to_number(later.id)) +
-                           " while the first one lives"),
+                       note("registered-again-as-id", {{"id", to_number(later.id)}})),
               evidence(earlier.fini ? "callback_fini" : "callback_start", sign,
-                       "sign of life of the first one")};
+                       note("sign-of-life-of-first"))};
         });
       } else if (!earlier.fini) {
-        judgement.unseen(evidence("callback_init", *later.registered,
-                                  "whether the earlier callback of this id still lived is unknown: "
-                                  "its callback_fini was not seen"));
+        judgement.unseen(
+            evidence("callback_init", *later.registered, note("earlier-of-id-perhaps-lived")));
       }
     }
     conclude(std::move(judgement), verdicts);

@@ -1,5 +1,6 @@
 #include "message_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "each_subject.hpp"
@@ -14,7 +15,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -37,19 +37,18 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
     return running ? *running : callback.fini->at;
   };
   if (lost > 0) {
-    judgement.violation(std::vector{evidence(
-        callback.lost_at ? "sample_lost" : "callback_fini", where(callback.lost_at),
-        counted(lost, "sample") + (lost == 1 ? " was" : " were") + " lost before the queue")});
+    judgement.violation(
+        std::vector{evidence(callback.lost_at ? "sample_lost" : "callback_fini",
+                             where(callback.lost_at), note("samples-lost", {{"samples", lost}}))});
   }
   if (overwritten > allowed) {
     auto found = evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
                           where(callback.overwritten_at),
-                          (is_at_least ? "at least " : "") + counted(overwritten, "sample") +
-                              (overwritten == 1 ? " was" : " were") +
-                              " overwritten in the queue before being taken; " +
-                              std::to_string(allowed) + " are allowed");
+                          note(is_at_least ? "samples-overwritten-at-least" : "samples-overwritten",
+                               {{"samples", overwritten}, {"allowed", allowed}}));
     if (is_by_others(context, callback, allowed)) {
-      found.note += "; the queue " + std::string(kPerhapsAnothers);
+      found.note = note("queue-perhaps-anothers",
+                        {{"overwritten", std::move(found.note)}, {"why", perhaps_anothers_note()}});
       judgement.unseen(std::move(found));
     } else {
       judgement.violation(std::vector{std::move(found)});
@@ -61,7 +60,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   }
   if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
-    judgement.unseen(without_event(last, "no totals of lost and overwritten samples were seen"));
+    judgement.unseen(without_event(last, note("no-queue-totals")));
   }
 }
 
@@ -83,7 +82,7 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
 struct Bound {
   const char* name;
   std::optional<std::int64_t> limit;
-  const char* needs;  // to be measured; null where judge_unmeasured says it
+  bool needs_two;  // instances to be measured; else judge_unmeasured says why it was not
   const Statistics& measured;
   const std::optional<ChainExtreme>& max;
 };
@@ -97,19 +96,16 @@ Verdict judge_largest(Duration shown, const std::optional<ClockError>& error, st
   return Verdict::inconclusive;
 }
 
-void accuse(const ChainExtreme& extreme, const std::string& finding,
-            const std::vector<Evidence>& unseen, Judgement& judgement) {
+void accuse(const ChainExtreme& extreme, Note finding, const std::vector<Evidence>& unseen,
+            Judgement& judgement) {
   if (extreme.is_unproven) {
-    judgement.unseen(evidence(
-        "callback_end", extreme.last_end,
-        finding +
-            "; an instance that led to it was not seen to end: if an exception left it, what its "
-            "thread published is of none"));
+    judgement.unseen(evidence("callback_end", extreme.last_end,
+                              note("led-to-by-unended", {{"finding", std::move(finding)}})));
     return;
   }
-  judgement.violation_unless(unseen, {evidence("callback_start", extreme.first_start,
-                                               "first callback of the chain starts"),
-                                      evidence("callback_end", extreme.last_end, finding)});
+  judgement.violation_unless(unseen,
+                             {evidence("callback_start", extreme.first_start, note("chain-starts")),
+                              evidence("callback_end", extreme.last_end, std::move(finding))});
 }
 
 void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
@@ -118,22 +114,23 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   if (!bound.limit) return;
   judgement.checked(bound.measured.count());
   if (!bound.max) {
-    if (bound.needs == nullptr) return;
-    judgement.unseen(
-        without_event(moment(context.model.end),
-                      "no " + std::string(bound.name) + " could be measured: " + bound.needs));
+    if (!bound.needs_two) return;
+    judgement.unseen(without_event(moment(context.model.end),
+                                   note("chain-unmeasured", {{"quantity", bound.name}})));
     return;
   }
   const auto verdict = judge_largest(bound.max->value, error, *bound.limit);
   if (verdict == Verdict::pass) return;
-  const auto finding = std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
-                       place(context, asked.line) + " allows " + nanoseconds(*bound.limit);
+  auto finding = note("chain-bound-exceeded", {{"quantity", bound.name},
+                                               {"value", bound.max->value},
+                                               {"spec", place(context, asked.line)},
+                                               {"limit", Duration{*bound.limit}}});
   if (verdict == Verdict::fail) {
-    accuse(*bound.max, finding, unseen, judgement);
+    accuse(*bound.max, std::move(finding), unseen, judgement);
     return;
   }
   judgement.unseen(evidence("callback_end", bound.max->last_end,
-                            finding + "; the hosts' clocks may differ by too much to tell"));
+                            note("clocks-perhaps-differ", {{"finding", std::move(finding)}})));
 }
 
 // Path latencies of instances whose first release is not known: their bounds may decide.
@@ -146,8 +143,9 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
   const auto& lower = chain.max_path_latency_lower;
   if (lower && judge_largest(lower->value, error, limit) == Verdict::fail) {
     accuse(*lower,
-           "path latency at least " + nanoseconds(lower->value) + ", " +
-               place(context, asked.line) + " allows " + nanoseconds(limit),
+           note("path-latency-at-least", {{"latency", lower->value},
+                                          {"spec", place(context, asked.line)},
+                                          {"limit", Duration{limit}}}),
            unseen, judgement);
     return;
   }
@@ -163,13 +161,14 @@ void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const 
   const bool is_bounded = chain.without_upper_bound == 0 && upper && is_certain;
   const auto longest = is_bounded ? upper->value + release_error : Duration{};
   if (is_bounded && judge_largest(longest, error, limit) == Verdict::pass) return;
-  auto text = "the first release of " + counted(chain.inexact, "instance") +
-              " of the chain is not known exactly, or the clocks of its hosts cannot be related";
-  if (is_bounded) {
-    text += "; the path latency may have been up to " + nanoseconds(longest) + ", " +
-            place(context, asked.line) + " allows " + nanoseconds(limit);
-  }
-  judgement.unseen(without_event(moment(context.model.begin), text));
+  auto bounded = is_bounded ? note("path-latency-up-to", {{"latency", longest},
+                                                          {"spec", place(context, asked.line)},
+                                                          {"limit", Duration{limit}}})
+                            : Note{};
+  judgement.unseen(
+      without_event(moment(context.model.begin),
+                    note("first-releases-inexact",
+                         {{"instances", chain.inexact}, {"bounded", std::move(bounded)}})));
 }
 
 // Where chains lost something: callbacks by id, publishers that are not whole by topic.
@@ -181,11 +180,8 @@ class ChainLosses {
       const auto& callback = model.callbacks[at(context.callbacks[i])];
       callbacks_[callback.logical_id].push_back(i);
       if (is_identified(callback)) continue;
-      unknown_.try_emplace(
-          callback.process,
-          without_event(first_sign(model, callback),
-                        "a callback whose logical id is unknown begins here: it may "
-                        "be one of the chain's"));
+      unknown_.try_emplace(callback.process, without_event(first_sign(model, callback),
+                                                           note("perhaps-callback-of-chain")));
     }
     for (std::size_t i = 0; i < model.publishers.size(); ++i) {
       const auto& publisher = model.publishers[i];
@@ -242,9 +238,7 @@ class ChainLosses {
     const auto& writers = context_.model.unseen_writers;
     const auto found = writers.find(reader.source);
     if (found == writers.end()) return std::nullopt;
-    return without_event(found->second, "somebody whose publications are not recorded writes on " +
-                                            reader.source +
-                                            ", where nothing tells which publication a message is");
+    return without_event(found->second, note("writer-not-recorded", {{"topic", reader.source}}));
   }
   // A callback of which no id was seen may be a hop that its process is not known to have.
   std::optional<Evidence> perhaps_unknown(const std::set<std::string_view>& hops) const {
@@ -294,11 +288,12 @@ void doubt_silence(const RuleContext& context, const SpecChain& asked, const Cha
   for (const auto& [name, limit] : {std::pair("reaction time", asked.reaction_time_ns),
                                     std::pair("data age", asked.data_age_ns)}) {
     if (!limit || waited.ns <= *limit) continue;
-    judgement.unseen(without_event(
-        moment(first),
-        counted(reads, "read") + " of the first callback from here on had no answer " +
-            nanoseconds(waited) + " later, when the chain's callbacks were still there; " +
-            place(context, asked.line) + " allows " + nanoseconds(*limit) + " of " + name));
+    judgement.unseen(
+        without_event(moment(first), note("reads-unanswered", {{"reads", reads},
+                                                               {"waited", waited},
+                                                               {"spec", place(context, asked.line)},
+                                                               {"limit", Duration{*limit}},
+                                                               {"quantity", name}})));
   }
 }
 
@@ -307,16 +302,12 @@ std::vector<Evidence> unseen_links(const std::optional<Evidence>& lost, const Ch
   auto unseen = listed({lost});
   if (chain != nullptr && chain->incomplete != 0) {
     unseen.push_back(without_event(chain->first_incomplete.value_or(EventRef{}),
-                                   "the publish of the message taken here is not known; " +
-                                       counted(chain->incomplete, "incomplete instance") +
-                                       " of the chain"));
+                                   note("publish-unknown", {{"instances", chain->incomplete}})));
   }
   if (chain != nullptr && chain->unlinked != 0) {
-    unseen.push_back(without_event(chain->first_unlinked.value_or(EventRef{}),
-                                   "the callback that begins here, or who wrote what it took, "
-                                   "was announced seconds later, when " +
-                                       counted(chain->unlinked, "instance") +
-                                       " could not be linked any more"));
+    unseen.push_back(
+        without_event(chain->first_unlinked.value_or(EventRef{}),
+                      note("announced-too-late-to-link", {{"instances", chain->unlinked}})));
   }
   return unseen;
 }
@@ -342,29 +333,24 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
     judgement.unseen(unseen);
     if (chain == nullptr || chain->instances == 0) {
       judgement.unseen(without_event(
-          moment(model.end), place(context, asked.line) +
-                                 " specifies it, and no message of the trace leads along it: no "
-                                 "instance of the chain could be linked"));
+          moment(model.end), note("chain-unlinked", {{"spec", place(context, asked.line)}})));
     }
     if (chain != nullptr) {
-      constexpr const char* kTwo =
-          "it takes two instances of the chain with nothing lost between them";
       const auto error = clock_error(model, *chain);
       for (const auto& bound :
-           {Bound{"path latency", asked.path_latency_ns, nullptr, chain->path_latency,
+           {Bound{"path latency", asked.path_latency_ns, false, chain->path_latency,
                   chain->max_path_latency},
-            Bound{"reaction time", asked.reaction_time_ns, kTwo, chain->reaction_time,
+            Bound{"reaction time", asked.reaction_time_ns, true, chain->reaction_time,
                   chain->max_reaction_time},
-            Bound{"data age", asked.data_age_ns, kTwo, chain->data_age, chain->max_data_age}}) {
+            Bound{"data age", asked.data_age_ns, true, chain->data_age, chain->max_data_age}}) {
         if (chain->instances > 0) judge_bound(context, asked, bound, error, unseen, judgement);
       }
       judge_unmeasured(context, asked, *chain, error, unseen, judgement);
       doubt_silence(context, asked, *chain, judgement);
       if (chain->unrelated > 0 && (asked.reaction_time_ns || asked.data_age_ns)) {
-        judgement.unseen(without_event(
-            chain->first_unrelated, counted(chain->unrelated, "instance") +
-                                        " of the chain on hosts whose clocks nothing relates: no "
-                                        "reaction time or data age is known of them"));
+        judgement.unseen(
+            without_event(chain->first_unrelated,
+                          note("chain-on-unrelated-clocks", {{"instances", chain->unrelated}})));
       }
     }
     conclude(std::move(judgement), verdicts);

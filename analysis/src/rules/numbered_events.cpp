@@ -6,28 +6,23 @@
 
 namespace cie::analysis {
 
-std::string counted_and_seen(std::uint64_t expected, std::uint64_t seen) {
-  return std::to_string(expected) + " counted, " + std::to_string(seen) + " seen";
-}
-
 std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event,
                                const char* number) {
   if (numbers.first_gap) {
     const auto& gap = *numbers.first_gap;
     return evidence(event, gap.after,
-                    std::string(number) + " jumps: " + std::to_string(gap.expected) +
-                        " was next and " + std::to_string(gap.seen) + " came; " +
-                        std::to_string(numbers.missing) + " missing in all");
+                    note("numbers-jump", {{"field", number},
+                                          {"expected", gap.expected},
+                                          {"seen", gap.seen},
+                                          {"missing", numbers.missing}}));
   }
   if (numbers.missing != 0) {
     return evidence(event, numbers.last_at,
-                    counted(numbers.missing, "number") + " of " + number +
-                        (numbers.missing == 1 ? " is" : " are") + " missing");
+                    note("numbers-missing", {{"missing", numbers.missing}, {"field", number}}));
   }
   if (numbers.repeated != 0) {
     return evidence(event, numbers.last_at,
-                    std::string(number) + " does not rise: " + counted(numbers.repeated, "number") +
-                        " came twice");
+                    note("numbers-repeat", {{"field", number}, {"repeated", numbers.repeated}}));
   }
   return std::nullopt;
 }
@@ -57,14 +52,13 @@ bool tells_lost_end(const CallbackFacts& facts, const CallbackTotals& totals) {
 std::optional<Evidence> lost_start(const CallbackFacts& facts) {
   if (facts.first_end_without_start) {
     const auto& [seq, where] = *facts.first_end_without_start;
-    return evidence("callback_end", where,
-                    "seq " + std::to_string(seq) + " ends, whose start was not seen");
+    return evidence("callback_end", where, note("end-without-start", {{"seq", seq}}));
   }
   // A number promised to the next start cannot end before that start.
   if (facts.registered && !facts.starts.first && facts.ended.last &&
       *facts.ended.last >= facts.first_next_seq) {
     return evidence("callback_end", facts.ended.last_at,
-                    "seq " + std::to_string(*facts.ended.last) + " ends, whose start was not seen");
+                    note("end-without-start", {{"seq", *facts.ended.last}}));
   }
   return std::nullopt;
 }

@@ -7,12 +7,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 namespace cie::analysis {
 
-// "3 counted, 2 seen".
-std::string counted_and_seen(std::uint64_t expected, std::uint64_t seen);
 // A number of `event` is missing, or came twice; `number`: its field.
 std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event, const char* number);
 // What a subject's totals count from: the number its first registration promised, or the first one

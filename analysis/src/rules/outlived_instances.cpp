@@ -5,22 +5,23 @@
 #include "model/recorded_parts.hpp"
 
 #include <algorithm>
-#include <string>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
 
 // The buffers of all CPUs cover its thread's events wherever it went on, or its end may lie where one of
 // them has nothing: it was never written, or what was written first was overwritten since, as in a snapshot.
-std::optional<std::string> why_elsewhere(const Model& model, const StreamFacts& stream,
-                                         Timestamp start) {
+std::optional<Note> why_elsewhere(const Model& model, const StreamFacts& stream, Timestamp start) {
   for (const auto& other : model.streams) {
     if (other.channel != stream.channel) continue;
-    if (other.has_ended && other.packets == 0) return other.path + " is empty";
+    if (other.has_ended && other.packets == 0)
+      return note("stream-empty", {{"stream", NamedFile{other.path}}});
     if (other.is_left_out && other.events > 0)
-      return other.path + " has no time in common with the other streams";
+      return note("stream-apart-in-time", {{"stream", NamedFile{other.path}}});
     if (other.covers_from && *other.covers_from > start) {
-      return other.path + " begins " + nanoseconds(*other.covers_from - start) + " later";
+      return note("stream-begins-later",
+                  {{"stream", NamedFile{other.path}}, {"later", *other.covers_from - start}});
     }
   }
   return std::nullopt;
@@ -28,28 +29,29 @@ std::optional<std::string> why_elsewhere(const Model& model, const StreamFacts& 
 
 // No number and no total counts the end of the last instance, so what wrote the events has to say that
 // it lost none: LTTng counts what it discards, and who copies a trace may leave events out.
-std::optional<std::string> why_unseen(const RuleContext& context, const CallbackFacts& callback,
-                                      const OpenInstance& open, const StreamFacts& stream) {
+std::optional<Note> why_unseen(const RuleContext& context, const CallbackFacts& callback,
+                               const OpenInstance& open, const StreamFacts& stream) {
   const auto& model = context.model;
   if (!callback.is_accounted) {
-    return callback.kind == CallbackKind::service
-               ? "an exception may have ended it, or its response is sent later, which no event of "
-                 "ROS 2 tells"
-               : "an exception may have ended it, which no event of ROS 2 tells";
+    return note(callback.kind == CallbackKind::service ? "exception-or-later-response-untold"
+                                                       : "exception-untold");
   }
   if (callback.last_init && callback.last_init->time > open.start.time) {
-    return "its callback was registered again since: its end may be lost";
+    return note("registered-again-since");
   }
   if (stream.writer != PacketWriter::lttng && !context.options.is_live) {
-    return "no total counts its end, and the trace is not as LTTng wrote it: it may lack events";
+    return note("end-counted-by-no-total");
   }
   for (const auto& failure : context.proof.recorder_losses()) {
-    if (may_be_of(model, *failure.recording, model.processes[at(callback.process)]))
-      return "its end may not be recorded: " + in_words(failure, failure.problems.front());
+    if (may_be_of(model, *failure.recording, model.processes[at(callback.process)])) {
+      return note("end-perhaps-not-recorded",
+                  {{"why", free_text(in_words(failure, failure.problems.front()))}});
+    }
   }
-  if (const auto why = why_elsewhere(model, stream, open.start.time))
-    return "its end may not be recorded: " + *why;
-  return missing_user_part(model);
+  if (auto why = why_elsewhere(model, stream, open.start.time))
+    return note("end-perhaps-not-recorded", {{"why", *std::move(why)}});
+  if (auto missing = missing_user_part(model)) return free_text(*std::move(missing));
+  return std::nullopt;
 }
 
 // In a system that runs its end may come yet, unless an event of the same session came after it: these
@@ -83,17 +85,18 @@ std::optional<OutlivedInstance> outlived(const RuleContext& context, const Callb
                          stream != nullptr && (window_end || is_live) && process.last_seen;
   if (!is_judged || has_left_thread(context, open, process.last_seen->time)) return std::nullopt;
   if (is_live && may_end_yet(context, open, process, *stream)) return std::nullopt;
-  OutlivedInstance outlived{.last = *process.last_seen, .sign = "an event of its process shows"};
+  OutlivedInstance outlived{.last = *process.last_seen, .sign = note("event-of-process-shows")};
   const auto& thread = model.threads[at(open.thread)];
   if (context.lives.of(open.thread).has_exited && thread.kernel_exit->time < outlived.last.time) {
     outlived.last = *thread.kernel_exit;
-    outlived.sign = "the exit of its thread shows";
+    outlived.sign = note("exit-of-thread-shows");
   }
   if (outlived.last.time <= open.start.time) return std::nullopt;
   outlived.until = std::min(outlived.last.time, window_end.value_or(outlived.last.time));
-  if (const auto why = why_unseen(context, callback, open, *stream)) {
-    outlived.doubt = evidence("callback_start", open.start,
-                              "seq " + std::to_string(open.seq) + " has no end; " + *why);
+  if (auto why = why_unseen(context, callback, open, *stream)) {
+    outlived.doubt =
+        evidence("callback_start", open.start,
+                 note("instance-has-no-end", {{"seq", open.seq}, {"why", *std::move(why)}}));
   }
   return outlived;
 }

@@ -1,6 +1,7 @@
 // Instances that never ended while their process went on, where no total tells that they did not.
 #pragma once
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/verdict.hpp>
 
 #include "rule_context.hpp"
@@ -12,7 +13,7 @@ namespace cie::analysis {
 // How long an open instance of an interrupted process was open for certain, or why that is unknown.
 struct OutlivedInstance {
   EventRef last{};                  // its thread lived until then
-  const char* sign = "";            // what shows it
+  Note sign{};                      // what shows it
   Timestamp until{};                // no later than `last`, nor than what the record covers
   std::optional<Evidence> doubt{};  // why its end may be missing all the same
 };

@@ -1,5 +1,7 @@
 #include "ownership_rules.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -11,7 +13,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -66,19 +67,21 @@ const CallbackFacts* unended_of_several(const RuleContext& context,
 }
 
 // " of /car: /car@Timer(10), /car@Subscription(/scan)": whose it is and what it holds.
-std::string what_it_holds(const Model& model, const GroupFacts& group,
-                          const std::vector<CallbackIndex>& callbacks) {
+Note what_it_holds(const Model& model, const GroupFacts& group,
+                   const std::vector<CallbackIndex>& callbacks) {
   constexpr std::size_t kNamed = 3;
-  std::string text;
+  Note held;
+  if (callbacks.size() > kNamed) held = note("and-more", {{"more", callbacks.size() - kNamed}});
+  for (auto i = std::min(kNamed, callbacks.size()); i-- > 0;) {
+    held = note(i == 0 ? "holds" : "and-holds",
+                {{"callback", NamedCallback{model.callbacks[at(callbacks[i])].logical_id}},
+                 {"others", std::move(held)}});
+  }
   const auto node = std::ranges::find_if(model.nodes, [&group](const NodeFacts& facts) {
     return facts.process == group.process && facts.id == group.node;
   });
-  if (node != model.nodes.end()) text += " of " + node->name;
-  for (std::size_t i = 0; i < std::min(kNamed, callbacks.size()); ++i)
-    text += (i == 0 ? ": " : ", ") + model.callbacks[at(callbacks[i])].logical_id;
-  if (callbacks.size() > kNamed)
-    text += " and " + std::to_string(callbacks.size() - kNamed) + " more";
-  return text;
+  if (node == model.nodes.end()) return held;
+  return note("of-node-holds", {{"node", node->name}, {"held", std::move(held)}});
 }
 
 void judge_group(const RuleContext& context, const GroupFacts& group,
@@ -89,36 +92,35 @@ void judge_group(const RuleContext& context, const GroupFacts& group,
     return context.is_after_window(model.callbacks[at(index)]);
   });
   judgement.checked(callbacks.size());
-  const auto witness = [&](const std::string& note) {
-    std::vector witnesses{
-        evidence("group_init", group.first_seen, note + what_it_holds(model, group, callbacks))};
+  const auto witness = [&](Note what) {
+    what.arguments.emplace_back("held", what_it_holds(model, group, callbacks));
+    std::vector witnesses{evidence("group_init", group.first_seen, std::move(what))};
     for (const auto index : threads) {
       const auto& thread = model.threads[at(index)];
       witnesses.push_back(evidence("thread_init", *thread.announced,
-                                   "isolated thread " + std::to_string(thread.tid) + " serves it"));
+                                   note("isolated-thread-serves-it", {{"tid", thread.tid}})));
     }
     for (std::size_t i = 0; i < std::min(callbacks.size(), Judgement::kMaxEvidence); ++i) {
       const auto& callback = model.callbacks[at(callbacks[i])];
       witnesses.push_back(
-          evidence("callback_init", *callback.registered, callback.logical_id + " belongs to it"));
+          evidence("callback_init", *callback.registered,
+                   note("belongs-to-it", {{"callback", NamedCallback{callback.logical_id}}})));
     }
     judgement.violation(std::move(witnesses));
   };
-  if (group.type == GroupType::reentrant) witness("a reentrant group");
+  if (group.type == GroupType::reentrant) witness(note("reentrant-group"));
   if (const auto most = most_alive(context, callbacks); most >= 2) {
-    witness("a group of " + std::to_string(most) + " callbacks");
+    witness(note("group-of-several", {{"callbacks", most}}));
   } else if (const auto* unended = unended_of_several(context, callbacks)) {
-    judgement.unseen(evidence("callback_init", *unended->registered,
-                              "whether " + unended->logical_id +
-                                  " still lived when the next one was registered is unknown: its "
-                                  "callback_fini was not seen"));
+    judgement.unseen(evidence(
+        "callback_init", *unended->registered,
+        note("perhaps-lived-with-next", {{"callback", NamedCallback{unended->logical_id}}})));
   }
   if (!group.type) {
-    judgement.unseen(without_event(group.first_seen, "the group's announcement was not seen"));
+    judgement.unseen(without_event(group.first_seen, note("group-announcement-unseen")));
   }
   if (group.callbacks.empty()) {
-    judgement.unseen(
-        without_event(group.first_seen, "no callback of the group was seen to be registered"));
+    judgement.unseen(without_event(group.first_seen, note("no-registration-in-group")));
   }
 }
 
@@ -127,9 +129,10 @@ std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
   std::map<ProcessIndex, Evidence> unknown;
   for (const auto& callback : model.callbacks) {
     if (callback.registered || unknown.contains(callback.process)) continue;
-    unknown.emplace(callback.process, without_event(first_sign(model, callback),
-                                                    "the registration of " + callback.logical_id +
-                                                        " was not seen: its group is unknown"));
+    unknown.emplace(
+        callback.process,
+        without_event(first_sign(model, callback),
+                      note("group-unknown", {{"callback", NamedCallback{callback.logical_id}}})));
   }
   return unknown;
 }
@@ -196,8 +199,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
         thread.group ? names.group(thread.process, *thread.group) : names.group_of(index),
         context.known);
     judgement.unseen(evidence("thread_init", *thread.announced,
-                              "no announcement of the group of isolated thread " +
-                                  std::to_string(thread.tid) + " was seen"));
+                              note("group-of-isolated-thread-unseen", {{"tid", thread.tid}})));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
@@ -228,20 +230,18 @@ void need_lasting_announcement(const RuleContext& context, ThreadIndex index,
 std::vector<Evidence> never_announced(const Model& model, const ThreadFacts& thread) {
   std::vector<Evidence> witnesses;
   if (thread.former_fini) {
-    witnesses.push_back(evidence("thread_fini", *thread.former_fini,
-                                 "the thread of this tid ends its work for callbacks"));
-  }
-  witnesses.push_back(evidence("callback_start", first_start_on(thread),
-                               "a callback ran here, first at this time"));
-  if (const auto known = scheduled_text(thread); !known.empty()) {
     witnesses.push_back(
-        evidence("sched_switch", thread.scheduled.back().first.at,
-                 "the kernel schedules it with " + known + "; no event tells whose it is"));
+        evidence("thread_fini", *thread.former_fini, note("former-thread-ends-work")));
+  }
+  witnesses.push_back(
+      evidence("callback_start", first_start_on(thread), note("callback-ran-here")));
+  if (const auto known = scheduled_text(thread); !known.empty()) {
+    witnesses.push_back(evidence("sched_switch", thread.scheduled.back().first.at,
+                                 note("kernel-schedules-unannounced", {{"parameters", known}})));
   }
   if (const auto& end = model.processes[at(thread.process)].run_end) {
     witnesses.push_back(evidence("run_end", end->at,
-                                 "counts " + counted(end->threads, "announced thread") +
-                                     "; this one was not seen to be announced"));
+                                 note("counts-announced-threads", {{"threads", end->threads}})));
   }
   return witnesses;
 }

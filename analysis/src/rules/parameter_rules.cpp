@@ -1,5 +1,7 @@
 #include "parameter_rules.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
@@ -13,7 +15,6 @@
 #include <cstdint>
 #include <iterator>
 #include <map>
-#include <string>
 #include <vector>
 
 namespace cie::analysis {
@@ -42,9 +43,9 @@ void doubt_identity(const RuleContext& context, const CallbackFacts& callback,
     judgement.unseen(unknown_former(context, callback, asks_for_parameters));
     return;
   }
-  judgement.unseen(without_event(first_sign(context.model, callback),
-                                 std::string(why_unidentified(callback)) +
-                                     ": whether the spec asks for parameters is unknown"));
+  judgement.unseen(
+      without_event(first_sign(context.model, callback),
+                    note("asked-parameters-unknown", {{"text", why_unidentified(callback)}})));
 }
 
 bool is_judged_by(const RuleContext& context, const LoadedSpec& loaded) {
@@ -98,8 +99,6 @@ bool is_by_another_spec(const RuleContext& context, const ThreadFacts& thread,
          !context.user_losses.between(thread.process, Timestamp{}, applied.at.time);
 }
 
-constexpr const char* kUnknownSpec = "; by which spec of its process the thread ran so is unknown";
-
 // Of a thread that ended with a former spec, which owes the later one nothing.
 void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack& applied,
                   Timestamp end, const SpecEntry& entry, Judgement& judgement) {
@@ -110,9 +109,11 @@ void judge_former(const RuleContext& context, ThreadIndex index, const ReadBack&
       spec_then(context.model.processes[at(thread.process)], end) != nullptr &&
       !context.user_losses.between(thread.process, Timestamp{}, end);
   if (is_spec_told && is_by_another_spec(context, thread, applied, entry.parameters)) return;
-  judgement.unseen(evidence("thread_sched", applied.at,
-                            asks(context, entry) + "; the thread ran " + describe(applied) +
-                                failure_of(applied) + kUnknownSpec));
+  judgement.unseen(
+      evidence("thread_sched", applied.at,
+               note("ran-perhaps-by-another-spec", {{"asked", asks(context, entry)},
+                                                    {"parameters", describe(applied)},
+                                                    {"failure", failure_of(applied)}})));
 }
 
 // Its process was told of a spec behind the end of the thread, and what told of another one before
@@ -145,9 +146,9 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
                                             : last_applied(context.model, thread);
   if (applied == nullptr) {
     judgement.unseen(evidence("thread_init", thread.former.empty() ? *thread.announced : own.at,
-                              "thread " + std::to_string(thread.tid) +
-                                  " has no read-back of applied parameters" +
-                                  (thread.former.empty() ? "" : " of this announcement")));
+                              note(thread.former.empty() ? "no-applied-parameters"
+                                                         : "no-applied-parameters-of-announcement",
+                                   {{"tid", thread.tid}})));
     return;
   }
   if (ended_with_former_spec(context, thread, own.fini)) {
@@ -163,10 +164,9 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   judgement.unseen(change);
   const auto is_right = is_as_specified(*applied, entry.parameters);
   if (!is_right) {
-    judgement.unseen(
-        evidence("thread_sched", applied->at,
-                 asks(context, entry) +
-                     ", which this recording is too old to carry: " + describe(*applied)));
+    judgement.unseen(evidence("thread_sched", applied->at,
+                              note("recording-too-old", {{"asked", asks(context, entry)},
+                                                         {"parameters", describe(*applied)}})));
     return;
   }
   if (*is_right) return;
@@ -174,11 +174,13 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
   const auto is_unlike = [&runs](const ReadBack& later) { return describe(later) != runs; };
   const auto& last = thread.last_read_back;
   const bool differs_later = last && own.holds(*last) && last->n > applied->n && is_unlike(*last);
-  std::string note = asks(context, entry) + (differs_later ? "; applied to the thread was " + runs
-                                                           : "; the thread runs " + runs);
-  note += since_change(*applied) + failure_of(*applied);
-  if (differs_later) note += ", and read back later was " + describe(*last);
-  auto failed = evidence("thread_sched", applied->at, std::move(note));
+  auto unlike = note(differs_later ? "applied-unlike-asked" : "runs-unlike-asked",
+                     {{"asked", asks(context, entry)},
+                      {"parameters", runs},
+                      {"change", since_change(*applied)},
+                      {"failure", failure_of(*applied)}});
+  if (differs_later) unlike.arguments.emplace_back("later", describe(*last));
+  auto failed = evidence("thread_sched", applied->at, std::move(unlike));
   failed.error = applied->error;
   judgement.violation_unless(listed({change, doubt_of_spec(context, thread, own.fini)}),
                              {std::move(failed)}, others);
@@ -218,19 +220,21 @@ void judge_ran_elsewhere(const RuleContext& context, const CallbackFacts& callba
     const auto& thread = context.model.threads[at(index)];
     if (!is_of_other_role(thread) || !is_there_for_certain(context.model, *pair)) continue;
     judgement.checked();
-    const auto elsewhere = evidence("callback_start", pair->first_start,
-                                    callback.logical_id + " ran " + counted(pair->starts, "time") +
-                                        " on " + thread_name(thread) + ", which is not its own");
+    const auto elsewhere =
+        evidence("callback_start", pair->first_start,
+                 note("ran-elsewhere", {{"callback", NamedCallback{callback.logical_id}},
+                                        {"times", pair->starts},
+                                        {"thread", thread_name(thread)}}));
     const auto& runs = thread.last_read_back;
     const auto is_right = runs ? is_as_specified(*runs, entry.parameters) : std::nullopt;
     if (!is_right) {
       judgement.unseen(elsewhere);
     } else if (!*is_right) {
-      judgement.violation(
-          std::vector{elsewhere,
-                      evidence("thread_sched", runs->at,
-                               asks(context, entry) + "; that thread runs " + describe(*runs))},
-          context.known.read_backs(index, runs->at.time));
+      judgement.violation(std::vector{elsewhere, evidence("thread_sched", runs->at,
+                                                          note("elsewhere-unlike-asked",
+                                                               {{"asked", asks(context, entry)},
+                                                                {"parameters", describe(*runs)}}))},
+                          context.known.read_backs(index, runs->at.time));
     }
   }
 }
@@ -286,12 +290,12 @@ void judge_changed(const RuleContext& context, ThreadIndex index, const Callback
     if (own.holds(applied) && applied.at.time <= first_start.time) former = &applied;
   }
   if (former != nullptr && is_by_another_spec(context, thread, *former, entry.parameters)) return;
+  auto before = former == nullptr ? Note{}
+                                  : note("ran-before", {{"parameters", describe(*former)},
+                                                        {"failure", failure_of(*former)}});
   judgement.unseen(evidence("thread_sched", match.at,
-                            "the parameters came with change " + std::to_string(match.change) +
-                                (former == nullptr ? std::string{}
-                                                   : "; before the thread ran " +
-                                                         describe(*former) + failure_of(*former)) +
-                                kUnknownSpec));
+                            note("parameters-came-with-change",
+                                 {{"change", match.change}, {"before", std::move(before)}})));
 }
 
 // The callback started first on the thread before the parameters that match.
@@ -301,16 +305,18 @@ void fail_unconfigured(const RuleContext& context, ThreadIndex index, const Call
   judgement.checked();
   // What ran under another announcement counts there, too.
   const bool is_counted = context.model.threads[at(index)].former.empty();
-  const auto how_many =
+  auto how_many =
       is_counted
-          ? "; " + counted(std::max<std::uint64_t>(match.starts_before, 1), "instance") + " did"
-          : std::string();
+          ? note("as-many-did", {{"instances", std::max<std::uint64_t>(match.starts_before, 1)}})
+          : Note{};
   judgement.violation(
       std::vector{evidence("callback_start", first_start,
-                           callback.logical_id + " started (seq " + std::to_string(seq) +
-                               ") unconfigured" + how_many),
+                           note("instance-started-unconfigured",
+                                {{"callback", NamedCallback{callback.logical_id}},
+                                 {"seq", seq},
+                                 {"how_many", std::move(how_many)}})),
                   evidence("thread_sched", match.at,
-                           "only now the thread runs as specified: " + describe(match))},
+                           note("runs-as-specified-only-now", {{"parameters", describe(match)}}))},
       context.known.read_backs(index, kEarliest, match.at.time));
 }
 

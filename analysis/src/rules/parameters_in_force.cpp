@@ -1,6 +1,5 @@
 #include "parameters_in_force.hpp"
 
-#include "base/text.hpp"
 #include "judgement.hpp"
 #include "model/parameters_in_force.hpp"
 #include "parameter_words.hpp"
@@ -83,29 +82,33 @@ std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex inde
 
 Evidence what_ran(const RuleContext& context, const SpecEntry& entry, const ReadBack& read) {
   auto item = evidence("thread_sched", read.at,
-                       asks(context, entry) + "; the thread ran " + describe(read) +
-                           since_change(read) + failure_of(read));
+                       note("ran-unlike-asked", {{"asked", asks(context, entry)},
+                                                 {"parameters", describe(read)},
+                                                 {"change", since_change(read)},
+                                                 {"failure", failure_of(read)}}));
   item.error = read.error;
   return item;
 }
 
 Evidence what_started(const Model& model, const InForce& in_force) {
   const auto& [callback, seq, at_start, is_certain] = *in_force.start;
-  return evidence("callback_start", at_start,
-                  model.callbacks[at(callback)].logical_id + " started then (seq " +
-                      std::to_string(seq) + "); " + counted(in_force.starts, "instance") + " did");
+  return evidence(
+      "callback_start", at_start,
+      note("started-then", {{"callback", NamedCallback{model.callbacks[at(callback)].logical_id}},
+                            {"seq", seq},
+                            {"instances", in_force.starts}}));
 }
 
 }  // namespace
 
-std::string since_change(const ReadBack& applied) {
+Note since_change(const ReadBack& applied) {
   if (applied.change == 0) return {};
-  return " (since change " + std::to_string(applied.change) + " of its parameters)";
+  return note("since-change", {{"change", applied.change}});
 }
 
-std::string failure_of(const ReadBack& applied) {
+Note failure_of(const ReadBack& applied) {
   if (applied.error == 0) return {};
-  return " (the request failed with " + error_words(applied.error) + ")";
+  return note("request-failed", {{"error", error_words(applied.error)}});
 }
 
 void judge_started_otherwise(const RuleContext& context, ThreadIndex index,
@@ -127,8 +130,8 @@ void judge_started_otherwise(const RuleContext& context, ThreadIndex index,
   if (last != from)
     judgement.needs_none(context.known.read_backs(index, from->at.time, last->at.time));
   if (thread.is_in_force_cut) {
-    judgement.unseen(evidence("thread_sched", thread.in_force.back().since.at,
-                              "its parameters changed too often to keep what was in force later"));
+    judgement.unseen(
+        evidence("thread_sched", thread.in_force.back().since.at, note("changed-too-often")));
   }
   for (const auto& in_force : all_in_force(model, thread)) {
     const auto& read = in_force.since;

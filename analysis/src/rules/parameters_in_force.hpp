@@ -1,6 +1,7 @@
 // S1: instances that started while other parameters than the spec's were in force.
 #pragma once
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/verdict.hpp>
 
 #include "judgement.hpp"
@@ -8,7 +9,6 @@
 #include "spec_questions.hpp"
 
 #include <optional>
-#include <string>
 
 namespace cie::analysis {
 
@@ -19,8 +19,8 @@ void judge_started_otherwise(const RuleContext& context, ThreadIndex thread,
                              Judgement& judgement);
 
 // " (since change 2 of its parameters)".
-std::string since_change(const ReadBack& applied);
+Note since_change(const ReadBack& applied);
 // " (the request failed with EPERM: Operation not permitted)"; empty: it did not.
-std::string failure_of(const ReadBack& applied);
+Note failure_of(const ReadBack& applied);
 
 }  // namespace cie::analysis

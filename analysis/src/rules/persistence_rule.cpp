@@ -1,5 +1,7 @@
 #include "persistence_rule.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "possible_moves.hpp"
@@ -28,18 +30,21 @@ std::vector<Evidence> witnesses_of(const RuleContext& context, const CallbackFac
   const auto& to = thread_of(context.model, move.to);
   std::vector<Evidence> witnesses;
   witnesses.push_back(evidence("callback_start", move.last_on_from,
-                               "ran on " + thread_name(from) + ", which has ended since"));
+                               note("ran-on-ended-thread", {{"thread", thread_name(from)}})));
   if (from.fini && (is_fini_own(from) || !from.kernel_exit)) {
-    witnesses.push_back(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
+    witnesses.push_back(
+        evidence("thread_fini", *from.fini, note("thread-ends", {{"thread", thread_name(from)}})));
   } else if (from.kernel_exit) {
     witnesses.push_back(evidence(std::string(from.kernel_exit_event), *from.kernel_exit,
-                                 thread_name(from) + " exits"));
+                                 note("thread-exits", {{"thread", thread_name(from)}})));
   }
-  if (to.announced)
-    witnesses.push_back(evidence("thread_init", *to.announced, thread_name(to) + " begins"));
+  if (to.announced) {
+    witnesses.push_back(evidence("thread_init", *to.announced,
+                                 note("replacement-begins", {{"thread", thread_name(to)}})));
+  }
   witnesses.push_back(
       evidence(is_known_by_start(callback, move) ? "callback_start" : "callback_end",
-               move.first_on_to, "went on on " + thread_name(to) + " without a new callback_init"));
+               move.first_on_to, note("went-on-on-thread", {{"thread", thread_name(to)}})));
   return witnesses;
 }
 

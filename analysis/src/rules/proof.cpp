@@ -96,15 +96,13 @@ bool Proof::is_complete(ProcessIndex process) const {
 std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
   if (!has_begun_here(facts)) {
-    const std::string begin = facts.is_from_ros2 ? "rcl_init" : "run_begin";
-    return without_event(facts.first_seen.value_or(EventRef{}),
-                         "no " + begin + ": what came before is unknown");
+    return without_event(
+        facts.first_seen.value_or(EventRef{}),
+        note("no-begin", {{"event", facts.is_from_ros2 ? "rcl_init" : "run_begin"}}));
   }
   if (!facts.run_end) {
     return without_event(facts.last_seen.value_or(EventRef{}),
-                         facts.is_from_ros2
-                             ? "ROS 2's events count nothing: what is missing is unknown"
-                             : "no run_end: what came after the last event is unknown");
+                         note(facts.is_from_ros2 ? "ros2-has-no-totals" : "nothing-behind-last"));
   }
   const auto& problems = processes_[at(process)].disagreements;
   return problems.empty() ? std::nullopt : std::optional(problems.front());
@@ -159,20 +157,14 @@ std::optional<Evidence> Proof::gap(const ThreadFacts& thread) const {
   if (auto gap = gap_of(numbers, "thread_sched", "n")) return gap;
   if (thread.announced && has_begun_in_trace(thread.process) && numbers.first.value_or(0) > 0) {
     return evidence("thread_sched", numbers.first_at,
-                    "n begins at " + std::to_string(*numbers.first) + ", not at 0");
+                    note("numbers-begin-late", {{"field", "n"}, {"first", *numbers.first}}));
   }
   return std::nullopt;
 }
 
-std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last) const {
-  return is_interrupted(process) ? user_losses_.since(process, last) : std::nullopt;
-}
-
-std::optional<Evidence> Proof::untold_loss_of_state(ProcessIndex process, Timestamp last) const {
-  if (auto loss = untold_loss(process, last)) return loss;
-  if (!is_interrupted(process)) return std::nullopt;
-  const auto* before = loss_before(model_, model_.processes[at(process)].host, Domain::user, last);
-  return before != nullptr ? std::optional(evidence_of(*before)) : std::nullopt;
+std::optional<Evidence> Proof::untold_loss(ProcessIndex process, EventKinds kinds,
+                                           Timestamp last) const {
+  return is_interrupted(process) ? user_losses_.since(process, last, kinds) : std::nullopt;
 }
 
 // Without totals, a start or end that stands alone tells that its partner was lost, unless the
@@ -183,15 +175,13 @@ std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
     return !instance.is_left && !lives_.is_cut_by_end(instance);
   });
   if (open == facts.open.end()) return std::nullopt;
-  return evidence("callback_start", open->start,
-                  "seq " + std::to_string(open->seq) + " starts, whose end was not seen");
+  return evidence("callback_start", open->start, note("start-without-end", {{"seq", open->seq}}));
 }
 
 std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
   if (auto hole = gap(publisher)) return hole;
   if (!publisher.registered) {
-    return without_event(publisher.published.first_at,
-                         "a publisher whose registration was not seen: its topic is unknown");
+    return without_event(publisher.published.first_at, note("unregistered-publisher"));
   }
   const auto first =
       first_number(publisher.published, publisher.registered, publisher.first_next_seq);
@@ -199,11 +189,12 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
   if (publisher.fini && publisher.fini->second != seen) {
     return evidence(
         "publisher_fini", publisher.fini->first,
-        publisher.topic + " published: " + counted_and_seen(publisher.fini->second, seen));
+        note("publisher-total",
+             {{"topic", publisher.topic}, {"counted", publisher.fini->second}, {"seen", seen}}));
   }
   if (!publisher.fini && publisher.is_accounted && !is_interrupted(publisher.process)) {
     return evidence("publisher_init", *publisher.registered,
-                    publisher.topic + " has no publisher_fini");
+                    note("no-publisher-fini", {{"topic", publisher.topic}}));
   }
   return std::nullopt;
 }

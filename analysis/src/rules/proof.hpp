@@ -137,10 +137,8 @@ class Proof {
   // still running when the record ended.
   bool is_any_end_lost(const CallbackFacts& callback) const;
   std::optional<Evidence> lost_partner(const CallbackFacts& facts) const;
-  // A loss in the user's streams after `last` whose victims no total tells.
-  std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
-  // The same of state, which holds in the window if it is from before.
-  std::optional<Evidence> untold_loss_of_state(ProcessIndex process, Timestamp last) const;
+  // A loss of such events after `last` whose victims no total counts.
+  std::optional<Evidence> untold_loss(ProcessIndex process, EventKinds kinds, Timestamp last) const;
 
   const Model& model_;
   const ThreadLives& lives_;

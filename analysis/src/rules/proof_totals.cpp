@@ -21,7 +21,6 @@ void Proof::compare(ProcessIndex process, const Total& total, std::uint64_t expe
   ++proof.compared;
   if (expected == seen) return;
   proof.disagreements.push_back(total());
-  proof.disagreements.back().note += ": " + counted_and_seen(expected, seen);
 }
 
 void Proof::compare_totals_of(CallbackIndex index) {
@@ -35,49 +34,46 @@ void Proof::compare_totals_of(CallbackIndex index) {
 
   loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
-    loss = without_event(first_sign(model_, facts), "the callback's registration was not seen");
+    loss = without_event(first_sign(model_, facts), note("registration-unseen"));
   }
   const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
-  const auto& name = facts.logical_id;
   if (facts.fini) {
-    const auto total = [&](const char* what) {
-      return evidence("callback_fini", facts.fini->at, name + " " + what);
+    const auto total = [&](const char* what, std::uint64_t expected, std::uint64_t seen) {
+      return evidence("callback_fini", facts.fini->at,
+                      note("callback-total", {{"callback", NamedCallback{facts.logical_id}},
+                                              {"total", what},
+                                              {"counted", expected},
+                                              {"seen", seen}}));
     };
     const auto started = first + facts.starts.count;
     const auto compare_total = [&](const char* what, std::uint64_t expected, std::uint64_t seen) {
       compare(
-          facts.process, [&] { return total(what); }, expected, seen);
+          facts.process, [&] { return total(what, expected, seen); }, expected, seen);
     };
     compare_total("started", facts.fini->started, started);
-    if (!loss && facts.fini->started != started) {
-      loss = total("started: ");
-      loss->note += counted_and_seen(facts.fini->started, started);
-    }
+    if (!loss && facts.fini->started != started)
+      loss = total("started", facts.fini->started, started);
     // Instances that never end are told by started - ended; more that are open lost their end.
     const auto open = open_instances(facts);
     const bool is_end_lost = tells_lost_end(facts, *facts.fini);
     const bool is_surplus = first == 0 && open < unended(*facts.fini);
     compare_total("ended", facts.fini->ended,
                   is_end_lost || is_surplus ? started - open : facts.fini->ended);
-    if (!loss && is_end_lost) {
-      loss = total("ended: ");
-      loss->note += counted_and_seen(facts.fini->ended, started - open);
-    }
+    if (!loss && is_end_lost) loss = total("ended", facts.fini->ended, started - open);
     // A recording may leave a class out, and that of another machine not.
     const auto host = model_.processes[at(facts.process)].host;
     const auto compare_running = [&](const char* what, const std::set<HostIndex>& recorded_on,
                                      std::uint64_t total_count, std::uint64_t seen) {
       if (!has_begun_in_trace(facts.process) || !recorded_on.contains(host)) return;
       compare_total(what, total_count, seen);
-      if (loss || total_count == seen) return;
-      loss = total(what);
-      loss->note += ": " + counted_and_seen(total_count, seen);
+      if (!loss && total_count != seen) loss = total(what, total_count, seen);
     };
     compare_running("released", with_releases_, facts.fini->released, facts.releases);
     compare_running("lost", with_lost_samples_, facts.fini->lost, facts.lost);
   } else if (!is_added && !is_interrupted(facts.process)) {
-    const auto missing = without_event(
-        facts.starts.last_at, name + " has no callback_fini: its last instances are unknown");
+    const auto missing =
+        without_event(facts.starts.last_at,
+                      note("no-callback-fini", {{"callback", NamedCallback{facts.logical_id}}}));
     if (facts.registered) {
       process.disagreements.push_back(missing);
       process.disagreements.back().time = model_.processes[at(facts.process)].run_end->at.time;
@@ -90,11 +86,11 @@ void Proof::compare_totals_of(CallbackIndex index) {
     if (facts.ended.last) last = std::max(last, facts.ended.last_at.time);
     // Without numbers any loss, whenever it was, may have been one of its events.
     if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
-    if (!loss && is_added) loss = user_losses_.since(facts.process, last);
-    if (!loss) loss = untold_loss(facts.process, last);
+    if (!loss && is_added) loss = user_losses_.since(facts.process, last, kRunKinds);
+    if (!loss) loss = untold_loss(facts.process, kRunKinds, last);
     if (!loss && facts.own) {
       loss = evidence("callback_start", facts.own->others_since,
-                      "from here on an instance " + std::string(kPerhapsAnothers));
+                      note("instances-from-here", {{"what", perhaps_anothers_note()}}));
     }
   }
   if (!loss) {
@@ -125,13 +121,12 @@ void Proof::compare_totals_of(const PublisherFacts& publisher) {
 void Proof::compare_totals_of(ThreadIndex index) {
   const auto& facts = model_.threads[at(index)];
   auto& process = processes_[at(facts.process)];
-  const auto name = [&facts] { return "thread " + std::to_string(facts.tid); };
   if (!facts.announced) {
     if (facts.read_backs.count != 0 || facts.fini) {
       ++process.threads_unannounced;
       auto unannounced = evidence(facts.fini ? "thread_fini" : "thread_sched",
                                   facts.fini ? *facts.fini : facts.read_backs.first_at,
-                                  name() + " was never seen to be announced");
+                                  note("thread-never-announced", {{"tid", facts.tid}}));
       if (!process.first_unannounced) process.first_unannounced = unannounced;
       threads_.emplace(index, std::move(unannounced));
     } else if (!process.first_stray) {
@@ -140,7 +135,7 @@ void Proof::compare_totals_of(ThreadIndex index) {
       });
       if (ran != facts.ran.end()) {
         process.first_stray = without_event(
-            (*ran)->first_start, "it ran on " + name() + ", whose announcement was not seen");
+            (*ran)->first_start, note("ran-on-unannounced-thread", {{"tid", facts.tid}}));
       }
     }
     return;
@@ -149,20 +144,23 @@ void Proof::compare_totals_of(ThreadIndex index) {
   auto loss = gap(facts);
   if (facts.fini) {
     const auto seen = facts.read_backs.first.value_or(0) + facts.read_backs.count;
-    const auto total = [&] { return evidence("thread_fini", *facts.fini, name() + " read back"); };
+    const auto total = [&] {
+      return evidence(
+          "thread_fini", *facts.fini,
+          note("thread-total",
+               {{"tid", facts.tid}, {"counted", facts.fini_read_backs}, {"seen", seen}}));
+    };
     compare(facts.process, total, facts.fini_read_backs, seen);
-    if (!loss && facts.fini_read_backs != seen) {
-      loss = total();
-      loss->note += ": " + counted_and_seen(facts.fini_read_backs, seen);
-    }
+    if (!loss && facts.fini_read_backs != seen) loss = total();
   } else if (!is_interrupted(facts.process)) {
-    const auto missing = evidence("thread_init", *facts.announced, name() + " has no thread_fini");
+    const auto missing =
+        evidence("thread_init", *facts.announced, note("no-thread-fini", {{"tid", facts.tid}}));
     process.disagreements.push_back(missing);
     if (!loss) loss = missing;
   } else if (!loss) {
-    loss = untold_loss_of_state(facts.process, facts.read_backs.count != 0
-                                                   ? facts.read_backs.last_at.time
-                                                   : facts.announced->time);
+    loss = untold_loss(
+        facts.process, kStateKinds,
+        facts.read_backs.count != 0 ? facts.read_backs.last_at.time : facts.announced->time);
   }
   if (!loss) return;
   is_anything_lost_ = true;
@@ -176,7 +174,13 @@ void Proof::compare_totals_of(ProcessIndex index) {
     const auto& totals = *facts.run_end;
     const auto compare_total = [&](const char* what, std::uint64_t expected, std::uint64_t seen) {
       compare(
-          index, [&] { return evidence("run_end", totals.at, what); }, expected, seen);
+          index,
+          [&] {
+            return evidence(
+                "run_end", totals.at,
+                note("process-total", {{"total", what}, {"counted", expected}, {"seen", seen}}));
+          },
+          expected, seen);
     };
     compare_total("callbacks", totals.callbacks, process.callbacks_registered);
     compare_total("threads", totals.threads, process.threads_announced);
@@ -208,7 +212,7 @@ std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTot
   const auto& run_end = model_.processes[at(process)].run_end;
   if (!run_end || !has_begun_in_trace(process) || seen >= (*run_end).*total) return std::nullopt;
   return evidence("run_end", run_end->at,
-                  std::string(what) + counted_and_seen((*run_end).*total, seen));
+                  note(what, {{"counted", (*run_end).*total}, {"seen", seen}}));
 }
 
 std::optional<Evidence> Proof::unseen_or_lost(ProcessIndex process, std::uint32_t RunTotals::*total,
@@ -218,14 +222,13 @@ std::optional<Evidence> Proof::unseen_or_lost(ProcessIndex process, std::uint32_
   if (counts_no_more(process, total, seen)) return std::nullopt;
   if (facts.run_end && has_begun_in_trace(process)) return unseen(process, total, seen, what);
   auto loss = user_losses_.since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
-  if (loss) loss->note += uncounted;
+  if (loss) loss->note = note(uncounted, {{"loss", std::move(loss->note)}});
   return loss;
 }
 
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
   return unseen_or_lost(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
-                        "callbacks that ran somewhere unseen: ",
-                        "; nothing counts the callbacks: one may have been lost whole");
+                        "unseen-callbacks", "callback-perhaps-lost");
 }
 
 bool Proof::are_all_callbacks_seen(ProcessIndex process) const {
@@ -234,35 +237,32 @@ bool Proof::are_all_callbacks_seen(ProcessIndex process) const {
 
 std::optional<Evidence> Proof::counted_callbacks_unseen(ProcessIndex process) const {
   return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
-                "callbacks that ran somewhere unseen: ");
+                "unseen-callbacks");
 }
 
 std::optional<Evidence> Proof::unseen_threads(ProcessIndex process) const {
   if (is_ros2_only(model_.processes[at(process)])) return std::nullopt;
   return unseen_or_lost(process, &RunTotals::threads, threads_announced(process),
-                        "threads whose announcement was not seen: ",
-                        "; nothing counts the threads: the announcement of one may be lost");
+                        "unseen-announcements", "announcement-perhaps-lost");
 }
 
 std::optional<Evidence> Proof::unseen_announcement(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
   if (missing_user_part_) {
-    return without_event(facts.first_seen.value_or(EventRef{}), *missing_user_part_);
+    return without_event(facts.first_seen.value_or(EventRef{}), free_text(*missing_user_part_));
   }
   if (auto unseen = processes_[at(process)].first_unannounced) {
-    unseen->note += ": other announcements may be missing, too";
+    unseen->note = others_missing_too(std::move(unseen->note));
     return unseen;
   }
-  return unseen(process, &RunTotals::threads, threads_announced(process),
-                "threads whose announcement was not seen: ");
+  return unseen(process, &RunTotals::threads, threads_announced(process), "unseen-announcements");
 }
 
 std::optional<Evidence> Proof::unaccounted_threads(ProcessIndex process) const {
   if (const auto& unseen = processes_[at(process)].first_unannounced) return unseen;
   const auto& facts = model_.processes[at(process)];
   if (facts.run_end && has_begun_in_trace(process)) {
-    return unseen(process, &RunTotals::threads, threads_announced(process),
-                  "threads whose announcement was not seen: ");
+    return unseen(process, &RunTotals::threads, threads_announced(process), "unseen-announcements");
   }
   return processes_[at(process)].first_stray;
 }
@@ -288,22 +288,16 @@ void Proof::find_unseen_spin(ThreadIndex index) {
   const auto& thread = model_.threads[at(index)];
   if (!thread.announced || are_all_accounted(thread.process)) return;
   const auto begin = birth_of(thread).value_or(Timestamp{});
-  auto spin = user_losses_.since(thread.process, begin);
-  if (!spin) {
-    const auto host = model_.processes[at(thread.process)].host;
-    const auto* loss = loss_before(model_, host, Domain::user, begin);
-    if (loss == nullptr) return;
-    spin = evidence_of(*loss);
-  }
-  spin->note += "; it may have taken the announcement of thread " + std::to_string(thread.tid) +
-                " for another spin";
+  auto spin = user_losses_.since(thread.process, begin, kStateKinds);
+  if (!spin) return;
+  spin->note = note("spin-perhaps-lost", {{"loss", std::move(spin->note)}, {"tid", thread.tid}});
   is_anything_lost_ = true;
   spins_.emplace(index, std::move(spin));
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
   return unseen(process, &RunTotals::publishers, processes_[at(process)].publishers_registered,
-                "publishers whose messages were not seen: ");
+                "unseen-publishers");
 }
 
 }  // namespace cie::analysis

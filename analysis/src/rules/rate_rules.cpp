@@ -1,5 +1,6 @@
 #include "rate_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "each_subject.hpp"
@@ -11,7 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -27,15 +28,16 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
   const auto unknown =
       callback.instances - callback.exact_instances + static_cast<std::uint64_t>(open);
   if (unknown == 0) return std::nullopt;
-  return evidence("callback_start", callback.starts.first_at,
-                  "no exact release of " + std::to_string(unknown) + " of " +
-                      std::to_string(callback.instances + callback.open.size()) + " instances");
+  return evidence(
+      "callback_start", callback.starts.first_at,
+      note("releases-inexact",
+           {{"unknown", unknown}, {"instances", callback.instances + callback.open.size()}}));
 }
 
 std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
   if (callback.grid.unresolved == 0) return std::nullopt;
   return evidence("callback_start", callback.starts.first_at,
-                  counted(callback.grid.unresolved, "instance") + " may follow skipped periods");
+                  note("perhaps-follow-skipped", {{"instances", callback.grid.unresolved}}));
 }
 
 // Of an instance that never ended, as the totals say, and the next one was released all the same.
@@ -46,23 +48,27 @@ const OpenInstance* released_after(const CallbackFacts& callback) {
   return found != callback.open.end() ? &*found : nullptr;
 }
 
-std::vector<Evidence> released_before_end(const ReleaseBeforeEnd& witness, const char* place) {
-  const auto seq = "seq " + std::to_string(witness.seq);
-  return {evidence("callback_end", witness.end, seq + " ends"),
+Note counted_unless(bool is_outside, Note finding) {
+  return is_outside ? not_counted(std::move(finding)) : std::move(finding);
+}
+
+std::vector<Evidence> released_before_end(const ReleaseBeforeEnd& witness, bool is_outside) {
+  return {evidence("callback_end", witness.end, note("instance-ends", {{"seq", witness.seq}})),
           evidence("callback_start", witness.next_start,
-                   "the next instance was released at " + std::to_string(witness.next_release.ns) +
-                       ", not after the end of " + seq + place)};
+                   counted_unless(is_outside,
+                                  note("released-before-end", {{"release", witness.next_release.ns},
+                                                               {"seq", witness.seq}})))};
 }
 
 // The longest response time is no shorter than the shortest inter-arrival time.
-std::vector<Evidence> turned_around_late(const Extreme<Duration>& longest,
-                                         const std::string& response,
+std::vector<Evidence> turned_around_late(const Extreme<Duration>& longest, Note response,
                                          const Extreme<Duration>& shortest,
-                                         const char* where = "") {
-  auto witnesses = shown_by(longest, "longest response time: " + response);
-  witnesses.push_back(
-      start_of(shortest, " was released " + nanoseconds(shortest.value) +
-                             " after the one before it: shortest inter-arrival time" + where));
+                                         bool is_short_outside = false) {
+  auto witnesses = shown_by(longest, std::move(response));
+  auto start =
+      start_of(shortest, note("shortest-inter-arrival", {{"inter_arrival", shortest.value}}));
+  start.note = counted_unless(is_short_outside, std::move(start.note));
+  witnesses.push_back(std::move(start));
   return witnesses;
 }
 
@@ -74,13 +80,16 @@ void judge_arrival_inside(const CallbackFacts& callback, const std::vector<Conju
   const Duration error{3 * callback.release_error().ns};  // of three releases
   if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
     judgement.violation(
-        turned_around_late(longest, nanoseconds(longest.value) + error_of(callback), shortest),
+        turned_around_late(
+            longest,
+            note("longest-response", {{"response", longest.value}, {"error", error_of(callback)}}),
+            shortest),
         excuses);
   } else if (shortest.value <= longest.value + error + callback.release_spread()) {
     judgement.unseen(
-        start_of(shortest, " was released " + nanoseconds(shortest.value) +
-                               " after the one before it; the longest response time is " +
-                               nanoseconds(longest.value) + error_of(callback)));
+        start_of(shortest, note("perhaps-released-before-end", {{"inter_arrival", shortest.value},
+                                                                {"response", longest.value},
+                                                                {"error", error_of(callback)}})));
   }
 }
 
@@ -90,7 +99,7 @@ void judge_arrival_outside(const CallbackFacts& callback, const std::vector<Conj
   if (!callback.outside || judgement.has_witness()) return;
   const auto& outside = *callback.outside;
   if (outside.release_before_end) {
-    judgement.violation(released_before_end(*outside.release_before_end, kOutside), excuses);
+    judgement.violation(released_before_end(*outside.release_before_end, true), excuses);
     return;
   }
   auto shortest = outside.min_inter_arrival;
@@ -103,9 +112,10 @@ void judge_arrival_outside(const CallbackFacts& callback, const std::vector<Conj
   if (is_long_inside) longest = most;
   if (!shortest || !longest || longest->value < shortest->value) return;
   judgement.violation(
-      turned_around_late(
-          *longest, "at least " + nanoseconds(longest->value) + (is_long_inside ? "" : kOutside),
-          *shortest, is_short_inside ? "" : kOutside),
+      turned_around_late(*longest,
+                         counted_unless(!is_long_inside, note("longest-response-at-least",
+                                                              {{"response", longest->value}})),
+                         *shortest, !is_short_inside),
       excuses);
 }
 
@@ -141,18 +151,17 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
         judgement.unseen(calculated_releases(callback));
         if (callback.min_inter_arrival) judgement.checked(callback.instances);
         if (hung != nullptr) {
-          const auto seq = "seq " + std::to_string(hung->seq);
           judgement.violation(
-              std::vector{evidence("callback_start", hung->start, seq + " starts and never ends"),
+              std::vector{evidence("callback_start", hung->start,
+                                   note("starts-and-never-ends", {{"seq", hung->seq}})),
                           evidence("callback_start", hung->next_start,
-                                   "the next instance was released at " +
-                                       std::to_string(hung->next_release->ns))},
+                                   note("next-released", {{"release", hung->next_release->ns}}))},
               {{hidden(EventKind::run_end, context.known.scope_of(index), hung->start.time,
                        hung->next_start.time)}});
           return;
         }
         if (callback.release_before_end) {
-          judgement.violation(released_before_end(*callback.release_before_end, ""), excuses);
+          judgement.violation(released_before_end(*callback.release_before_end, false), excuses);
           return;
         }
         judge_arrival_inside(callback, excuses, judgement);
@@ -164,15 +173,14 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
 void judge_skipped(const CallbackFacts& callback, std::uint64_t allowed, bool may_be_more,
                    Judgement& judgement) {
   const auto in_all = [&](std::uint64_t missed) {
-    return (may_be_more ? "at least " : "") + counted(missed, "period") + " skipped in all, " +
-           std::to_string(allowed) + " allowed";
+    return note(may_be_more ? "periods-skipped-at-least" : "periods-skipped",
+                {{"periods", missed}, {"allowed", allowed}});
   };
   const auto accuse = [&](std::uint64_t missed, const auto& first) {
     std::vector<Evidence> witnesses;
     if (first) {
-      witnesses.push_back(start_of(*first, ": " + counted(first->value, "period") +
-                                               (first->value == 1 ? " was" : " were") +
-                                               " skipped before this release"));
+      witnesses.push_back(
+          start_of(*first, note("periods-skipped-before", {{"periods", first->value}})));
     }
     witnesses.push_back(evidence("callback_start", callback.starts.last_at, in_all(missed)));
     judgement.violation(std::move(witnesses));
@@ -204,9 +212,8 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
         callback.has_grid_releases() ? unresolved_periods(callback) : inexact_releases(callback);
     if (callback.missed > allowed && !callback.are_releases_certain()) {
       judgement.unseen(evidence("callback_start", callback.starts.last_at,
-                                counted(callback.missed, "period") +
-                                    " skipped in all, if the timer was not reset; " +
-                                    std::to_string(allowed) + " allowed"));
+                                note("periods-skipped-unless-reset",
+                                     {{"periods", callback.missed}, {"allowed", allowed}})));
     } else if (callback.missed > allowed) {
       const bool may_be_more = unknown || context.known.may_be_hidden(lost);
       judge_skipped(callback, allowed, may_be_more, judgement);
@@ -220,58 +227,62 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
   };
   const bool is_any_specified = specifies_any(context, kAsks);
-  return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
-                                      Judgement& judgement) {
-    if (is_any_specified) judgement.unseen(unknown_entry(context, callback, kAsks));
-    const auto* entry = spec_entry(context, callback);
-    if (entry == nullptr) return;
-    const auto& min = entry->min_inter_arrival_ns;
-    const auto& max = entry->max_inter_arrival_ns;
-    if (!min && !max) return;
-    // Before an instance that never ended, too.
-    const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
-    judgement.checked(std::max(callback.inter_arrival.count(), judged));
-    judgement.needs(context.known.lost_end(index));
-    const auto excuses = context.known.other_instances(index);
-    if (callback.instances >= 2) {
-      judgement.unseen(inexact_releases(callback));
-      judgement.unseen(calculated_releases(callback));
-    }
-    if (callback.is_reordered) {  // then others may lie between two that are far apart
-      judgement.unseen(evidence("callback_start", callback.starts.last_at,
-                                "instances started in another order than they were released in"));
-    }
-    const auto error = 2 * callback.release_error().ns;  // of two releases
-    const auto hold = [&](const Extreme<Duration>& extreme, const char* bound, std::int64_t value,
-                          std::int64_t excess, bool is_certain, const char* where = "") {
-      if (excess + error <= 0) return;
-      auto witness = start_of(extreme, " was released " + nanoseconds(extreme.value) +
-                                           " after the one before it; " +
-                                           place(context, entry->line) + " declares " + bound +
-                                           ' ' + nanoseconds(value) + error_of(callback) + where);
-      if (is_certain && callback.are_releases_certain() && excess > error) {
-        judgement.violation(std::vector{std::move(witness)}, excuses);
-      } else {
-        judgement.unseen(std::move(witness));
-      }
-    };
-    if (min && callback.min_inter_arrival) {
-      const auto& shortest = *callback.min_inter_arrival;
-      hold(shortest, "at least", *min, *min - shortest.value.ns, true);
-    }
-    if (max && callback.max_inter_arrival) {
-      const auto& longest = *callback.max_inter_arrival;
-      hold(longest, "at most", *max, longest.value.ns - *max, !callback.is_reordered);
-    }
-    if (!callback.outside || judgement.has_witness()) return;
-    const auto& outside = *callback.outside;
-    if (const auto& shortest = outside.min_inter_arrival; min && shortest)
-      hold(*shortest, "at least", *min, *min - shortest->value.ns, true, kOutside);
-    if (const auto& longest = outside.max_inter_arrival; max && longest) {
-      const bool is_reordered = callback.is_reordered || outside.is_reordered;
-      hold(*longest, "at most", *max, longest->value.ns - *max, !is_reordered, kOutside);
-    }
-  });
+  return judge_callbacks(
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (is_any_specified) judgement.unseen(unknown_entry(context, callback, kAsks));
+        const auto* entry = spec_entry(context, callback);
+        if (entry == nullptr) return;
+        const auto& min = entry->min_inter_arrival_ns;
+        const auto& max = entry->max_inter_arrival_ns;
+        if (!min && !max) return;
+        // Before an instance that never ended, too.
+        const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
+        judgement.checked(std::max(callback.inter_arrival.count(), judged));
+        judgement.needs(context.known.lost_end(index));
+        const auto excuses = context.known.other_instances(index);
+        if (callback.instances >= 2) {
+          judgement.unseen(inexact_releases(callback));
+          judgement.unseen(calculated_releases(callback));
+        }
+        if (callback.is_reordered) {  // then others may lie between two that are far apart
+          judgement.unseen(
+              evidence("callback_start", callback.starts.last_at, note("instances-reordered")));
+        }
+        const auto error = 2 * callback.release_error().ns;  // of two releases
+        constexpr std::string_view kTooSoon = "released-too-soon";
+        constexpr std::string_view kTooLate = "released-too-late";
+        const auto hold = [&](const Extreme<Duration>& extreme, std::string_view code,
+                              std::int64_t bound, std::int64_t excess, bool is_certain,
+                              bool is_outside = false) {
+          if (excess + error <= 0) return;
+          auto witness = start_of(extreme, note(code, {{"inter_arrival", extreme.value},
+                                                       {"spec", place(context, entry->line)},
+                                                       {"declared", Duration{bound}},
+                                                       {"error", error_of(callback)}}));
+          witness.note = counted_unless(is_outside, std::move(witness.note));
+          if (is_certain && callback.are_releases_certain() && excess > error) {
+            judgement.violation(std::vector{std::move(witness)}, excuses);
+          } else {
+            judgement.unseen(std::move(witness));
+          }
+        };
+        if (min && callback.min_inter_arrival) {
+          const auto& shortest = *callback.min_inter_arrival;
+          hold(shortest, kTooSoon, *min, *min - shortest.value.ns, true);
+        }
+        if (max && callback.max_inter_arrival) {
+          const auto& longest = *callback.max_inter_arrival;
+          hold(longest, kTooLate, *max, longest.value.ns - *max, !callback.is_reordered);
+        }
+        if (!callback.outside || judgement.has_witness()) return;
+        const auto& outside = *callback.outside;
+        if (const auto& shortest = outside.min_inter_arrival; min && shortest)
+          hold(*shortest, kTooSoon, *min, *min - shortest->value.ns, true, true);
+        if (const auto& longest = outside.max_inter_arrival; max && longest) {
+          const bool is_reordered = callback.is_reordered || outside.is_reordered;
+          hold(*longest, kTooLate, *max, longest->value.ns - *max, !is_reordered, true);
+        }
+      });
 }
 
 }  // namespace

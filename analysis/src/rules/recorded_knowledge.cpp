@@ -5,14 +5,17 @@
 #include "judgement.hpp"
 #include "model/callback_questions.hpp"
 #include "model/loss_gaps.hpp"
+#include "shared_pids.hpp"
 #include "thread_losses.hpp"
 #include "thread_questions.hpp"
+#include "time_namespaces.hpp"
 #include "user_losses_of_processes.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -49,8 +52,10 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
       }) {
   if (const auto& missing = proof.missing_user_part()) {
     add({}, kinds_of(Domain::user), {}, GapCause::missing_part,
-        without_event(EventRef{}, *missing));
+        without_event(EventRef{}, free_text(*missing)));
   }
+  add_shared_pids();
+  add_clocks_apart();
   const EarlyStreamEnds early_ends(model);
   for_each_index<ProcessIndex>(model.processes, [&](ProcessIndex index) {
     if (const auto* stream = early_ends.of(model.processes[at(index)])) add_cut(index, *stream);
@@ -72,8 +77,13 @@ RecordedKnowledge::RecordedKnowledge(const Model& model, const ThreadLives& live
     add_reused_identity(index);
     add_unordered_registrations(index);
     prove_runs(index);
-    for (const auto* pair : model.callbacks[at(index)].ran_on)
-      add_other_owner(*pair, losses);
+    const auto& callback = model.callbacks[at(index)];
+    const auto told = perhaps_told_by_own(model, proof, losses, callback);
+    if (told) {
+      add(scope_of(index), EventKind::other_account, {}, GapCause::reused_identity, *told);
+    }
+    for (const auto* pair : callback.ran_on)
+      add_other_owner(*pair, told);
   });
 }
 
@@ -100,7 +110,8 @@ Scope RecordedKnowledge::scope_of(const CallbackOnThread& pair) const {
 }
 
 Evidence RecordedKnowledge::evidence_of(const Reason& reason) const {
-  const bool is_recorders = reason.cause == GapCause::loss || reason.cause == GapCause::stream_edge;
+  const bool is_recorders = reason.cause == GapCause::loss || reason.cause == GapCause::window ||
+                            reason.cause == GapCause::stream_edge;
   return is_recorders ? evidence_of_recorder(model_, reason) : reasons_[reason.about];
 }
 
@@ -119,7 +130,7 @@ void RecordedKnowledge::add(const Scope& scope, EventKinds kinds, TimeWindow win
 void RecordedKnowledge::expect(const Hidden& missing, ProcessIndex process, Evidence reason,
                                std::optional<std::uint64_t> count) {
   if (knowledge_.gap(missing) != nullptr) return;
-  reason.note += ": other announcements may be missing, too";
+  reason.note = others_missing_too(std::move(reason.note));
   auto others = kStateKinds.without(kReadBackKinds);  // which are numbered
   if (count) {
     others = others.without(missing.kinds);
@@ -135,7 +146,7 @@ void RecordedKnowledge::expect_state(ProcessIndex index) {
   if (is_ros2_only(process)) return;
   if (!process.run_begin) {
     expect(hidden(EventKind::process_begin, scope), index,
-           without_event(process.first_seen.value_or(EventRef{}), "no run_begin was seen"));
+           without_event(process.first_seen.value_or(EventRef{}), note("run-begin-unseen")));
   }
   if (auto unseen = proof_.unaccounted_threads(index))
     expect(hidden(EventKind::announcement, scope), index, *std::move(unseen),
@@ -144,13 +155,31 @@ void RecordedKnowledge::expect_state(ProcessIndex index) {
     knowledge_.discharge(EventKind::announcement, scope, {});
 }
 
+// Where two processes are seen to have one pid, the events of all that had it.
+void RecordedKnowledge::add_shared_pids() {
+  std::map<std::pair<HostIndex, std::int64_t>, const ProcessFacts*> last;
+  for (const auto& process : model_.processes)
+    if (process.shares_pid_since) last[{process.host, process.told_pid}] = &process;
+  for_each_index<ProcessIndex>(model_.processes, [&](ProcessIndex index) {
+    const auto& process = model_.processes[at(index)];
+    const auto found = last.find({process.host, process.told_pid});
+    if (found == last.end()) return;
+    add(scope_of(index), EventKind::other_process, {}, GapCause::reused_identity,
+        shared_pid(*found->second));
+  });
+}
+
+void RecordedKnowledge::add_clocks_apart() {
+  for (auto& [host, why] : clocks_apart(model_))
+    add({.host = host}, EventKind::clock_shift, {}, GapCause::clock, std::move(why));
+}
+
 // What the process emitted behind the end of a stream that was cut.
 void RecordedKnowledge::add_cut(ProcessIndex index, const StreamFacts& stream) {
   add(scope_of(index), kinds_of(Domain::user), {.from = *stream.end, .to = kLatest},
       GapCause::recorder_failed,
       evidence("stream_end", moment(*stream.end),
-               "a stream of the process's trace ends here, before the others (" + stream.path +
-                   "): what was registered or read back since is not known"));
+               note("stream-ends-early", {{"stream", NamedFile{stream.path}}})));
 }
 
 // All events of a callback that no event names. They have no numbers; `run_end` counts it.
@@ -176,7 +205,7 @@ void RecordedKnowledge::expect_registration(CallbackIndex index) {
   expect(hidden(EventKind::registration, scope_of(index), kEarliest, first), callback.process,
          without_event(callback.ran_on.empty() ? first_sign(model_, callback)
                                                : callback.ran_on.front()->first_start,
-                       "its callback_init was not seen"));
+                       note("callback-init-unseen")));
 }
 
 // The kernel may have switched it in behind its own last event, if that was no other thread of its tid.
@@ -220,9 +249,7 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const KernelHoles& holes) {
     if (!is_told) {
       add(scope_of(index), EventKind::thread_exit, {}, GapCause::not_recorded,
           without_event(moment(life.end, thread.tid),
-                        "no event of ROS 2 tells that a thread ends: what ran with the tid " +
-                            std::to_string(thread.tid) +
-                            " until here may have been several threads"));
+                        note("ros2-has-no-thread-exits", {{"tid", thread.tid}})));
     }
   }
   // Where a process ended in order each of its threads told its end.
@@ -231,15 +258,13 @@ void RecordedKnowledge::add_exits(ThreadIndex index, const KernelHoles& holes) {
   if (must_tell) {
     add(scope_of(index), EventKind::thread_exit, {}, GapCause::unaccounted,
         evidence("run_end", process.run_end->at,
-                 "the end of " + thread_name(thread) +
-                     " was not seen: callbacks may have started after it"));
+                 note("thread-end-unseen", {{"thread", thread_name(thread)}})));
   } else if (!life.has_ended() || life.latest_end() > life.end) {
     const auto last = last_sign_of(index);
     add(scope_of(index), EventKind::thread_exit,
         {.from = last, .to = life.ended_by.value_or(kLatest)}, GapCause::not_recorded,
         without_event(moment(last, thread.tid),
-                      "the exit of " + thread_name(thread) +
-                          " was not seen, nor that it lived on from here"));
+                      note("thread-exit-unseen", {{"thread", thread_name(thread)}})));
   }
 }
 
@@ -259,15 +284,16 @@ void RecordedKnowledge::add_reused_identity(CallbackIndex index) {
 
 // Whose instances on a thread a callback's are: of ROS 2's, which are known by an address, those of another callback, of
 // another process of that pid, or of one that the process's own events have by another id.
-void RecordedKnowledge::add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses) {
+void RecordedKnowledge::add_other_owner(const CallbackOnThread& pair,
+                                        const std::optional<Evidence>& told_by_own) {
   const auto& callback = model_.callbacks[at(pair.callback)];
   auto doubt = perhaps_anothers(pair);
   if (!doubt) doubt = perhaps_another_process(callback);
-  if (!doubt) doubt = perhaps_told_by_own(model_, proof_, losses, callback);
+  if (!doubt) doubt = told_by_own;
   if (!doubt && !pair.is_of_several && !is_of_its_own(callback)) {
-    doubt = without_event(first_sign(model_, callback),
-                          "the registration of " + callback.logical_id +
-                              " was not seen: it may be another one's address");
+    doubt = without_event(
+        first_sign(model_, callback),
+        note("registration-unseen-address", {{"callback", NamedCallback{callback.logical_id}}}));
   }
   if (doubt)
     add(scope_of(pair), EventKind::reuse, {}, GapCause::reused_identity, *std::move(doubt));
@@ -283,8 +309,7 @@ void RecordedKnowledge::add_unordered_registrations(CallbackIndex index) {
     add(scope_of(index), EventKind::registration, {.from = init.time, .to = init.time},
         GapCause::clock,
         evidence("callback_init", init,
-                 "in the nanosecond of its instance on " + thread_name(thread) +
-                     ": which of the two came first is unknown"));
+                 note("unordered-registration", {{"thread", thread_name(thread)}})));
   };
   for (const auto& move : callback.moves)
     if (callback.last_init) add_at(*callback.last_init, move);
@@ -316,6 +341,26 @@ std::vector<Conjunction> RecordedKnowledge::replaced(ThreadIndex index, Timestam
 bool RecordedKnowledge::may_be_hidden(std::span<const Conjunction> conjunctions) const {
   return std::ranges::any_of(conjunctions,
                              [this](const auto& all) { return knowledge_.gap(all) != nullptr; });
+}
+
+std::optional<Evidence> RecordedKnowledge::why_hidden(
+    std::span<const Conjunction> conjunctions) const {
+  for (const auto& all : conjunctions)
+    if (const auto* gap = knowledge_.gap(all)) return evidence_of(gap->reason);
+  return std::nullopt;
+}
+
+// A subject of no process, or of several, may be any process's.
+std::vector<Conjunction> RecordedKnowledge::misattributed(const Subject& about,
+                                                          bool is_order_needed) const {
+  const auto scope = about.process ? scope_of(*about.process) : Scope{};
+  std::vector<Conjunction> all{{hidden(EventKind::other_process, scope)}};
+  if (is_order_needed) all.push_back({hidden(EventKind::clock_shift, scope)});
+  return all;
+}
+
+Conjunction RecordedKnowledge::other_account(CallbackIndex callback) const {
+  return {hidden(EventKind::other_account, scope_of(callback))};
 }
 
 Hidden RecordedKnowledge::announced_anew(ProcessIndex process, Timestamp from, Timestamp to) const {

@@ -29,6 +29,8 @@ class RecordedKnowledge {
   bool may_be_hidden(const Conjunction& events) const { return knowledge_.gap(events) != nullptr; }
   // Any of these.
   bool may_be_hidden(std::span<const Conjunction> conjunctions) const;
+  // Why any of them may be, in words; empty: none may.
+  std::optional<Evidence> why_hidden(std::span<const Conjunction> conjunctions) const;
   // Why, in words.
   Evidence evidence_of(const Reason& reason) const;
 
@@ -62,6 +64,11 @@ class RecordedKnowledge {
                                            Timestamp to = kLatest) const;
   // For what the callback did on the thread behind the end of that to have begun there; empty: it did nothing.
   std::vector<Conjunction> run_behind_end(const CallbackOnThread& pair) const;
+  // For the subject's events to be another process's, or in another order (`is_order_needed`): nothing is decided of it
+  // then.
+  std::vector<Conjunction> misattributed(const Subject& about, bool is_order_needed) const;
+  // For the process's own events to tell otherwise of a callback that ROS 2's have: none of its violations is proven.
+  Conjunction other_account(CallbackIndex callback) const;
   // For what ran on the thread to be another callback's: an address may have been given anew.
   Conjunction another_owner(const CallbackOnThread& pair) const;
 
@@ -79,6 +86,8 @@ class RecordedKnowledge {
   void expect(const Hidden& missing, ProcessIndex process, Evidence reason,
               std::optional<std::uint64_t> count = {});
   Conjunction unseen_callback_of(ProcessIndex process, const Scope& scope) const;
+  void add_shared_pids();
+  void add_clocks_apart();
   void add_cut(ProcessIndex process, const StreamFacts& stream);
   void expect_state(ProcessIndex process);
   void expect_callbacks(ProcessIndex process);
@@ -87,7 +96,7 @@ class RecordedKnowledge {
   void expect_announcement(ThreadIndex thread);
   void add_exits(ThreadIndex thread, const KernelHoles& holes);
   void add_reused_identity(CallbackIndex callback);
-  void add_other_owner(const CallbackOnThread& pair, const ThreadLosses& losses);
+  void add_other_owner(const CallbackOnThread& pair, const std::optional<Evidence>& told_by_own);
   void add_unordered_registrations(CallbackIndex callback);
   void prove_runs(CallbackIndex callback);
   void prove_read_backs(ThreadIndex thread);

@@ -1,5 +1,6 @@
 #include "response_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "each_subject.hpp"
@@ -50,26 +51,23 @@ void judge_never_ended(const RuleContext& context, CallbackIndex index, std::int
     judgement.checked();
     if ((until - since).ns <= deadline) {
       judgement.unseen(evidence("callback_start", open.start,
-                                "seq " + std::to_string(open.seq) +
-                                    " never ended, and its deadline lies beyond the window"));
+                                note("deadline-beyond-window", {{"seq", open.seq}})));
       return;
     }
-    const auto later =
-        nanoseconds(until - since) + " later; the deadline is " + nanoseconds(deadline);
+    auto later = note(is_told_last ? "totals-told-later" : "window-ends-later",
+                      {{"later", until - since}, {"deadline", Duration{deadline}}});
     judgement.violation(
-        std::vector{evidence("callback_start", open.start,
-                             "seq " + std::to_string(open.seq) + " starts, released at " +
-                                 std::to_string(since.ns) + " at the latest, and never ends"),
-                    is_told_last
-                        ? evidence("callback_fini", fini->at, "its totals are told, " + later)
-                        : evidence("window", moment(until), "end of the window, " + later)},
+        std::vector{
+            evidence("callback_start", open.start,
+                     note("released-never-ends", {{"seq", open.seq}, {"release", since.ns}})),
+            is_told_last ? evidence("callback_fini", fini->at, std::move(later))
+                         : evidence("window", moment(until), std::move(later))},
         {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time, until)}});
   });
   const auto unended = fini->started - fini->ended;
   if (callback.open.size() + callback.running.size() < unended) {
-    judgement.unseen(evidence(
-        "callback_fini", fini->at,
-        counted(unended, "instance") + " never ended; when they were released is not known"));
+    judgement.unseen(evidence("callback_fini", fini->at,
+                              note("releases-of-unended-unknown", {{"instances", unended}})));
   }
 }
 
@@ -83,7 +81,6 @@ void judge_outlived(const RuleContext& context, CallbackIndex index, const OpenI
   if (!outlived || (outlived->last.time - since).ns <= deadline) return;
   const auto& window = context.options.window;
   if (window && (window->to - since).ns <= deadline) return;  // asked for up to there
-  const auto seq = "seq " + std::to_string(open.seq);
   judgement.checked();
   if (outlived->doubt) {
     judgement.unseen(outlived->doubt);
@@ -91,81 +88,94 @@ void judge_outlived(const RuleContext& context, CallbackIndex index, const OpenI
   }
   if ((outlived->until - since).ns <= deadline) {
     judgement.unseen(evidence("window", moment(outlived->until),
-                              "a stream ends here, before the deadline of " + seq +
-                                  ", whose end may be missing with the rest"));
+                              note("stream-ends-before-deadline", {{"seq", open.seq}})));
     return;
   }
-  const auto still = seq + " is still open here, " + nanoseconds(outlived->until - since) +
-                     " later, as " + outlived->sign + "; the deadline is " + nanoseconds(deadline);
+  auto still = note("still-open", {{"seq", open.seq},
+                                   {"later", outlived->until - since},
+                                   {"sign", outlived->sign},
+                                   {"deadline", Duration{deadline}}});
   judgement.violation(
-      std::vector{evidence("callback_start", open.start,
-                           seq + " starts, released at " + std::to_string(since.ns) +
-                               " at the latest, and has no end"),
-                  outlived->until == outlived->last.time
-                      ? without_event(outlived->last, still)
-                      : evidence("window", moment(outlived->until), still)},
+      std::vector{
+          evidence("callback_start", open.start,
+                   note("released-without-end", {{"seq", open.seq}, {"release", since.ns}})),
+          outlived->until == outlived->last.time
+              ? without_event(outlived->last, std::move(still))
+              : evidence("window", moment(outlived->until), std::move(still))},
       {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time,
                outlived->until)}});
 }
 
-// "8 ns"; "at least 8 ns" where no release is known exactly.
-std::string largest_certain_response(const CallbackFacts& callback,
-                                     const std::optional<Extreme<Duration>>& known,
-                                     const Extreme<Duration>& certain) {
+struct Deadline {
+  std::int64_t ns;
+  std::string origin;  // "spec.yaml:3"
+};
+
+Note missed(const Deadline& deadline, Duration response, std::optional<Note> error = {}) {
+  return note("deadline-missed", {{"response", response},
+                                  {"error", std::move(error)},
+                                  {"spec", deadline.origin},
+                                  {"deadline", Duration{deadline.ns}}});
+}
+
+Note missed_at_least(const Deadline& deadline, Duration response) {
+  return note(
+      "deadline-missed-at-least",
+      {{"response", response}, {"spec", deadline.origin}, {"deadline", Duration{deadline.ns}}});
+}
+
+// "at least" where no release is known exactly.
+Note missed_for_certain(const CallbackFacts& callback, const Deadline& deadline,
+                        const std::optional<Extreme<Duration>>& known,
+                        const Extreme<Duration>& certain) {
   const bool is_exact = known && !callback.has_grid_releases() && known->seq == certain.seq &&
                         known->value == certain.value;
-  return (is_exact ? "" : "at least ") + nanoseconds(certain.value);
+  return is_exact ? missed(deadline, certain.value) : missed_at_least(deadline, certain.value);
 }
 
 struct Late {
   const Extreme<Duration>& instance;
-  std::string response;
+  Note finding;
 };
 
 // `longest`: of the callback, or of what is its own for certain. Empty: none is beyond the deadline
 // for certain. Of those with a calculated release, what is certain first.
 std::optional<Late> find_late(const CallbackFacts& callback, const auto& longest,
-                              std::int64_t deadline) {
+                              const Deadline& deadline) {
   const auto& [known, lower] = std::tie(longest.max_response, longest.max_response_lower);
-  if (lower && lower->value.ns > deadline)
-    return Late{*lower, largest_certain_response(callback, known, *lower)};
+  if (lower && lower->value.ns > deadline.ns)
+    return Late{*lower, missed_for_certain(callback, deadline, known, *lower)};
   const bool is_calculated = callback.has_grid_releases() && callback.are_releases_certain();
-  if (is_calculated && known && (known->value - callback.release_error()).ns > deadline)
-    return Late{*known, nanoseconds(known->value) + error_of(callback)};
+  if (is_calculated && known && (known->value - callback.release_error()).ns > deadline.ns)
+    return Late{*known, missed(deadline, known->value, error_of(callback))};
   return std::nullopt;
 }
 
-// `allowed`: "the deadline of spec.yaml:3 is 8 ns".
-void judge_late(const RuleContext& context, CallbackIndex index, std::int64_t deadline,
-                const std::string& allowed, Judgement& judgement) {
+void judge_late(const RuleContext& context, CallbackIndex index, const Deadline& deadline,
+                Judgement& judgement) {
   const auto& callback = context.model.callbacks[at(index)];
-  const auto response_of = [&allowed](const Late& late) {
-    return "response time " + late.response + ", " + allowed;
-  };
   const auto late = find_late(callback, callback, deadline);
   const auto& own = callback.own;
   const auto certain = own ? find_late(callback, *own, deadline) : late;
   if (certain) {
-    judgement.violation(shown_by(certain->instance, response_of(*certain)),
+    judgement.violation(shown_by(certain->instance, certain->finding),
                         ended_before(context, index, certain->instance));
   } else if (late) {
-    doubt_others(callback, response_of(*late), judgement);
+    doubt_others(callback, late->finding, judgement);
   }
 }
 
 // An instance that stands in the trace where other streams do not.
-void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, const std::string& what,
+void judge_outside(const Extreme<Duration>& longest, std::int64_t allowed, Note what,
                    const std::vector<Conjunction>& excuses, Judgement& judgement) {
   if (longest.value.ns <= allowed || judgement.has_witness()) return;
-  judgement.violation(shown_by(longest, what + kOutside), excuses);
+  judgement.violation(shown_by(longest, not_counted(std::move(what))), excuses);
 }
 
 std::optional<Evidence> bounds_by_a_set_clock(const CallbackFacts& callback) {
   if (callback.with_doubtful_bound == 0) return std::nullopt;
-  return without_event(
-      callback.starts.last_at,
-      "of " + counted(callback.with_doubtful_bound, "instance") +
-          " a message tells when it was written by CLOCK_REALTIME, which was set meanwhile");
+  return without_event(callback.starts.last_at,
+                       note("clock-set-meanwhile", {{"instances", callback.with_doubtful_bound}}));
 }
 
 bool asks_for_deadline(const SpecEntry& entry) { return entry.response_deadline_ns.has_value(); }
@@ -183,43 +193,41 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
         const auto deadline = callback.response_deadline->ns;
         const auto* entry = spec_entry(context, callback);
         const bool is_specified = entry != nullptr && entry->response_deadline_ns;
-        const auto origin = is_specified ? place(context, entry->line) : "callback_init";
+        const Deadline with_origin{
+            .ns = deadline, .origin = is_specified ? place(context, entry->line) : "callback_init"};
         judgement.checked(callback.instances);
         judgement.needs(context.known.lost_end(index));
         judge_never_ended(context, index, deadline, judgement);
         for_each_open(callback, [&](const OpenInstance& open) {
           judge_outlived(context, index, open, deadline, judgement);
         });
-        judge_late(context, index, deadline,
-                   "the deadline of " + origin + " is " + nanoseconds(deadline), judgement);
+        judge_late(context, index, with_origin, judgement);
         if (callback.outside && callback.outside->max_response) {
           const auto& longest = *callback.outside->max_response;
-          judge_outside(longest, deadline,
-                        "response time at least " + nanoseconds(longest.value) +
-                            ", the deadline of " + origin + " is " + nanoseconds(deadline),
+          judge_outside(longest, deadline, missed_at_least(with_origin, longest.value),
                         ended_before(context, index, longest), judgement);
         }
         judgement.unseen(calculated_releases(callback));
         const auto unbounded = callback.without_upper_bound - callback.with_doubtful_bound;
         if (unbounded != 0) {
-          judgement.unseen(evidence(
-              "callback_start", callback.starts.first_at,
-              counted(unbounded, "instance") + " without an upper bound of the response time"));
+          judgement.unseen(evidence("callback_start", callback.starts.first_at,
+                                    note("responses-unbounded", {{"instances", unbounded}})));
         }
         judgement.unseen(bounds_by_a_set_clock(callback));
         const auto& upper = callback.max_response_upper;
         const auto error = callback.release_error() + callback.release_spread();
         if (upper && (upper->value + error).ns > deadline) {
-          judgement.unseen(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
-                                                error_of(callback) + "; the deadline is " +
-                                                nanoseconds(deadline)));
+          judgement.unseen(
+              start_of(*upper, note("response-up-to", {{"response", upper->value},
+                                                       {"error", error_of(callback)},
+                                                       {"deadline", Duration{deadline}}})));
         }
       });
 }
 
-// An instance that never ended, as the totals prove, and executed for longer than `declared` allows.
+// An instance that never ended, as the totals prove, and executed for longer than `spec` allows.
 void judge_unended_budget(const RuleContext& context, CallbackIndex index, std::int64_t wcet,
-                          const std::string& declared, Judgement& judgement) {
+                          const std::string& spec, Judgement& judgement) {
   const auto& callback = context.model.callbacks[at(index)];
   if (!has_unended(callback)) return;
   for (const auto& open : callback.open) {
@@ -227,11 +235,13 @@ void judge_unended_budget(const RuleContext& context, CallbackIndex index, std::
     judgement.checked();
     const auto until = open.executed->second;
     judgement.violation(
-        std::vector{evidence("callback_start", open.start,
-                             "seq " + std::to_string(open.seq) + " starts, and never ends"),
-                    without_event(moment(until, open.start.tid),
-                                  "execution time until here " + nanoseconds(open.executed->first) +
-                                      declared)},
+        std::vector{
+            evidence("callback_start", open.start,
+                     note("executes-and-never-ends", {{"seq", open.seq}})),
+            without_event(moment(until, open.start.tid),
+                          note("budget-exceeded-until-here", {{"execution", open.executed->first},
+                                                              {"spec", spec},
+                                                              {"wcet", Duration{wcet}}}))},
         {{hidden(EventKind::run_end, context.known.scope_of(index), open.start.time, until)}});
   }
 }
@@ -248,12 +258,12 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         judgement.needs(context.known.lost_end(index));
         const auto& longest = callback.max_execution;
         const auto& own = callback.own ? callback.own->max_execution : longest;
-        const auto declared =
-            ", " + place(context, entry->line) + " declares at most " + nanoseconds(wcet);
-        const auto took = [&declared](const Extreme<Duration>& extreme) {
-          return "execution time " + nanoseconds(extreme.value) + declared;
+        const auto spec = place(context, entry->line);
+        const auto took = [&spec, wcet](const Extreme<Duration>& extreme) {
+          return note("budget-exceeded",
+                      {{"execution", extreme.value}, {"spec", spec}, {"wcet", Duration{wcet}}});
         };
-        judge_unended_budget(context, index, wcet, declared, judgement);
+        judge_unended_budget(context, index, wcet, spec, judgement);
         if (own && own->value.ns > wcet) {
           judgement.violation(shown_by(*own, took(*own)), ended_before(context, index, *own));
         } else if (longest && longest->value.ns > wcet) {
@@ -266,9 +276,9 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         }
         const auto& unmeasured = callback.max_duration_without_execution;
         if (unmeasured && unmeasured->value.ns > wcet) {
-          judgement.unseen(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
-                                                     ", its CPU time is not known; declared are " +
-                                                     nanoseconds(wcet)));
+          judgement.unseen(start_of(
+              *unmeasured, note("execution-unknown",
+                                {{"duration", unmeasured->value}, {"wcet", Duration{wcet}}})));
         }
       });
 }

@@ -1,5 +1,6 @@
 #include "restart_rule.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include "callback_doubts.hpp"
@@ -11,7 +12,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <string>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -43,12 +43,17 @@ Lifetime lifetime_of(const RuleContext& context, CallbackIndex index) {
   return {.index = index, .begin = begin, .end = end};
 }
 
-std::string properties(const CallbackFacts& callback) {
-  std::string text = callback.kind ? std::string(label(*callback.kind)) : "unknown kind";
-  if (!callback.source.empty()) text += " of " + callback.source;
-  text += ", period " + std::to_string(callback.period_ns) + " ns";
-  if (!callback.is_accounted) return text;  // no event of ROS 2 tells a deadline
-  return text += ", deadline " + std::to_string(callback.deadline_ns) + " ns";
+Note properties(const CallbackFacts& callback) {
+  auto source = callback.source.empty() ? Note{} : note("of-source", {{"source", callback.source}});
+  auto deadline =
+      !callback.is_accounted  // no event of ROS 2 tells a deadline
+          ? Note{}
+          : note("and-deadline", {{"deadline", Duration{signed_ns(callback.deadline_ns)}}});
+  return note("callback-properties", {callback.kind ? Argument{"kind", label(*callback.kind)}
+                                                    : Argument{"kind", note("unknown-kind")},
+                                      {"source", std::move(source)},
+                                      {"period", Duration{signed_ns(callback.period_ns)}},
+                                      {"deadline", std::move(deadline)}});
 }
 
 void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
@@ -56,14 +61,15 @@ void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
   const auto key = [](const CallbackFacts& c) { return std::tie(c.kind, c.source, c.period_ns); };
   const bool are_deadlines_told = before.is_accounted && after.is_accounted;
   if (before.is_accounted != after.is_accounted) {
-    judgement.unseen(registered_as(before.is_accounted ? after : before,
-                                   "ROS 2's events do not tell whether it had a deadline"));
+    judgement.unseen(
+        registered_as(before.is_accounted ? after : before, note("ros2-tells-no-deadline")));
   }
   const bool is_as_before =
       key(before) == key(after) && (!are_deadlines_told || before.deadline_ns == after.deadline_ns);
   if (is_as_before) return;
-  judgement.violation_unless(beside, {registered_as(before, "was: " + properties(before)),
-                                      registered_as(after, "is: " + properties(after))});
+  judgement.violation_unless(
+      beside, {registered_as(before, note("lifetime-was", {{"properties", properties(before)}})),
+               registered_as(after, note("lifetime-is", {{"properties", properties(after)}}))});
 }
 
 // Lifetimes of one id by their ends, each with the latest begin among those up to it.
@@ -142,18 +148,14 @@ std::optional<Evidence> untold_end(const RuleContext& context, const CallbackFac
       is_pid_given_anew || is_silent_beside(context, before.process, after.process))
     return std::nullopt;
   return without_event(moment(context.lives.last_sign(before.process)),
-                       "the end of the process before was not seen, this is its last sign: it may "
-                       "have lived on");
+                       note("process-perhaps-lived-on"));
 }
 
 // Why it may have lived beside the earlier one, as far as is known: its callback_init may repeat what is
 // older, where the run_begin of an announcement is missing.
 std::optional<Evidence> untold_begin(const RuleContext& context, const CallbackFacts& after) {
   if (!after.registered || after.may_repeat || registration(context, after)) return std::nullopt;
-  return evidence(
-      "callback_init", *after.registered,
-      "whether it was registered here or announced is unknown, because events were lost "
-      "before: it may have lived beside the earlier one");
+  return evidence("callback_init", *after.registered, note("perhaps-announced-only"));
 }
 
 // A process with another lifetime of it may have come between the two, and all it told be lost.
@@ -191,9 +193,7 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   Judgement judgement(context.names.callback(life.index), context.known);
   judgement.checked();
   judgement.unseen(
-      registered_as(after, cie::counted(before.size(), "lifetime") +
-                               " of this callback lived at the same time before, and differ: which "
-                               "of them it follows is unknown"));
+      registered_as(after, note("followed-lifetime-unknown", {{"lifetimes", before.size()}})));
   conclude(std::move(judgement), verdicts);
 }
 
@@ -311,10 +311,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const earlier = i == 0 ? unknown_lives.between(kEver, lives[i].begin) : nullptr;
       if (earlier != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.unseen(
-            without_event(moment(earlier->end),
-                          "a callback whose logical id is unknown ended here: it may have "
-                          "been the same one"));
+        judgement.unseen(without_event(moment(earlier->end), note("same-perhaps-ended-here")));
         conclude(std::move(judgement), verdicts);
       }
       const auto before = predecessors(by_end, lives[i]);
@@ -322,10 +319,8 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto* const between = ended ? unknown_lives.between(*ended, lives[i].begin) : nullptr;
       if (between != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.unseen(
-            without_event(first_sign(model, model.callbacks[at(between->index)]),
-                          "a callback whose logical id is unknown lived between this "
-                          "lifetime and the one before: it may have been the same one"));
+        judgement.unseen(without_event(first_sign(model, model.callbacks[at(between->index)]),
+                                       note("same-perhaps-lived-between")));
         conclude(std::move(judgement), verdicts);
       } else if (!before.empty()) {
         conclude_restart(context, before, lives[i], verdicts);
@@ -333,19 +328,13 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       const auto& after = model.callbacks[at(lives[i].index)];
       if (may_follow_unseen(after, lives[i], ends_told)) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.unseen(
-            registered_as(after,
-                          "it was announced after the callback that had this id before "
-                          "ended: whether this is its next lifetime is unknown"));
+        judgement.unseen(registered_as(after, note("announced-after-end-of-former")));
         conclude(std::move(judgement), verdicts);
       }
       const auto* const open = perhaps_ended(model, lives, i);
       if (before.empty() && open != nullptr) {
         Judgement judgement(names.callback(lives[i].index), context.known);
-        judgement.unseen(
-            without_event(last_sign(*open),
-                          "the end of the callback that had this id before was not seen: "
-                          "whether this is its next lifetime is unknown"));
+        judgement.unseen(without_event(last_sign(*open), note("end-of-former-unseen")));
         conclude(std::move(judgement), verdicts);
       }
     }
@@ -355,8 +344,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index), context.known);
     judgement.unseen(without_event(first_sign(model, model.callbacks[at(life.index)]),
-                                   "its logical id is unknown, so it cannot be compared with the "
-                                   "callbacks of the process before"));
+                                   note("not-compared-without-logical-id")));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

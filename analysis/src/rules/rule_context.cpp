@@ -16,12 +16,9 @@ std::map<ThreadIndex, Evidence> find_unknown(const Model& model, const Proof& pr
     if (thread.announced || thread.ran.empty() || proof.is_complete(thread.process)) continue;
     unknown.emplace(
         ThreadIndex{static_cast<std::uint32_t>(i)},
-        without_event(
-            first_start_on(thread),
-            "thread " + std::to_string(thread.tid) +
-                (thread.former_fini ? " was not seen to be announced again after its thread_fini"
-                                    : " was never seen to be announced") +
-                ": its role is unknown"));
+        without_event(first_start_on(thread), note(thread.former_fini ? "thread-not-announced-again"
+                                                                      : "thread-role-unknown",
+                                                   {{"tid", thread.tid}})));
   }
   return unknown;
 }

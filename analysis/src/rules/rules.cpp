@@ -15,9 +15,9 @@
 #include "response_rules.hpp"
 #include "restart_rule.hpp"
 #include "rule.hpp"
-#include "shared_doubts.hpp"
 #include "stability_rules.hpp"
 #include "trace_rules.hpp"
+#include "unseen_subjects.hpp"
 
 #include <algorithm>
 #include <string>
@@ -35,8 +35,7 @@ bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
     const auto* first = verdict.evidence.empty() ? nullptr : verdict.evidence.data();
     return std::tuple(std::string_view(verdict.subject), verdict.verdict, verdict.checked,
                       first == nullptr ? Timestamp{} : first->time,
-                      first == nullptr ? std::string_view() : std::string_view(first->note),
-                      verdict.about.index);
+                      first == nullptr ? Note{} : first->note, verdict.about.index);
   };
   return key(a) < key(b);
 }
@@ -48,10 +47,26 @@ void leave_out_passes(std::vector<SubjectVerdict>& subjects) {
   subjects.shrink_to_fit();
 }
 
-RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedDoubts& doubts) {
+// What every claim presupposes: that the events are the subject's, and their order known.
+void presuppose(const Rule& rule, const RuleContext& context, SubjectVerdict& subject) {
+  const auto& about = subject.about;
+  const bool is_of_recording = rule.needs.is_about_trace && about.kind == SubjectKind::trace;
+  if (is_of_recording || subject.verdict == Verdict::not_applicable) return;
+  auto presupposed = context.known.misattributed(about, !rule.needs.is_about_trace);
+  if (subject.verdict == Verdict::fail && about.kind == SubjectKind::callback && about.index)
+    presupposed.push_back(context.known.other_account(CallbackIndex{*about.index}));
+  if (auto why = context.known.why_hidden(presupposed)) {
+    subject.verdict = Verdict::inconclusive;
+    subject.evidence.insert(subject.evidence.begin(), *std::move(why));
+  }
+}
+
+RuleVerdict judge(const Rule& rule, const RuleContext& context) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
-  doubts.apply(rule, verdict.subjects);
+  for (auto& subject : verdict.subjects)
+    presuppose(rule, context, subject);
+  add_unseen_subjects(rule, context, verdict.subjects);
   if (context.options.is_judged) sort_rows(verdict.subjects, comes_before);
   for (const auto& subject : verdict.subjects)
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
@@ -168,11 +183,10 @@ void doubt_losses(VerdictReport& report, Judgement&& losses) {
 
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
-  const SharedDoubts doubts(context);
   Judgement losses(NamedSubject::trace(), context.known);
   for (const auto& rule : rules()) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;
-    report.rules.push_back(judge(rule, context, doubts));
+    report.rules.push_back(judge(rule, context));
     if (!rule.needs.is_about_trace) note_losses(report.rules.back(), losses);
   }
   doubt_losses(report, std::move(losses));

@@ -1,5 +1,7 @@
 #include "scheduled_parameters.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "callback_doubts.hpp"
 #include "parameter_words.hpp"
 #include "spec_questions.hpp"
@@ -29,17 +31,17 @@ bool is_as_asked(const ScheduledAs& scheduled, const ThreadParameters& asked) {
 }
 
 // Which policy it is. Threads that nobody configured are SCHED_OTHER, and have the same priority.
-std::optional<std::string> untold_policy(const ThreadParameters& asked) {
+std::optional<Note> untold_policy(const ThreadParameters& asked) {
   if (asked.policy != Policy::batch && asked.policy != Policy::idle) return std::nullopt;
-  return "SCHED_OTHER, SCHED_BATCH and SCHED_IDLE apart";
+  return note("switches-tell-no-policy");
 }
 
 // What is asked for and sched_switch cannot tell.
-std::optional<std::string> untold(const ThreadParameters& asked) {
+std::optional<Note> untold(const ThreadParameters& asked) {
   if (auto policy = untold_policy(asked)) return policy;
-  if (asked.policy == Policy::deadline) return "runtime, deadline and period";
-  if (asked.slice_ns) return "time slices";
-  if (asked.util_min || asked.util_max) return "utilization clamps";
+  if (asked.policy == Policy::deadline) return note("switches-tell-no-deadline-parameters");
+  if (asked.slice_ns) return note("switches-tell-no-time-slices");
+  if (asked.util_min || asked.util_max) return note("switches-tell-no-utilization-clamps");
   return std::nullopt;
 }
 
@@ -51,9 +53,9 @@ bool is_allowed(const SpecEntry& entry, const EventRef& where) {
 
 Evidence ran_outside(const RuleContext& context, const SpecEntry& entry, const char* event,
                      const EventRef& where) {
-  return evidence(
-      event, where,
-      asks(context, entry) + "; the thread ran on CPU " + std::to_string(where.cpu.value_or(-1)));
+  return evidence(event, where,
+                  note("ran-outside-asked-cpus",
+                       {{"asked", asks(context, entry)}, {"cpu", where.cpu.value_or(-1)}}));
 }
 
 // `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
@@ -94,13 +96,10 @@ std::optional<EventRef> own_event_outside(const ThreadFacts& thread, const SpecE
 // Nothing is known of how it was scheduled.
 bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judgement) {
   if (!thread.scheduled.empty()) return false;
-  const auto* const reason =
-      !thread.is_known_to_kernel
-          ? ", and the kernel's switches have another thread of this tid: it runs in a container"
-      : thread.switched_in ? ", and its switches have inherited priorities alone"
-                           : " and no switch; record kernel events";
-  judgement.unseen(
-      without_event(begin, "thread " + std::to_string(thread.tid) + " has no read-back" + reason));
+  const auto* const code = !thread.is_known_to_kernel ? "no-read-back-in-container"
+                           : thread.switched_in       ? "no-read-back-nor-priority-of-its-own"
+                                                      : "no-read-back-nor-switch";
+  judgement.unseen(without_event(begin, note(code, {{"tid", thread.tid}})));
   return true;
 }
 
@@ -125,17 +124,15 @@ std::optional<Evidence> untold_before(const RuleContext& context, const ThreadFa
 }
 
 // What is missing, and what it may hide.
-std::optional<Evidence> hiding(std::optional<Evidence> missing, std::string_view what) {
-  if (missing) missing->note.append(": ").append(what);
+std::optional<Evidence> hiding(std::optional<Evidence> missing, std::string_view code) {
+  if (missing) missing->note = note(code, {{"missing", std::move(missing->note)}});
   return missing;
 }
 
 // A priority above the one asked for may be inherited by an event that is lost, or never told.
 std::vector<Evidence> perhaps_inherited(const RuleContext& context, ThreadIndex index,
                                         const ScheduledAs& raised) {
-  constexpr std::string_view kInherited =
-      "the priority may be inherited since then, also while the thread sleeps with a mutex, and the "
-      "sched_pi_setprio that told it may be missing";
+  constexpr std::string_view kInherited = "priority-perhaps-inherited-since";
   const auto& thread = context.model.threads[at(index)];
   return listed({hiding(context.kernel_record.loss(index), kInherited),
                  context.kernel_record.untold_inheritance(index, earliest_birth(context, thread),
@@ -179,7 +176,7 @@ std::vector<Evidence> perhaps_former(const RuleContext& context, ThreadIndex ind
   const auto host = context.model.processes[at(context.model.threads[at(index)].process)].host;
   const auto end = context.lives.of(index).latest_end();
   if (end <= since) return {};
-  constexpr std::string_view kSince = "the thread may have been given other parameters since";
+  constexpr std::string_view kSince = "parameters-perhaps-changed-since";
   return listed({hiding(context.holes.between(host, since, end), kSince),
                  hiding(context.kernel_record.outside(index, since), kSince)});
 }
@@ -221,17 +218,15 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
     judgement.violation_unless(
         unseen,
         {evidence("sched_switch", last.last,
-                  asks(context, entry) + "; the kernel schedules thread " +
-                      std::to_string(thread.tid) + " with " + priority_text(last.first.prio))});
+                  note("scheduled-unlike-asked", {{"asked", asks(context, entry)},
+                                                  {"tid", thread.tid},
+                                                  {"priority", priority_text(last.first.prio)}}))});
   }
   if (entry.parameters.cpus) judge_last_cpus(context, index, entry, judgement);
-  if (const auto what = untold(entry.parameters)) {
-    judgement.unseen(without_event(begin, "sched_switch does not tell " + *what));
+  if (auto what = untold(entry.parameters)) {
+    judgement.unseen(without_event(begin, *std::move(what)));
   }
-  judgement.remark(evidence("sampled", begin,
-                            "by the priority and the CPUs of its switches: FIFO and RR are one "
-                            "there, OTHER, BATCH and IDLE another, and CPUs that it did not use "
-                            "are not seen"));
+  judgement.remark(evidence("sampled", begin, note("by-priority-and-cpus-of-switches")));
 }
 
 // S2: what may hide how the thread was scheduled when its first instance began.
@@ -240,7 +235,7 @@ std::optional<Evidence> lost_before(const RuleContext& context, ThreadIndex inde
   const auto& thread = context.model.threads[at(index)];
   const auto& seen = thread.scheduled.front().first.at;
   if (seen.time > start) {
-    return evidence("sched_switch", seen, "its priority before is unknown: no switch told it");
+    return evidence("sched_switch", seen, note("priority-before-unknown"));
   }
   const auto host = context.model.processes[at(thread.process)].host;
   const auto begin = std::min(seen.time, context.lives.of(index).begin);
@@ -306,22 +301,24 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   auto unseen = listed({context.lives.may_be_another(index, judged.first.at.time)});
   judgement.unseen(unseen);
   if (later == thread.scheduled.end()) {
-    judgement.remark(evidence("sampled", begin,
-                              "by the priority of its switches: it had " +
-                                  priority_text(kept->first.prio) +
-                                  " throughout; FIFO and RR are one there, OTHER, BATCH and IDLE "
-                                  "another, and the CPUs that it may use are not told"));
+    judgement.remark(
+        evidence("sampled", begin,
+                 note("by-priority-of-switches", {{"priority", priority_text(kept->first.prio)}})));
     return;
   }
   // Another nice value under SCHED_IDLE is what was asked for, too.
   const bool is_asked = entry != nullptr && entry->parameters.policy &&
                         is_as_asked(*kept, entry->parameters) &&
                         !is_as_asked(*later, entry->parameters);
-  const auto was = evidence("sched_switch", kept->last,
-                            "scheduled with " + priority_text(kept->first.prio) +
-                                (is_asked ? ", as " + asks(context, *entry) : ""));
-  const auto is = evidence("sched_switch", later->first.at,
-                           "from here on with " + priority_text(later->first.prio));
+  const auto was =
+      evidence("sched_switch", kept->last,
+               note("scheduled-with",
+                    {{"priority", priority_text(kept->first.prio)},
+                     {"as_asked",
+                      is_asked ? note("as-asked", {{"asked", asks(context, *entry)}}) : Note{}}}));
+  const auto is =
+      evidence("sched_switch", later->first.at,
+               note("scheduled-from-here-with", {{"priority", priority_text(later->first.prio)}}));
   if (is_asked) {
     const bool is_raised = later->first.prio < kept->first.prio;
     if (is_raised)
@@ -330,8 +327,8 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   } else {
     judgement.unseen(was);
     judgement.unseen(evidence("sched_switch", later->first.at,
-                              "from here on with " + priority_text(later->first.prio) +
-                                  ": whether that was meant is unknown (a spec would tell)"));
+                              note("scheduled-from-here-perhaps-meant",
+                                   {{"priority", priority_text(later->first.prio)}})));
   }
 }
 
@@ -345,9 +342,8 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
   const bool is_unseen_by_kernel = is_unseen(thread, begin, judgement);
   if (entry == nullptr || !entry->parameters.cpus) {
     if (is_unseen_by_kernel) return;
-    judgement.unseen(
-        without_event(begin, "no read-back of the allowed CPUs; its switches show it on " +
-                                 cpus_text(all.begin(), all.end())));
+    judgement.unseen(without_event(begin, note("no-read-back-of-cpus-but-switches",
+                                               {{"cpus", cpus_text(all.begin(), all.end())}})));
     return;
   }
   if (is_unseen_by_kernel) {
@@ -359,8 +355,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
     judgement.needs(context.known.lost_end(*lost));
   judgement.remark(evidence(
       "sampled", begin,
-      "by the spec's CPUs: nobody read back what the kernel allows" +
-          std::string(context.kernel_record.loss(index) ? ", and its record has holes" : "")));
+      note(context.kernel_record.loss(index) ? "by-cpus-of-spec-with-holes" : "by-cpus-of-spec")));
   auto as = reference_of(thread, entry);
   const auto unseen = listed({lost_beginning(context, index, *entry, *as)});
   judgement.unseen(unseen);
@@ -415,9 +410,8 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
     return;
   }
   const auto start = first->first_start.time;
-  if (const auto what = untold_policy(entry.parameters)) {
-    judgement.unseen(
-        evidence("sched_switch", match->first.at, "sched_switch does not tell " + *what));
+  if (auto what = untold_policy(entry.parameters)) {
+    judgement.unseen(evidence("sched_switch", match->first.at, *std::move(what)));
   }
   auto unseen = listed({context.user_losses.between(callback.process, Timestamp{}, start),
                         lost_before(context, first->thread, start)});
@@ -429,9 +423,8 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   const auto before = std::find_if(
       scheduled.begin(), match, [start](const ScheduledAs& as) { return as.last.time >= start; });
   if (before == match) {
-    judgement.unseen(evidence("sched_switch", match->first.at,
-                              "only here its priority was seen to be the one asked for; whether it "
-                              "was before the first instance is unknown"));
+    judgement.unseen(
+        evidence("sched_switch", match->first.at, note("asked-priority-seen-only-here")));
     return;
   }
   judgement.checked();
@@ -443,12 +436,14 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   judgement.violation_unless(
       unseen,
       {evidence("callback_start", first->first_start,
-                callback.logical_id + " started unconfigured; " +
-                    counted(std::max<std::uint64_t>(match->starts_before, 1), "instance") + " did"),
+                note("started-unconfigured",
+                     {{"callback", NamedCallback{callback.logical_id}},
+                      {"instances", std::max<std::uint64_t>(match->starts_before, 1)}})),
        evidence("sched_switch", before->last,
-                "still scheduled with " + priority_text(before->first.prio)),
-       evidence("sched_switch", match->first.at,
-                "only now with " + priority_text(match->first.prio))});
+                note("still-scheduled-with", {{"priority", priority_text(before->first.prio)}})),
+       evidence(
+           "sched_switch", match->first.at,
+           note("only-now-scheduled-with", {{"priority", priority_text(match->first.prio)}}))});
 }
 
 }  // namespace cie::analysis

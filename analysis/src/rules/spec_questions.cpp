@@ -81,9 +81,8 @@ std::optional<Evidence> unknown_former(const RuleContext& context, const Callbac
   const auto* other = spec->find_callback(callback.logical_id, callback.period_ns);  // of its node
   if (!asks(*entry) && (other == nullptr || !asks(*other))) return std::nullopt;
   return without_event(first_sign(context.model, callback),
-                       place(context, entry->line) + " names " + entry->id +
-                           ", which was not seen since this one was made: whether it was gone, and "
-                           "the entry is this one's, no event tells");
+                       note("entry-perhaps-of-former", {{"spec", place(context, entry->line)},
+                                                        {"callback", NamedCallback{entry->id}}}));
 }
 
 std::optional<Evidence> unknown_entry(const RuleContext& context, const CallbackFacts& callback,
@@ -91,17 +90,15 @@ std::optional<Evidence> unknown_entry(const RuleContext& context, const Callback
   const auto* spec = context.options.spec;
   if (spec == nullptr) return std::nullopt;
   if (auto unknown = unknown_former(context, callback, asks)) return unknown;
-  const char* const unknown = ": what it has to keep is unknown";
   if (!is_identified(callback)) {
     return without_event(first_sign(context.model, callback),
-                         std::string(why_unidentified(callback)) + unknown);
+                         note("owed-unknown", {{"text", why_unidentified(callback)}}));
   }
   const bool lacks_entry = spec_entry(context, callback) == nullptr;
   if (!lacks_entry || !IdParts(callback.logical_id).lacks_node()) return std::nullopt;
   const auto may_be = [&](const SpecEntry& entry) { return may_be_entry_of(entry, callback); };
   if (std::ranges::none_of(spec->callbacks(), may_be)) return std::nullopt;
-  return without_event(first_sign(context.model, callback),
-                       std::string("of a node that is not told") + unknown);
+  return without_event(first_sign(context.model, callback), note("owed-unknown-of-untold-node"));
 }
 
 std::uint64_t most_allowed(const RuleContext& context, const CallbackFacts& callback,
@@ -142,8 +139,9 @@ std::string place(const RuleContext& context, int line) {
          std::to_string(line);
 }
 
-std::string asks(const RuleContext& context, const SpecEntry& entry) {
-  return place(context, entry.line) + " asks for " + describe(entry.parameters);
+Note asks(const RuleContext& context, const SpecEntry& entry) {
+  return note("asks-for",
+              {{"spec", place(context, entry.line)}, {"parameters", describe(entry.parameters)}});
 }
 
 std::optional<bool> is_as_specified(const ReadBack& read, const ThreadParameters& asked) {

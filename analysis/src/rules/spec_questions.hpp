@@ -1,6 +1,7 @@
 // What the scheduling spec asks of callbacks and threads, and whether they got it.
 #pragma once
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
@@ -42,7 +43,7 @@ const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index);
 // "robot.yaml:12".
 std::string place(const RuleContext& context, int line);
 // "robot.yaml:12 asks for SCHED_FIFO 20".
-std::string asks(const RuleContext& context, const SpecEntry& entry);
+Note asks(const RuleContext& context, const SpecEntry& entry);
 // What is judged (policy with its parameters, time slice, utilization clamps, affinity) is as asked
 // for. Empty if only the recording, which is older than those fields, leaves it open.
 std::optional<bool> is_as_specified(const ReadBack& read_back, const ThreadParameters& parameters);

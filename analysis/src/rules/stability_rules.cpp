@@ -1,5 +1,6 @@
 #include "stability_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/tracepoints/policy.hpp>
 
 #include "each_subject.hpp"
@@ -25,11 +26,12 @@ bool is_known(const ThreadFacts& thread) {
 }
 
 // " (thread of CALLBACK)": who reads of a thread wants to know whose it is.
-std::string whose(const Model& model, const ThreadFacts& thread) {
+Note whose(const Model& model, const ThreadFacts& thread) {
   if (thread.ran.size() != 1) {
-    return thread.name.empty() ? std::string() : " (thread \"" + thread.name + "\")";
+    return thread.name.empty() ? Note{} : note("thread-of-name", {{"name", thread.name}});
   }
-  return " (thread of " + model.callbacks[at(thread.ran.front()->callback)].logical_id + ")";
+  const auto& callback = model.callbacks[at(thread.ran.front()->callback)];
+  return note("thread-of-callback", {{"callback", NamedCallback{callback.logical_id}}});
 }
 
 // The spec asks for a slice or a clamp that differs.
@@ -58,8 +60,8 @@ const ReadBack& first_reference(const ThreadFacts& thread) {
 }
 
 // A raised priority that is no witness, because it may be inherited.
-Evidence by_read_back(const EventRef& at, const std::string& note) {
-  auto remark = evidence("by read-back", at, note);
+Evidence by_read_back(const EventRef& at, Note what) {
+  auto remark = evidence("by read-back", at, std::move(what));
   remark.is_perhaps_inherited = true;
   return remark;
 }
@@ -68,9 +70,9 @@ Evidence by_read_back(const EventRef& at, const std::string& note) {
 void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   if (!thread.perhaps_inherited) return;
   const auto& [at, prio] = *thread.perhaps_inherited;
-  const auto note = priority_text(prio) + " from here on, which may be inherited";
-  if (thread.audits_checked == 0) judgement.unseen(evidence("sched_switch", at, note));
-  judgement.remark(by_read_back(at, note));
+  const auto inherited = note("perhaps-inherited-from-here", {{"priority", priority_text(prio)}});
+  if (thread.audits_checked == 0) judgement.unseen(evidence("sched_switch", at, inherited));
+  judgement.remark(by_read_back(at, inherited));
 }
 
 // What differs from what was applied: unless other parameters may have been applied meanwhile; or before, where the
@@ -81,7 +83,8 @@ void claim_mismatch(const RuleContext& context, ThreadIndex index, const ReadBac
   judgement.violation(
       [&] {
         return std::vector{evidence("thread_sched", applied.at,
-                                    "applied: " + describe(applied) + whose(context.model, thread)),
+                                    note("applied", {{"parameters", describe(applied)},
+                                                     {"whose", whose(context.model, thread)}})),
                            later};
       },
       context.known.other_parameters(index, applied, until));
@@ -94,7 +97,8 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
     claim_mismatch(context, index, applied,
-                   evidence("thread_sched", audit.at, "later read back: " + describe(audit)),
+                   evidence("thread_sched", audit.at,
+                            note("later-read-back", {{"parameters", describe(audit)}})),
                    audit.at.time, judgement);
   }
   const auto host = model.processes[at(thread.process)].host;
@@ -111,9 +115,9 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                                                        priority.at.time);
       }
       if (gap) {
-        judgement.remark(by_read_back(priority.at, "the kernel schedules it with " +
-                                                       priority_text(priority.prio) +
-                                                       ", which may be inherited: " + gap->note));
+        judgement.remark(by_read_back(
+            priority.at, note("kernel-schedules-perhaps-inherited",
+                              {{"priority", priority_text(priority.prio)}, {"why", gap->note}})));
       }
     }
     if (gap) {
@@ -122,21 +126,20 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
     }
     claim_mismatch(context, index, applied,
                    evidence("sched_switch", priority.at,
-                            "the kernel schedules it with " + priority_text(priority.prio)),
+                            note("kernel-schedules", {{"priority", priority_text(priority.prio)}})),
                    kLatest, judgement);
   }
   judgement.needs_none(context.known.read_backs(index));
   judgement.unseen(unended_change(model, thread));
   judge_perhaps_inherited(thread, judgement);
   if (thread.audits_checked + thread.switches_checked == 0) {
-    judgement.unseen(evidence("thread_sched", thread.read_backs.last_at,
-                              model.hosts[at(host)].has_switches
-                                  ? "no later audit and no sched_switch to compare with"
-                                  : "no later audit to compare with; record kernel events"));
+    judgement.unseen(evidence(
+        "thread_sched", thread.read_backs.last_at,
+        note(model.hosts[at(host)].has_switches ? "no-later-audit-nor-switch" : "no-later-audit")));
   } else if (hole) {
     if (thread.audits_checked == 0) judgement.unseen(hole);
-    judgement.remark(evidence("by read-back", thread.read_backs.last_at,
-                              "the kernel's record of its switches has holes"));
+    judgement.remark(
+        evidence("by read-back", thread.read_backs.last_at, note("switch-record-has-holes")));
   }
 }
 
@@ -173,11 +176,9 @@ Evidence why_no_cpu_is_judged(const ThreadFacts& thread, const EventRef& begin) 
     return pair->first_start.cpu || pair->last_activity.cpu;
   };
   if (std::ranges::none_of(thread.ran, tells_cpu)) {
-    return evidence("cpu_id", begin, "events do not tell their CPU");
+    return evidence("cpu_id", begin, note("events-without-cpu"));
   }
-  return evidence("thread_sched", thread.last_read_back->at,
-                  "no read-back of the allowed CPUs holds for any event of the thread: this is the "
-                  "last one");
+  return evidence("thread_sched", thread.last_read_back->at, note("no-mask-holds-for-events"));
 }
 
 // Lost starts and ends may show other CPUs.
@@ -187,47 +188,47 @@ void need_runs(const RuleContext& context, ThreadIndex index, Judgement& judgeme
 
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
-  return judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
-                                    Judgement& judgement) {
-    if (!is_known(thread) && thread.ran.empty()) return;
-    if (is_never_read_back(model, thread)) {
-      judge_scheduled_cpus(context, index, judgement);
-      return;
-    }
-    judgement.checked(thread.cpus_checked);
-    std::optional<Evidence> other;
-    if (thread.cpu_violation) {
-      other = context.lives.may_be_another(index, thread.cpu_violation->second.time);
-    }
-    if (thread.cpu_violation && !other) {
-      const auto& [mask, where] = *thread.cpu_violation;
-      judgement.violation(
-          [&, &mask = mask, &where = where] {
-            return std::vector{evidence("thread_sched", mask.at,
-                                        "last read back: " + describe(mask) + whose(model, thread)),
-                               evidence("cpu", where,
-                                        "ran on CPU " + std::to_string(where.cpu.value_or(-1)) +
-                                            ", which is outside that mask")};
-          },
-          context.known.read_backs(index, mask.at.time));
-    }
-    judgement.needs_none(context.known.read_backs(index));
-    judgement.unseen(unended_change(model, thread));
-    const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
-    if (!thread.last_read_back) {
-      judgement.unseen(without_event(begin, "no read-back of the allowed CPUs"));
-    } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
-      judgement.unseen(why_no_cpu_is_judged(thread, begin));
-    } else if (thread.switch_cpus_checked == 0) {
-      need_runs(context, index, judgement);
-      judgement.remark(evidence("sampled", begin,
-                                "only the CPUs of its own events were seen, not its switches"));
-    } else if (other || context.kernel_record.loss(index) ||
-               context.kernel_record.outside(index, begin.time)) {
-      need_runs(context, index, judgement);
-      judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
-    }
-  });
+  return judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (!is_known(thread) && thread.ran.empty()) return;
+        if (is_never_read_back(model, thread)) {
+          judge_scheduled_cpus(context, index, judgement);
+          return;
+        }
+        judgement.checked(thread.cpus_checked);
+        std::optional<Evidence> other;
+        if (thread.cpu_violation) {
+          other = context.lives.may_be_another(index, thread.cpu_violation->second.time);
+        }
+        if (thread.cpu_violation && !other) {
+          const auto& [mask, where] = *thread.cpu_violation;
+          judgement.violation(
+              [&, &mask = mask, &where = where] {
+                return std::vector{
+                    evidence("thread_sched", mask.at,
+                             note("last-read-back", {{"parameters", describe(mask)},
+                                                     {"whose", whose(model, thread)}})),
+                    evidence("cpu", where,
+                             note("ran-outside-mask", {{"cpu", where.cpu.value_or(-1)}}))};
+              },
+              context.known.read_backs(index, mask.at.time));
+        }
+        judgement.needs_none(context.known.read_backs(index));
+        judgement.unseen(unended_change(model, thread));
+        const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
+        if (!thread.last_read_back) {
+          judgement.unseen(without_event(begin, note("no-read-back-of-cpus")));
+        } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
+          judgement.unseen(why_no_cpu_is_judged(thread, begin));
+        } else if (thread.switch_cpus_checked == 0) {
+          need_runs(context, index, judgement);
+          judgement.remark(evidence("sampled", begin, note("cpus-of-own-events-alone")));
+        } else if (other || context.kernel_record.loss(index) ||
+                   context.kernel_record.outside(index, begin.time)) {
+          need_runs(context, index, judgement);
+          judgement.remark(evidence("sampled", begin, note("switch-record-has-holes")));
+        }
+      });
 }
 
 bool is_ever_real_time(const ThreadFacts& thread) {
@@ -259,20 +260,21 @@ void judge_fork(const ForkFacts& fork, const KernelHoles& holes, Judgement& judg
   judgement.checked();
   if (!is_real_time_priority(fork.child_first->prio)) return;
   judgement.violation([&] {
-    return std::vector{evidence("sched_process_fork", fork.at,
-                                "thread " + std::to_string(fork.parent_tid) + " with " +
-                                    priority_text(fork.parent_prio) + " creates thread " +
-                                    std::to_string(fork.child_tid)),
-                       evidence("sched_switch", fork.child_first->at,
-                                "which first runs with " + priority_text(fork.child_first->prio))};
+    return std::vector{
+        evidence("sched_process_fork", fork.at,
+                 note("thread-creates-thread", {{"tid", fork.parent_tid},
+                                                {"priority", priority_text(fork.parent_prio)},
+                                                {"child", fork.child_tid}})),
+        evidence("sched_switch", fork.child_first->at,
+                 note("first-runs-with", {{"priority", priority_text(fork.child_first->prio)}}))};
   });
 }
 
 Evidence not_judged(const ForkFacts& fork) {
-  return evidence("sched_switch", fork.child_first->at,
-                  "not judged: its child thread " + std::to_string(fork.child_tid) +
-                      " first runs with " + priority_text(fork.child_first->prio) +
-                      ", which this thread was not seen to have");
+  return evidence(
+      "sched_switch", fork.child_first->at,
+      note("child-perhaps-given-priority",
+           {{"child", fork.child_tid}, {"priority", priority_text(fork.child_first->prio)}}));
 }
 
 // What a thread began with, where that is among the read-backs that were lost.
@@ -313,9 +315,9 @@ void judge_beginning(const RuleContext& context, ThreadIndex index, const EventR
   judgement.violation(
       [&] {
         return std::vector{
-            evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"),
+            evidence("thread_init", begin, note("thread-begins", {{"tid", thread.tid}})),
             evidence("thread_sched", thread.initial->at,
-                     "before anything was applied it runs " + describe(*thread.initial))};
+                     note("runs-before-applied", {{"parameters", describe(*thread.initial)}}))};
       },
       earlier);
 }
@@ -371,12 +373,9 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       judgement.remark([&fork] { return not_judged(*fork->second); });
     const auto host = model.processes[at(thread.process)].host;
     if (!thread.is_known_to_kernel || !model.hosts[at(host)].has_forks) {
-      judgement.remark(evidence("announced only", begin,
-                                "no fork events: children that were not announced are not seen"));
+      judgement.remark(evidence("announced only", begin, note("no-fork-events")));
     } else if (context.kernel_record.loss(index)) {
-      judgement.remark(evidence("announced only", begin,
-                                "the kernel's record has holes: children that were not announced "
-                                "may not be seen"));
+      judgement.remark(evidence("announced only", begin, note("children-perhaps-in-holes")));
     }
     conclude(std::move(judgement), verdicts);
   }

@@ -125,8 +125,7 @@ std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& th
     if (of.holds(applied)) last = &applied;
   if (of.last_change <= (last != nullptr ? last->change : 0)) return std::nullopt;
   return evidence("thread_sched", last != nullptr ? last->at : of.at,
-                  "change " + std::to_string(of.last_change) +
-                      " of its parameters began later, and its end was not seen");
+                  note("change-without-end", {{"change", of.last_change}}));
 }
 
 std::optional<Evidence> unended_change(const Model& model, const ThreadFacts& thread) {

@@ -1,9 +1,11 @@
 #include "time_namespaces.hpp"
 
+#include <cie/analysis/note.hpp>
+
 #include "judgement.hpp"
 
 #include <algorithm>
-#include <string>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -20,13 +22,13 @@ const ProcessFacts* in_namespace(const Model& model, HostIndex host) {
   return found != model.processes.end() ? &*found : nullptr;
 }
 
-Evidence clock_of(const ProcessFacts& process, const std::string& consequence) {
+Evidence clock_of(const ProcessFacts& process, Note consequence) {
   const auto offset = process.monotonic_offset_ns;
   return evidence("clock", process.run_begin ? *process.run_begin : *process.first_seen,
-                  "process " + std::to_string(process.pid) +
-                      " is in a time namespace, where CLOCK_MONOTONIC is " +
-                      nanoseconds(offset < 0 ? -offset : offset) +
-                      (offset < 0 ? " behind" : " ahead of") + " the machine's: " + consequence);
+                  note(offset < 0 ? "clock-behind-machine" : "clock-ahead-of-machine",
+                       {{"pid", process.pid},
+                        {"offset", Duration{offset < 0 ? -offset : offset}},
+                        {"consequence", std::move(consequence)}}));
 }
 
 }  // namespace
@@ -38,8 +40,7 @@ std::optional<Evidence> clocks_apart(const Model& model, HostIndex host) {
     return is_of_report(other, host) && other.monotonic_offset_ns != apart->monotonic_offset_ns;
   });
   if (!is_any_other) return std::nullopt;
-  return clock_of(
-      *apart, "its times cannot be compared with those of the other processes; record it apart");
+  return clock_of(*apart, note("times-not-comparable"));
 }
 
 std::map<HostIndex, Evidence> clocks_apart(const Model& model) {
@@ -56,7 +57,7 @@ std::optional<Evidence> apart_from_kernel(const Model& model, HostIndex host) {
   const auto* apart = in_namespace(model, host);
   const bool has_kernel = facts.has_switches || facts.has_wakings || facts.has_forks;
   if (apart == nullptr || !has_kernel) return std::nullopt;
-  return clock_of(*apart, "the kernel's events tell nothing of it");
+  return clock_of(*apart, note("kernel-tells-nothing-of-it"));
 }
 
 }  // namespace cie::analysis

@@ -1,5 +1,6 @@
 #include "trace_rules.hpp"
 
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/rule_pages.hpp>
 
 #include "judgement.hpp"
@@ -12,32 +13,29 @@
 #include <span>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
 
 struct Requirement {
   std::string_view event;
-  std::string_view remedy;
+  std::string_view absent;  // code of the note that tells what to do
 };
 constexpr std::array<Requirement, 5> kRequired{{
-    {"run_begin", "enable cie:run_begin before the application starts, or attach to it"},
-    {"callback_init", "enable cie:callback_init before the application starts, or attach to it"},
-    {"thread_init", "enable cie:thread_init before the application starts, or attach to it"},
-    {"callback_start", "enable cie:callback_start and let a callback run"},
-    {"callback_end", "enable cie:callback_end and let a callback run"},
+    {"run_begin", "no-event-of-begin"},
+    {"callback_init", "no-event-of-begin"},
+    {"thread_init", "no-event-of-begin"},
+    {"callback_start", "no-event-of-runs"},
+    {"callback_end", "no-event-of-runs"},
 }};
 
 // The same of recordings that hold ROS 2's words alone.
 constexpr std::array<Requirement, 4> kRequiredOfRos2{{
-    {"rcl_init", "enable ros2:rcl_init before the application starts"},
-    {"callback_init",
-     "enable the ros2: events ending in _init and _added before it starts (of rclcpp: rclpy's "
-     "callbacks have none)"},
-    {"callback_start",
-     "enable ros2:callback_start and let a callback of rclcpp run (rclpy's have none)"},
-    {"callback_end",
-     "enable ros2:callback_end and let a callback of rclcpp run (rclpy's have none)"},
+    {"rcl_init", "no-ros2-event-of-begin"},
+    {"callback_init", "no-ros2-event-of-registration"},
+    {"callback_start", "no-ros2-event-of-runs"},
+    {"callback_end", "no-ros2-event-of-runs"},
 }};
 
 std::span<const Requirement> required_of(const Model& model) {
@@ -77,14 +75,16 @@ void doubt_files(const Model& model, Judgement& judgement) {
   for (const auto& recording : model.recordings) {
     for (const auto& doubt : recording.doubts) {
       if (++count > kNamed) continue;
-      const auto where = recording.name.empty() ? std::string() : " (" + recording.name + ')';
-      judgement.unseen(
-          evidence(std::string(label(doubt.kind)), begin_of(model), doubt.note + where));
+      judgement.unseen(evidence(
+          std::string(label(doubt.kind)), begin_of(model),
+          recording.name.empty()
+              ? free_text(doubt.note)
+              : note("text-of-recording", {{"text", doubt.note}, {"recording", recording.name}})));
     }
   }
   if (count > kNamed) {
     judgement.unseen(
-        evidence("missing_file", begin_of(model), "and " + counted(count - kNamed, "more file")));
+        evidence("missing_file", begin_of(model), note("more-files", {{"files", count - kNamed}})));
   }
 }
 
@@ -93,14 +93,16 @@ std::vector<Evidence> losses_of_manifests(const Model& model) {
   std::vector<Evidence> losses;
   for (const auto& recording : model.recordings) {
     if (!recording.manifest) continue;
-    const auto tell = [&](std::uint64_t count, const std::string& where) {
-      if (count == 0) return;
-      losses.push_back(evidence("manifest", begin_of(model),
-                                "counts " + counted(count, "discarded event") + " of " + where));
+    const auto tell = [&](Note lost) {
+      losses.push_back(evidence("manifest", begin_of(model), std::move(lost)));
     };
-    for (const auto& channel : recording.manifest->channels)
-      tell(channel.discarded_events, "channel " + channel.name);
-    tell(recording.manifest->kernel.lost_events, "the kernel");
+    for (const auto& channel : recording.manifest->channels) {
+      if (channel.discarded_events == 0) continue;
+      tell(note("events-of-channel-discarded",
+                {{"events", channel.discarded_events}, {"channel", channel.name}}));
+    }
+    if (const auto lost = recording.manifest->kernel.lost_events; lost != 0)
+      tell(note("events-of-kernel-discarded", {{"events", lost}}));
   }
   return losses;
 }
@@ -133,7 +135,8 @@ void doubt_recorders(const RuleContext& context, Judgement& judgement) {
     const bool is_lossy =
         std::ranges::find(losses, failure.recording, &RecorderFailure::recording) != losses.end();
     for (const auto& problem : failure.problems) {
-      auto item = evidence("recorder_problem", begin_of(context.model), in_words(failure, problem));
+      auto item = evidence("recorder_problem", begin_of(context.model),
+                           free_text(in_words(failure, problem)));
       if (is_lossy) {
         judgement.unseen(std::move(item));
       } else {
@@ -170,7 +173,7 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   }
   for (const auto& part : unseen_parts(model)) {
     judgement.unseen(
-        evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
+        evidence("unseen_" + std::string(label(part.kind)), begin_of(model), free_text(part.note)));
   }
   doubt_recorders(context, judgement);
   return only(std::move(judgement));
@@ -205,33 +208,28 @@ bool has_no_callbacks(const Model& model) {
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
   Judgement judgement(NamedSubject::trace(), context.known);
-  const auto missing = [&](std::string note) {
-    judgement.unseen(without_event(begin_of(context.model), std::move(note)));
+  const auto missing = [&](Note what) {
+    judgement.unseen(without_event(begin_of(context.model), std::move(what)));
   };
   const bool is_cut = context.options.window.has_value();
   if (events.cie == 0 && context.model.processes.empty()) {
-    missing(
-        "no events of applications in it; start them under cie record, or attach to them (of ROS 2 "
-        "with --ros2)");
+    missing(note("no-events-of-applications"));
     return only(std::move(judgement));
   }
   const bool is_lossy = is_any_user_event_lost(context.model);
   const bool is_idle = has_no_callbacks(context.model);
-  if (is_idle) missing("no application registered a callback, as run_end says");
+  if (is_idle) missing(note("no-callback-registered"));
   for (const auto& requirement : required_of(context.model)) {
     if (events.by_name.contains(requirement.event)) {
       judgement.checked();
     } else if (is_idle && requirement.event != "run_begin") {
       continue;  // there was none to record
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
-      missing("no " + std::string(requirement.event) +
-              " in the window; widen --window, or leave it out");
+      missing(note("no-event-in-window", {{"event", requirement.event}}));
     } else if (is_lossy) {
-      missing("no " + std::string(requirement.event) +
-              " in it; it may be among the events that are lost");
+      missing(note("no-event-perhaps-lost", {{"event", requirement.event}}));
     } else {
-      missing("no " + std::string(requirement.event) + " in it; " +
-              std::string(requirement.remedy));
+      missing(note(requirement.absent, {{"event", requirement.event}}));
     }
   }
   const std::array<std::pair<std::string_view, std::uint64_t>, 2> contexts{
@@ -240,13 +238,12 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     if (without == 0) {
       judgement.checked();
     } else {
-      missing(counted(without, "event") + " without " + std::string(name) +
-              "; add it: lttng add-context --userspace --type=" + std::string(name));
+      missing(note("events-without-context", {{"events", without}, {"context", name}}));
     }
   }
   const bool is_any_lost = events.by_name.contains("callback_start") && !has_runs(context.model);
   if (is_any_lost && events.cie_without_pid == 0) {
-    missing("no instance of a callback lies within what all streams cover");
+    missing(note("no-instance-covered"));
   }
   return only(std::move(judgement));
 }
@@ -264,17 +261,15 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   if (regressions.first && apart.empty()) {  // else the tracer did write them as they were
     judgement.violation(std::vector{
         evidence("time_regression", moment(regressions.first_previous),
-                 "the stream had come to " + nanoseconds(regressions.first_previous.ns)),
-        evidence("time_regression", *regressions.first,
-                 "it went back by " +
-                     nanoseconds(regressions.first_previous - regressions.first->time) + ", to " +
-                     nanoseconds(regressions.first->time.ns) + "; " +
-                     counted(regressions.count, "time") + " in all")});
+                 note("stream-had-come-to", {{"time", regressions.first_previous}})),
+        evidence(
+            "time_regression", *regressions.first,
+            note("time-went-back", {{"back", regressions.first_previous - regressions.first->time},
+                                    {"time", regressions.first->time},
+                                    {"times", regressions.count}}))});
   }
   if (model.clocks_unrelated) {
-    judgement.unseen(evidence("clock", begin_of(model),
-                              "streams were recorded under different boots or clocks; their times "
-                              "cannot be compared"));
+    judgement.unseen(evidence("clock", begin_of(model), note("clocks-unrelated")));
   }
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
@@ -282,10 +277,10 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
     if (!told) continue;
     judgement.unseen([&] {
       return evidence("callback_start", told->start,
-                      callback.logical_id + " seq " + std::to_string(told->seq) +
-                          " tells a release " + nanoseconds(told->release - told->start.time) +
-                          " after its start: not a time of the tracer's clock, so none is known; " +
-                          counted(told->count, "instance") + " in all");
+                      note("release-after-start", {{"callback", NamedCallback{callback.logical_id}},
+                                                   {"seq", told->seq},
+                                                   {"after", told->release - told->start.time},
+                                                   {"instances", told->count}}));
     });
   }
   return only(std::move(judgement));

@@ -12,19 +12,21 @@ namespace cie::analysis {
 
 Evidence evidence_of_recorder(const Model& model, const Reason& reason) {
   if (reason.cause == GapCause::loss) return evidence_of(model.losses[reason.about]);
-  return evidence("stream_begin", moment(reason.at),
-                  "the record of another CPU begins here (" + model.streams[reason.about].path +
-                      "): what happened there before is not known");
+  if (reason.cause == GapCause::window) return evidence_of(model.losses_before[reason.about]);
+  return evidence(
+      "stream_begin", moment(reason.at),
+      note("stream-begins-late", {{"stream", NamedFile{model.streams[reason.about].path}}}));
 }
 
 std::optional<Evidence> UserLossesOfProcesses::between(ProcessIndex process, Timestamp begin,
-                                                       Timestamp end) const {
-  const auto* gap = user_gap(model_, model_.processes[at(process)].host, begin, end);
+                                                       Timestamp end, EventKinds kinds) const {
+  const auto* gap = user_gap(model_, model_.processes[at(process)].host, begin, end, kinds);
   return gap != nullptr ? std::optional(evidence_of_recorder(model_, gap->reason)) : std::nullopt;
 }
 
-std::optional<Evidence> UserLossesOfProcesses::since(ProcessIndex process, Timestamp time) const {
-  return between(process, time, kLatest);
+std::optional<Evidence> UserLossesOfProcesses::since(ProcessIndex process, Timestamp time,
+                                                     EventKinds kinds) const {
+  return between(process, time, kLatest, kinds);
 }
 
 std::optional<Evidence> UserLossesOfProcesses::unseen_process(HostIndex host, Timestamp begin,
@@ -39,7 +41,7 @@ std::optional<Evidence> UserLossesOfProcesses::unseen_process(HostIndex host, Ti
   const bool is_named = !recordings.empty() && std::ranges::all_of(recordings, names_all_processes);
   if (gap == nullptr || is_named) return std::nullopt;
   auto doubt = evidence_of_recorder(model_, gap->reason);
-  doubt.note += ": a whole process may be among them, and no manifest names all that ran";
+  doubt.note = note("process-perhaps-lost", {{"loss", std::move(doubt.note)}});
   return doubt;
 }
 

@@ -19,10 +19,12 @@ class UserLossesOfProcesses {
   // `model` is borrowed.
   explicit UserLossesOfProcesses(const Model& model) : model_(model) {}
 
-  // Events of applications on its machine were lost between the two, edges included.
-  std::optional<Evidence> between(ProcessIndex process, Timestamp begin, Timestamp end) const;
+  // Such events of applications on its machine were lost between the two, edges included.
+  std::optional<Evidence> between(ProcessIndex process, Timestamp begin, Timestamp end,
+                                  EventKinds kinds = kUserKinds) const;
   // The same then or later.
-  std::optional<Evidence> since(ProcessIndex process, Timestamp time) const;
+  std::optional<Evidence> since(ProcessIndex process, Timestamp time,
+                                EventKinds kinds = kUserKinds) const;
 
   // Of a machine: all of a process with a callback may have been lost between the two, and no manifest names
   // every process.

@@ -50,11 +50,14 @@ std::size_t LossLog::list(const Loss& loss) {
 }
 
 void LossLog::note_before(Loss loss) {
-  const auto same = std::ranges::find_if(model_.losses_before, [&loss](const Loss& other) {
+  auto& before = model_.losses_before;
+  const auto same = std::ranges::find_if(before, [&loss](const Loss& other) {
     return other.host == loss.host && other.domain == loss.domain;
   });
-  if (same == model_.losses_before.end()) {
-    model_.losses_before.push_back(std::move(loss));
+  if (loss.is_evidence)
+    model_.gaps.add(gap_before(loss, static_cast<std::size_t>(same - before.begin())));
+  if (same == before.end()) {
+    before.push_back(std::move(loss));
   } else if (same->end < loss.end) {
     *same = std::move(loss);
   }

@@ -6,6 +6,7 @@
 // before they are compared. A `caret_reference.json` beside it has what CARET says of the messages.
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/report_rows.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include <algorithm>
 #include <cstdlib>
@@ -315,7 +316,7 @@ TEST(Ros2Recordings, AClientsThreadIsNotFoundToBeIsolated) {
   EXPECT_EQ(m2->subjects.size(), 11U);  // threads that ran callbacks
   for (const auto& subject : m2->subjects) {
     ASSERT_EQ(subject.evidence.size(), 1U) << subject.subject;
-    EXPECT_EQ(subject.evidence.front().note,
+    EXPECT_EQ(viewer_export::sentence(subject.evidence.front().note),
               "may also have served the client of /car/enable (node /car/plan), whose responses "
               "ROS 2's events do not show");
   }

@@ -1,6 +1,7 @@
 // cie-record --kernel with a real kernel: the scheduler's events beside those of user space, what
 // the analyzer makes of both, and that nothing stays behind.
 #include <cie/analysis/analyzer.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include "ctf/stream_check.hpp"
 #include "kernel/kernel_source.hpp"
@@ -170,7 +171,7 @@ TEST_P(KernelRecord, TellsAProgramThatIsExecutedFromACrash) {
       if (rule.id != "T4") continue;
       for (const auto& subject : rule.subjects) {
         for (const auto& evidence : subject.evidence)
-          told += evidence.note + '\n';
+          told += viewer_export::sentence(evidence.note) + '\n';
       }
     }
     EXPECT_THAT(told, HasSubstr("the process executed another program here")) << leave_by;

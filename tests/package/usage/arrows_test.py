@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Each folder's README says which of its rooms may include which (a block ```arrows FOLDER); here sources are held
-against it. Of a public header: it includes the standard library and public headers alone.
+"""What is written in two places agrees. Each folder's README says which of its rooms may include which (a block ```arrows FOLDER); here sources are held
+against it. Of a public header: it includes the standard library and public headers alone. Each code of a note in
+`analysis` has a sentence in `viewer_export`, and no sentence has no code.
 
 Usage: arrows_test.py BIN SOURCE
 """
@@ -105,6 +106,14 @@ class Arrows(unittest.TestCase):
             for path in sources(folder):
                 for name in re.findall(r"#\s*include\s+<([^>]+)>", path.read_text(errors="replace")):
                     self.assertFalse(name.startswith(prefixes), f"{path.relative_to(SOURCE)} includes <{name}>")
+
+    def test_each_code_of_a_note_has_a_sentence(self):
+        table = (SOURCE / "viewer_export/src/words/note_sentences.cpp").read_text()
+        codes = re.findall(r'^ +{"([a-z0-9-]+)",', table, re.MULTILINE)
+        self.assertEqual(len(codes), len(set(codes)))
+        code = "".join(path.read_text() for path in sources("analysis/src") + sources("analysis/include"))
+        self.assertEqual({name for name in codes if f'"{name}"' not in code}, set(), "no rule has these codes")
+        self.assertEqual(set(re.findall(r'\bnote\(\s*"([^"]+)"', code)) - set(codes), set())
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ TEST(VerdictLog, SaysWhatHasNoEvent) {
   VerdictLog log;
   auto report = violated("trace", std::nullopt);
   analysis::Evidence missing;
-  missing.note = "no callback_init in it";
+  missing.note = analysis::free_text("no callback_init in it");
   report.rules[0].subjects[0].evidence = {missing};
   EXPECT_EQ(log.note(report, {10}).current.at(0).note, "no callback_init in it");
   report.rules[0].subjects[0].evidence[0].event = "run_begin";
@@ -94,8 +94,12 @@ TEST(VerdictLog, SaysWhyByTheEventThatKnows) {
   auto& evidence = verdicts.rules.front().subjects.front().evidence;
   evidence.resize(2);
   evidence[0].event = "callback_start";
-  evidence[0].note = "seq 5 starts";
-  evidence[1].note = "response time 32214275 ns, the deadline of app.yaml:7 is 10000000 ns";
+  evidence[0].note = analysis::free_text("seq 5 starts");
+  evidence[1].note =
+      analysis::note("deadline-missed", {{"response", analysis::Duration{32214275}},
+                                         {"error", analysis::Note{}},
+                                         {"spec", "app.yaml:7"},
+                                         {"deadline", analysis::Duration{10000000}}});
   const auto noted = VerdictLog().note(verdicts, {10});
   EXPECT_EQ(noted.current.at(0).note, "callback_start: seq 5 starts");
   EXPECT_EQ(noted.current.at(0).says,

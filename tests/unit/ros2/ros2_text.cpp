@@ -1,6 +1,7 @@
 #include "ros2_text.hpp"
 
 #include <cie/viewer_export/report_writers.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include "vocabulary/event_batch.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
@@ -486,7 +487,8 @@ std::string Ros2Result::evidence(std::string_view rule) const {
     if (each.id != rule) continue;
     for (const auto& subject : each.subjects) {
       for (const auto& item : subject.evidence)
-        text += subject.subject + ": " + item.event + ": " + item.note + "\n";
+        text +=
+            subject.subject + ": " + item.event + ": " + viewer_export::sentence(item.note) + "\n";
     }
   }
   return text;

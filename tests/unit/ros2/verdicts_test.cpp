@@ -197,7 +197,7 @@ TEST(Ros2Verdicts, EvidenceNamesNoEventThatTheRecordingLacks) {
       for (const auto& item : subject.evidence) {
         ++told;
         EXPECT_FALSE(lacking.contains(item.event))
-            << rule.id << ' ' << item.event << ' ' << item.note;
+            << rule.id << ' ' << item.event << ' ' << item.note.code;
       }
     }
   }
@@ -256,8 +256,10 @@ TEST(Ros2Verdicts, ReasonsFitBesideTheirSubjects) {
     const auto& rules = result.analysis.verdicts.rules;
     const auto rule = std::ranges::find(rules, id, &analysis::RuleVerdict::id);
     for (const auto& subject : rule->subjects) {
-      for (const auto& reason : subject.evidence)
-        EXPECT_LE(reason.note.substr(0, reason.note.find(';')).size(), 46U) << reason.note;
+      for (const auto& reason : subject.evidence) {
+        const auto note = viewer_export::sentence(reason.note);
+        EXPECT_LE(note.substr(0, note.find(';')).size(), 46U) << note;
+      }
     }
   };
   const auto unknown = analyze_ros2(std::string(kTwoTimers) + kIsolated);

@@ -77,9 +77,9 @@ TEST(OtherExecutors, AreJudgedByThePriorityThatTheKernelShows) {
   EXPECT_EQ(s1("policy: SCHED_RR, priority: 50").verdict, Verdict::pass) << "they look alike";
   const auto wrong = s1("policy: SCHED_FIFO, priority: 51");
   EXPECT_EQ(wrong.verdict, Verdict::fail);
-  EXPECT_THAT(wrong.evidence.at(0).note,
+  EXPECT_THAT(viewer_export::sentence(wrong.evidence.at(0).note),
               HasSubstr("callback_groups.yaml:2 asks for SCHED_FIFO 51"));
-  EXPECT_THAT(wrong.evidence.at(0).note,
+  EXPECT_THAT(viewer_export::sentence(wrong.evidence.at(0).note),
               HasSubstr("schedules thread 11 with real-time priority 50"));
   EXPECT_EQ(s1("policy: SCHED_OTHER, nice: 0").verdict, Verdict::fail);
   EXPECT_EQ(s1("policy: SCHED_DEADLINE, runtime: 2000, deadline: 3000, period: 4000").verdict,

@@ -65,7 +65,7 @@ TEST(Verify, IsUndecidedWhereNoRuleApplies) {
 
 TEST(Verify, TellsNoTimeOfEvidenceThatHasNone) {
   const auto time_at = [](const analysis::EventRef& where) {
-    return analysis::evidence("", where, "").time;
+    return analysis::evidence("", where, {}).time;
   };
   EXPECT_EQ(time_at({}), std::nullopt);
   EXPECT_EQ(time_at(analysis::moment(std::nullopt)), std::nullopt);

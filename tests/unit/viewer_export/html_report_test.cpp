@@ -69,7 +69,9 @@ TEST(HtmlReport, TellsWhatIsWorstOfARuleFirstAndWhatToDo) {
                       .cpu = {},
                       .pid = {},
                       .tid = {},
-                      .note = "skipped 3 periods of 20000000 ns"}}};
+                      .note = analysis::note("window-ends-later",
+                                             {{"later", analysis::Duration{1}},
+                                              {"deadline", analysis::Duration{20000000}}})}}};
   };
   analysis::AnalysisResult result{.report = test::sample_report(),
                                   .verdicts = {.verdict = Verdict::fail,
@@ -81,8 +83,9 @@ TEST(HtmlReport, TellsWhatIsWorstOfARuleFirstAndWhatToDo) {
   result.report.callbacks[1].missed_releases = 24;
   const auto document = document_of(result);
   EXPECT_EQ(document["names"]["order"]["R2"], Json::array({1, 0}));
-  EXPECT_EQ(document["names"]["words"]["skipped 3 periods of 20000000 ns"],
-            "skipped 3 periods of 20.00 ms");
+  EXPECT_EQ(
+      document["names"]["words"]["end of the window, 1 ns later; the deadline is 20000000 ns"],
+      "end of the window, 1 ns later; the deadline is 20.00 ms");
   EXPECT_TRUE(document["head"]["remedies"].contains("R2"));
 }
 

@@ -138,14 +138,19 @@ inline analysis::Report application_report() {
 inline analysis::AnalysisResult application_result() {
   analysis::AnalysisResult result;
   result.report = application_report();
-  const analysis::Evidence late{.event = "callback_end",
-                                .time = analysis::Timestamp{2'600},
-                                .cpu = 1,
-                                .pid = kPid,
-                                .tid = 12,
-                                .note = "response time 1150 > 1000 \x1b[31m\xff"};
-  const analysis::Evidence timeless{
-      .event = "callback_init", .time = {}, .cpu = {}, .pid = {}, .tid = {}, .note = "no time"};
+  const analysis::Evidence late{
+      .event = "callback_end",
+      .time = analysis::Timestamp{2'600},
+      .cpu = 1,
+      .pid = kPid,
+      .tid = 12,
+      .note = analysis::free_text("response time 1150 > 1000 \x1b[31m\xff")};
+  const analysis::Evidence timeless{.event = "callback_init",
+                                    .time = {},
+                                    .cpu = {},
+                                    .pid = {},
+                                    .tid = {},
+                                    .note = analysis::free_text("no time")};
   analysis::SubjectVerdict violated{.subject = "callback " + std::string(kTrack),
                                     .verdict = analysis::Verdict::fail,
                                     .checked = 4,

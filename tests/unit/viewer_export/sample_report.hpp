@@ -153,27 +153,29 @@ inline analysis::Report sample_of_two_hosts() {
 
 inline analysis::VerdictReport sample_verdicts() {
   using analysis::Verdict;
-  const analysis::Evidence first{.event = "callback_start",
-                                 .time = analysis::Timestamp{983'005'016'596},
-                                 .cpu = 0,
-                                 .pid = 4001,
-                                 .tid = 4008,
-                                 .note = "started /a/plan@Timer(20000000), instance 0",
-                                 .stream = 1,
-                                 .file = "ust/channel0_1",
-                                 .packet = 2};
+  const analysis::Evidence first{
+      .event = "callback_start",
+      .time = analysis::Timestamp{983'005'016'596},
+      .cpu = 0,
+      .pid = 4001,
+      .tid = 4008,
+      .note = analysis::free_text("started /a/plan@Timer(20000000), instance 0"),
+      .stream = 1,
+      .file = "ust/channel0_1",
+      .packet = 2};
   const analysis::Evidence second{.event = "callback_start",
                                   .time = analysis::Timestamp{983'005'187'272},
                                   .cpu = std::nullopt,
                                   .pid = 4001,
                                   .tid = 4008,
-                                  .note = "started /b@Timer(1), instance 0"};
-  const analysis::Evidence missing{.event = "missing",
-                                   .time = analysis::Timestamp{983'130'000'000},
-                                   .cpu = std::nullopt,
-                                   .pid = std::nullopt,
-                                   .tid = std::nullopt,
-                                   .note = "no run_end: the process was interrupted"};
+                                  .note = analysis::free_text("started /b@Timer(1), instance 0")};
+  const analysis::Evidence missing{
+      .event = "missing",
+      .time = analysis::Timestamp{983'130'000'000},
+      .cpu = std::nullopt,
+      .pid = std::nullopt,
+      .tid = std::nullopt,
+      .note = analysis::free_text("no run_end: the process was interrupted")};
   const auto of = [](analysis::SubjectKind kind, std::uint32_t index) {
     return analysis::Subject{.kind = kind, .index = index, .process = analysis::ProcessIndex{}};
   };

@@ -93,22 +93,6 @@ TEST(ShortDuration, HasNoMoreDigitsThanItNeeds) {
   EXPECT_EQ(short_duration(9'998'000'000'000), "9998 s");
 }
 
-TEST(WithFittingUnits, ChangesNanosecondsAlone) {
-  EXPECT_EQ(with_fitting_units("took 32214275 ns, the deadline of app2.yaml:7 is 10000000 ns"),
-            "took 32.21 ms, the deadline of app2.yaml:7 is 10.00 ms");
-  EXPECT_EQ(with_fitting_units("5 nsx, 7, 12345678901234567890 ns"),
-            "5 nsx, 7, 12345678901234567890 ns");
-}
-
-// Else two that read the same would be taken for one.
-TEST(WithFittingUnits, SaysByHowMuchTwoThatReadTheSameDiffer) {
-  EXPECT_EQ(
-      with_fitting_units("released 999999 ns after, the longest is 1000000 ns, of 1000000 ns"),
-      "released 1.000 ms after, the longest is 1.000 ms (1 ns more), of 1.000 ms (1 ns more)");
-  EXPECT_EQ(with_fitting_units("longest 1000000 ns; released 998999 ns, then 999999 ns after it"),
-            "longest 1.000 ms; released 999.0 us, then 1.000 ms (1 ns less) after it");
-}
-
 TEST(FormatCpus, JoinsRanges) {
   EXPECT_EQ(format_cpus({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
   EXPECT_EQ(format_cpus({}), "");

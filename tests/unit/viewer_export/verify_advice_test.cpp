@@ -95,11 +95,11 @@ TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
   std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
   const TextStyle wide{.columns = 200};
   auto& evidence = verdicts.rules[1].subjects[0].evidence[0];
-  evidence.note = "no run_begin of this process";
+  evidence.note = analysis::free_text("no run_begin of this process");
   EXPECT_THAT(screen_of(verdicts, test::sample_report(), wide),
               HasSubstr("  -> where these rules may stay undecided: --inconclusive=warn"));
   // T4, of an application that was still running.
-  evidence.note = "no run_end: this is its last event";
+  evidence.note = analysis::free_text("no run_end: this is its last event");
   evidence.is_without_run_end = true;
   EXPECT_THAT(
       screen_of(verdicts, test::sample_report(), wide),

@@ -29,17 +29,20 @@ TEST(VerifyJson, IsTheContractsObject) {
       {"id": "T4", "name": "run-complete", "verdict": "INCONCLUSIVE", "subjects": [
         {"subject": "process 4001", "verdict": "INCONCLUSIVE", "checked": 0, "evidence": [
           {"event": "missing", "time_ns": 983130000000, "cpu": null, "pid": null, "tid": null,
-           "note": "no run_end: the process was interrupted", "stream": null, "packet": null}],
+           "note": "no run_end: the process was interrupted", "code": "text",
+           "arguments": {"text": "no run_end: the process was interrupted"}, "stream": null, "packet": null}],
          "kind": "process", "index": 0, "process": 0}]},
       {"id": "M2", "name": "one-callback-per-thread", "verdict": "FAIL", "subjects": [
         {"subject": "thread 4005", "verdict": "PASS", "checked": 7, "evidence": [],
          "kind": "thread", "index": 0, "process": 0},
         {"subject": "thread 4008", "verdict": "FAIL", "checked": 9, "evidence": [
           {"event": "callback_start", "time_ns": 983005016596, "cpu": 0, "pid": 4001, "tid": 4008,
-           "note": "started /a/plan@Timer(20000000), instance 0",
+           "note": "started /a/plan@Timer(20000000), instance 0", "code": "text",
+           "arguments": {"text": "started /a/plan@Timer(20000000), instance 0"},
            "stream": "ust/channel0_1", "packet": 2},
           {"event": "callback_start", "time_ns": 983005187272, "cpu": null, "pid": 4001,
-           "tid": 4008, "note": "started /b@Timer(1), instance 0", "stream": null, "packet": null}],
+           "tid": 4008, "note": "started /b@Timer(1), instance 0", "code": "text",
+           "arguments": {"text": "started /b@Timer(1), instance 0"}, "stream": null, "packet": null}],
          "kind": "thread", "index": 1, "process": 0}]},
       {"id": "M5", "name": "mapping-survives-restart", "verdict": "NOT_APPLICABLE",
        "subjects": []}]})");

@@ -177,7 +177,7 @@ TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
                       .cpu = {},
                       .pid = {},
                       .tid = {},
-                      .note = "of callback " + std::to_string(index)}}};
+                      .note = analysis::free_text("of callback " + std::to_string(index))}}};
   };
   const analysis::VerdictReport verdicts{.verdict = Verdict::fail,
                                          .rules = {{.id = "R4",
@@ -211,7 +211,7 @@ TEST(VerifyScreen, OfARestartSaysWhatWasAndWhatIs) {
   for (const auto* note : {"was: timer", "is: service", "was: nice 3", "is: nice 5"}) {
     analysis::Evidence evidence{};
     evidence.event = "thread_sched";
-    evidence.note = note;
+    evidence.note = analysis::free_text(note);
     subject.evidence.push_back(evidence);
   }
   verdicts.rules = {{.id = "M5",
@@ -230,7 +230,7 @@ TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
                                    .cpu = 0,
                                    .pid = 4001,
                                    .tid = 4008,
-                                   .note = "seq 3"};
+                                   .note = analysis::free_text("seq 3")};
     verdicts.rules = {{.id = "R1",
                        .name = "arrival-exceeds-turnaround",
                        .verdict = Verdict::fail,
@@ -303,7 +303,7 @@ TEST(VerifyScreen, SaysOfAGroupThatItIsOne) {
   subject.about = {.kind = analysis::SubjectKind::group, .process = subject.about.process};
   subject.subject = "group 0";
   subject.evidence.resize(1);
-  subject.evidence[0].note = "a group of 2 callbacks";
+  subject.evidence[0].note = analysis::free_text("a group of 2 callbacks");
   rule.subjects = {subject};
   EXPECT_THAT(screen_of(verdicts, test::sample_report()),
               HasSubstr("     group 0  a group of 2 callbacks\n"));

@@ -29,7 +29,7 @@ TEST(VerifyScreen, LeavesALineOf24ForThePromptAndTakesNoMoreColumnsThanThereAre)
   for (int i = 0; i < 20; ++i) {
     auto subject = rule.subjects[1];
     subject.subject = "thread " + std::to_string(i);
-    subject.evidence[0].note = std::string(300, 'x') + std::to_string(i);
+    subject.evidence[0].note = analysis::free_text(std::string(300, 'x') + std::to_string(i));
     rule.subjects.push_back(subject);
   }
   for (int rules = 0; rules < 30; ++rules) {
@@ -67,7 +67,8 @@ TEST(VerifyScreen, OfManyRulesHasTheWorstOfEach) {
       rule.subjects.back().verdict = Verdict::fail;
       rule.subjects.back().about = {};
       rule.subjects.back().subject = "thread " + std::to_string(i);
-      rule.subjects.back().evidence[0].note = "note " + std::to_string(10 * id + i);
+      rule.subjects.back().evidence[0].note =
+          analysis::free_text("note " + std::to_string(10 * id + i));
     }
     verdicts.rules.push_back(rule);
   }
@@ -90,7 +91,8 @@ TEST(VerifyScreen, BreaksReasonsBesideLongNamesBetweenWords) {
   subject.about = {};
   subject.subject = "thread " + std::string(90, 'x');
   subject.evidence.resize(1);
-  subject.evidence[0].note = "was: SCHED_FIFO 50 on CPUs 0,1; is: SCHED_OTHER nice 0";
+  subject.evidence[0].note =
+      analysis::free_text("was: SCHED_FIFO 50 on CPUs 0,1; is: SCHED_OTHER nice 0");
   rule.subjects = {subject};
   const auto text = screen_of(verdicts, test::sample_report(), {.columns = 100, .unicode = true});
   EXPECT_THAT(text, HasSubstr("was: SCHED_FIFO 50 on CPUs 0,1; is:\n" + std::string(60, ' ') +

@@ -34,7 +34,7 @@ TEST(VerifyScreen, SaysThatRaisedPrioritiesWerePerhapsInherited) {
                           .cpu = std::nullopt,
                           .pid = 4001,
                           .tid = 4008,
-                          .note = "FIFO 60"};
+                          .note = analysis::free_text("FIFO 60")};
   seen.is_perhaps_inherited = true;
   subject.evidence = {seen};
   verdicts.rules[0].subjects = {subject, subject};
@@ -54,7 +54,7 @@ TEST(VerifyScreen, SaysWhichParametersNoRuleJudges) {
                        .cpu = std::nullopt,
                        .pid = std::nullopt,
                        .tid = std::nullopt,
-                       .note = "no thread is its own"}};
+                       .note = analysis::free_text("no thread is its own")}};
   verdicts.rules = {{.id = "M1",
                      .name = "specified-callback-seen",
                      .verdict = Verdict::pass,
@@ -121,7 +121,7 @@ TEST(VerifyScreen, OfAPassIsWhatWasChecked) {
 TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
   auto report = test::sample_report();
   report.callbacks[1].isolation = analysis::Isolation::isolated;
-  const auto undecided = [](const char* id, const char* subject, const char* note) {
+  const auto undecided = [](const char* id, const char* subject, const analysis::Note& note) {
     return analysis::RuleVerdict{.id = id,
                                  .name = "rule",
                                  .verdict = Verdict::inconclusive,
@@ -139,13 +139,13 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
       .verdict = Verdict::inconclusive,
       .rules = {{.id = "M2", .name = "m", .verdict = Verdict::pass, .subjects = {}},
                 {.id = "M3", .name = "m", .verdict = Verdict::pass, .subjects = {}},
-                undecided("M9", "thread 3", "/b@Timer(1) is unknown"),
-                undecided("S3", "thread 1", "thread 1 is unknown"),
-                undecided("S4", "thread 2", "thread 2 is unknown")}};
+                undecided("M9", "thread 3", analysis::free_text("/b@Timer(1) is unknown")),
+                undecided("S3", "thread 1", analysis::note("no-thread-fini", {{"tid", 1}})),
+                undecided("S4", "thread 2", analysis::note("no-thread-fini", {{"tid", 2}}))}};
   EXPECT_EQ(screen_of(verdicts, report),
             "INCONCLUSIVE  run 1: 2 of 2 callbacks that ran had a thread of their own; 3 rules "
             "undecided\n"
-            "  S3 S4  2 threads  e.g. thread 1 is unknown\n"
+            "  S3 S4  2 threads  e.g. thread 1 has no thread_fini\n"
             "  M9     1 thread   /b@Timer(1) is unknown\n"
             "  -> where these rules may stay undecided: --inconclusive=warn exits with 0\n"
             "  2 rules pass, 3 undecided; 14 instances, nothing lost, 1 cut or never ended\n"
@@ -179,7 +179,10 @@ TEST(VerifyScreen, SaysDurationsOfReasonsInUnitsThatFit) {
   auto verdicts = test::sample_verdicts();
   verdicts.verdict = Verdict::inconclusive;
   std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
-  verdicts.rules[1].subjects[0].evidence[0].note = "3 kernel events lost within 16257687 ns";
+  verdicts.rules[1].subjects[0].evidence[0].note = analysis::note(
+      "kernel-events-lost",
+      {{"events", 3U},
+       {"when", analysis::note("lost-within", {{"span", analysis::Duration{16257687}}})}});
   EXPECT_THAT(screen_of(verdicts, test::sample_report(), {.columns = 200}),
               HasSubstr("3 kernel events lost within 16.26 ms"));
 }
@@ -209,7 +212,7 @@ TEST(VerifyScreen, OfAWindowSaysThatThePageShowsTheWholeRecording) {
 TEST(VerifyScreen, LetsNoNameControlTheTerminal) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects[1].subject = "thread \x1b[2J\n";
-  verdicts.rules[2].subjects[1].evidence[0].note = "\x1b]52;c;evil\x07";
+  verdicts.rules[2].subjects[1].evidence[0].note = analysis::free_text("\x1b]52;c;evil\x07");
   auto report = test::sample_report();
   report.trace.paths = {"run\x1b[1m"};
   const auto text = screen_of(verdicts, report);

@@ -34,7 +34,7 @@ inline analysis::SubjectVerdict judged(analysis::SubjectKind kind, const char* s
                         .cpu = {},
                         .pid = {},
                         .tid = {},
-                        .note = "n"}}};
+                        .note = analysis::free_text("n")}}};
 }
 
 inline std::string line_of(const analysis::VerdictReport& verdicts,

@@ -77,7 +77,7 @@ analysis::VerdictReport verdicts_by_read_back(bool is_raised) {
                           .cpu = std::nullopt,
                           .pid = 4001,
                           .tid = 4008,
-                          .note = "FIFO 60, which may be inherited"};
+                          .note = analysis::free_text("FIFO 60, which may be inherited")};
   seen.is_perhaps_inherited = is_raised;
   verdicts.rules = {{.id = "S3",
                      .name = "parameters-unchanged",
@@ -216,7 +216,7 @@ TEST(VerifyText, OfAPassIsShort) {
 TEST(VerifyText, LetsNoNameControlTheTerminalOrTheShell) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects[1].subject = "callback \x1b[2J\n";
-  verdicts.rules[2].subjects[1].evidence[0].note = "\x1b]52;c;evil\x07";
+  verdicts.rules[2].subjects[1].evidence[0].note = analysis::free_text("\x1b]52;c;evil\x07");
   auto report = test::sample_report();
   report.trace.paths = {"it's; rm -rf $HOME"};
   const auto text = verify_text_of(verdicts, report);

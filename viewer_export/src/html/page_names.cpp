@@ -4,6 +4,7 @@
 
 #include "text/verify_findings.hpp"
 #include "words/callback_names.hpp"
+#include "words/note_words.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -80,7 +81,7 @@ Json page_names(const analysis::AnalysisResult& result, const SchedulingSpec* sp
       say(subject->name_told_apart(), subject_words(*subject, judged.rows, names));
       for (std::size_t i = 0; i < std::min(subject->evidence.size(), kMostEvidence); ++i) {
         const auto& note = subject->evidence[i].note;
-        say(note, with_fitting_units(names.in_words(note)));
+        say(sentence(note), sentence(note, names));
       }
     }
   }

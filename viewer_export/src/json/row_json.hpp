@@ -6,6 +6,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/verdict_fields.hpp>
 #include <cie/tracepoints/schema.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include "json.hpp"
 #include "json_text.hpp"
@@ -24,6 +25,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -84,6 +86,11 @@ class RowWriter {
     json_.key(name);
     write_number(index);
   }
+  // The sentence, and what it was made of: a code and arguments by name, those of notes in it likewise.
+  void sentence(const char* name, const analysis::Note& value) {
+    (*this)(name, viewer_export::sentence(value));
+    write_parts(value);
+  }
   template <typename T>
   void pair(const char* name, const T& first, const T& second) {
     json_.key(name);
@@ -100,6 +107,29 @@ class RowWriter {
   }
 
  private:
+  void write_parts(const analysis::Note& value) {
+    (*this)("code", value.code);
+    json_.key("arguments");
+    json_.object([&] {
+      for (const auto& argument : value.arguments) {
+        json_.key(argument.name);
+        std::visit([this](const auto& its) { write_argument(its); }, argument.value);
+      }
+    });
+  }
+  template <typename T>
+  void write_argument(const T& value) {
+    write(value);
+  }
+  void write_argument(const analysis::NamedCallback& callback) { write(callback.id); }
+  void write_argument(const analysis::NamedFile& file) { write(file.path); }
+  void write_argument(const analysis::Note& value) {
+    if (value.empty()) {
+      json_.null();
+    } else {
+      json_.object([&] { write_parts(value); });
+    }
+  }
   template <typename T>
   void write(const T& value) {
     if constexpr (requires(RowWriter & visit) { fields(visit, value); }) {
@@ -218,6 +248,11 @@ class RowReader {
   void object(const char* name, const VisitIts& visit_its) const {
     RowReader inner(json_.at(name));
     read_within(name, [&] { visit_its(inner); });
+  }
+  void sentence(const char* name, analysis::Note& value) const {
+    std::string text;
+    (*this)(name, text);
+    value = text.empty() ? analysis::Note{} : analysis::free_text(std::move(text));
   }
   template <typename Enum>
   void word(const char* name, std::optional<Enum>& value) const {

@@ -3,6 +3,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/tracepoints/utf8.hpp>
+#include <cie/viewer_export/sentences.hpp>
 
 #include "words/verify_words.hpp"
 
@@ -28,7 +29,7 @@ Annotations notes_of(const analysis::RuleVerdict& rule, std::string_view demand,
   notes.add(Note::subject, valid_utf8(subject.name_told_apart()));
   notes.add(Note::verdict, analysis::label(subject.verdict));
   notes.add(Note::demands, demand);
-  notes.add(Note::found, valid_utf8(evidence.note));
+  notes.add(Note::found, valid_utf8(sentence(evidence.note)));
   const auto number = &evidence - subject.evidence.data() + 1;
   notes.add(Note::evidence, fmt::format("{} of {}", number, subject.evidence.size()));
   if (!evidence.event.empty()) notes.add(Note::event, valid_utf8(evidence.event));

@@ -5,6 +5,7 @@
 
 #include "tables/report_tables.hpp"
 #include "verify_subjects.hpp"
+#include "words/note_words.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
 #include "worst_run_words.hpp"
@@ -105,12 +106,8 @@ std::string runs_on_threads(const CallbackReport& callback) {
 // What the evidence says.
 std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
                              const SubjectVerdict& subject) {
-  std::string text;
-  for (const auto note : main_notes(rule.id, subject))
-    text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
-  if (text.empty()) return headline_of(subject);
-  // Times that are apart by little read alike with few digits.
-  return rule.id == analysis::kTimeSaneRule ? text : with_fitting_units(text);
+  const auto text = sentence(main_notes(rule.id, subject), judged.names);
+  return text.empty() ? headline_of(subject) : text;
 }
 
 // Of the spec; null without.
@@ -317,21 +314,22 @@ std::vector<Finding> findings_of(const Judged& judged) {
 
 std::vector<Doubt> doubts_of(const Judged& judged) {
   struct Gathered {
-    std::set<std::string_view> notes;
+    std::set<std::string> notes;
     std::vector<std::string> rules;
     std::set<std::string> subjects;
     std::set<SubjectKind> kinds;
   };
-  std::map<std::string, Gathered> by_reason;
+  std::map<std::string, Gathered> by_reason;  // by what tells why, whatever it is about
   for (const auto& rule : judged.verdicts.rules) {
     for (const auto& subject : rule.subjects) {
       if (!counts(subject, Verdict::inconclusive)) continue;
-      const std::string_view note = subject.evidence.empty() ? std::string_view("no evidence")
-                                    : subject.evidence[0].note.empty()
-                                        ? std::string_view(subject.evidence[0].event)
-                                        : std::string_view(subject.evidence[0].note);
-      auto& gathered = by_reason[without_subjects(note)];
-      gathered.notes.insert(note);
+      const auto* first = subject.evidence.empty() ? nullptr : &subject.evidence[0];
+      const auto says = first == nullptr      ? std::string("no evidence")
+                        : first->note.empty() ? printable(first->event)
+                                              : sentence(first->note, judged.names);
+      auto& gathered =
+          by_reason[first == nullptr || first->note.empty() ? says : codes_of(first->note)];
+      gathered.notes.insert(says);
       if (gathered.rules.empty() || gathered.rules.back() != rule.id)
         gathered.rules.push_back(rule.id);
       gathered.subjects.insert(subject.name_told_apart());
@@ -342,7 +340,7 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
   for (const auto& [alike, gathered] : by_reason) {
     const auto kind =
         gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
-    const auto example = with_fitting_units(judged.names.in_words(*gathered.notes.begin()));
+    const auto& example = *gathered.notes.begin();
     doubts.push_back({.reason = gathered.notes.size() == 1 ? example : "e.g. " + example,
                       .rules = gathered.rules,
                       .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),

@@ -179,33 +179,6 @@ std::string difference_unseen(std::int64_t ns, std::int64_t other_ns) {
                      ns < other_ns ? "less" : "more");
 }
 
-std::string with_fitting_units(std::string_view sentence) {
-  constexpr std::string_view kUnit = " ns";
-  std::string text;
-  std::map<std::string, std::int64_t> told;  // by how they read, the first one
-  while (!sentence.empty()) {
-    const auto begin = std::min(sentence.find_first_of("0123456789"), sentence.size());
-    text += sentence.substr(0, begin);
-    sentence.remove_prefix(begin);
-    std::int64_t ns = 0;
-    const auto* const first = sentence.data();
-    const auto [end, error] = std::from_chars(first, first + sentence.size(), ns);
-    const auto size = std::min(sentence.find_first_not_of("0123456789"), sentence.size());
-    const auto rest = sentence.substr(size);
-    const bool is_duration = error == std::errc{} && rest.starts_with(kUnit) &&
-                             (rest.size() == kUnit.size() ||
-                              std::isalnum(static_cast<unsigned char>(rest[kUnit.size()])) == 0);
-    if (is_duration) {
-      const auto [first_told, is_new] = told.try_emplace(format_duration(ns), ns);
-      text += first_told->first + difference_unseen(ns, first_told->second);
-    } else {
-      text += sentence.substr(0, size);
-    }
-    sentence.remove_prefix(size + (is_duration ? kUnit.size() : 0));
-  }
-  return text;
-}
-
 std::string format_clock_error(const analysis::ClockError& error) {
   const auto bound = [](const std::optional<analysis::Duration>& value) -> std::string {
     if (!value) return "?";

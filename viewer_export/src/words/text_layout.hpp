@@ -50,9 +50,6 @@ std::string compact_duration(std::int64_t ns);
 // "100 ms", "33.33 ms": of a span that is round, as periods are; no more of four digits than it has.
 std::string short_duration(std::int64_t ns);
 
-// "took 1.235 ms" of "took 1234567 ns"; with the difference from one before that reads the same.
-std::string with_fitting_units(std::string_view sentence);
-
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
 std::string format_clock_error(const analysis::ClockError& error);
 

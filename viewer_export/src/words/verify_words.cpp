@@ -2,6 +2,7 @@
 
 #include <cie/analysis/rule_pages.hpp>
 
+#include "note_words.hpp"
 #include "text_layout.hpp"
 
 #include <algorithm>
@@ -50,26 +51,26 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
   const auto id = [](std::string_view name, const auto& value) {
     return value ? fmt::format("  {} {}", name, *value) : std::string{};
   };
+  const auto note = sentence(evidence.note);
   return fmt::format("{}{}{}{}{}{}{}{}{}", time_words(evidence, report),
                      evidence.event.empty() ? "" : "  ", printable(evidence.event),
                      id("cpu", evidence.cpu), id("pid", evidence.pid), id("tid", evidence.tid),
-                     evidence.note.empty() ? "" : "  ", printable(evidence.note),
-                     place_of(evidence));
+                     note.empty() ? "" : "  ", printable(note), place_of(evidence));
 }
 
 std::string headline_of(const analysis::SubjectVerdict& subject) {
   for (const auto& evidence : subject.evidence) {
-    if (!evidence.note.empty()) return printable(evidence.note);
+    if (!evidence.note.empty()) return printable(sentence(evidence.note));
   }
   return std::string(analysis::label(subject.verdict));
 }
 
-std::vector<std::string_view> main_notes(std::string_view rule,
-                                         const analysis::SubjectVerdict& subject) {
+std::vector<const analysis::Note*> main_notes(std::string_view rule,
+                                              const analysis::SubjectVerdict& subject) {
   constexpr std::size_t kMost = 4;  // of M5: what it was and is, twice
-  std::vector<std::string_view> notes;
+  std::vector<const analysis::Note*> notes;
   for (auto i = main_evidence_of(rule); i < std::min(subject.evidence.size(), kMost); ++i) {
-    if (const auto& note = subject.evidence[i].note; !note.empty()) notes.push_back(note);
+    if (const auto& note = subject.evidence[i].note; !note.empty()) notes.push_back(&note);
   }
   return notes;
 }
@@ -83,8 +84,8 @@ std::string message_of(const analysis::RuleVerdict& rule, const analysis::Subjec
   if (subject.verdict != analysis::Verdict::fail) return headline_of(subject);
   std::string text(violation_of(rule.id));
   const auto* between = text.empty() ? "" : ": ";
-  for (const auto note : main_notes(rule.id, subject)) {
-    text += between + printable(note);
+  for (const auto* note : main_notes(rule.id, subject)) {
+    text += between + printable(sentence(*note));
     between = "; ";
   }
   return text.empty() ? headline_of(subject) : text;

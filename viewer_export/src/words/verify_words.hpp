@@ -21,8 +21,8 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
 std::string headline_of(const analysis::SubjectVerdict& subject);
 // Notes that tell how the subject violates the rule: of the two events of an instance, the end has all.
 // Borrowed from the subject.
-std::vector<std::string_view> main_notes(std::string_view rule,
-                                         const analysis::SubjectVerdict& subject);
+std::vector<const analysis::Note*> main_notes(std::string_view rule,
+                                              const analysis::SubjectVerdict& subject);
 // "3 of 8 threads" "ran several callbacks": what the subjects of a violated rule did.
 std::string_view violation_of(std::string_view rule);
 // For formats that have room for one line: "missed deadlines: seq 4 ends, …" of a violation, else the

@@ -11,6 +11,7 @@
 //   visit.derived(name, value)     what follows from other fields
 //   visit.detail(name, value)      that a document has only for whoever asks for details
 //   visit.object(name, visit_its)  an object whose members are fields of the row
+//   visit.sentence(name, note)      what evidence shows: its sentence, code and arguments
 //   visit.pid(name, process) and visit.host(name, process)  what the process's row says
 //   visit.pair(name, a, b)         two fields that are told as a list
 #pragma once

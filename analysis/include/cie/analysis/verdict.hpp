@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/identity.hpp>
+#include <cie/analysis/note.hpp>
 #include <cie/analysis/time.hpp>
 
 #include <cstdint>
@@ -17,14 +18,14 @@ enum class Verdict : std::uint8_t { not_applicable, pass, inconclusive, fail };
 // "PASS", "FAIL", "INCONCLUSIVE", "NOT_APPLICABLE".
 std::string_view label(Verdict verdict) noexcept;
 
-// One event (or gap) that a verdict rests on. `note` says in words what it shows.
+// One event (or gap) that a verdict rests on, and what it shows.
 struct Evidence {
   std::string event;  // "callback_start"; for inconclusive verdicts the kind of what is missing
   std::optional<Timestamp> time;  // empty: not known
   std::optional<std::int32_t> cpu;
   std::optional<std::int64_t> pid;
   std::optional<std::int64_t> tid;
-  std::string note;
+  Note note;
   // Where the event stands: the stream's number in the reader, its file (analyze(): below the
   // trace), and which of its packets, from 0. Empty for what no event marks.
   std::optional<std::uint32_t> stream{};

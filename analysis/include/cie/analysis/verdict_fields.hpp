@@ -15,7 +15,7 @@ void fields(auto& visit, Is<Evidence> auto& e) {
   visit("cpu", e.cpu);
   visit("pid", e.pid);
   visit("tid", e.tid);
-  visit("note", e.note);
+  visit.sentence("note", e.note);
   visit.text("stream", e.file);
   visit("packet", e.packet);
 }
