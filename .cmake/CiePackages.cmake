@@ -85,7 +85,7 @@ for viewers of them. It needs neither DDS nor LTTng."
     RECOMMENDS babeltrace2 SUGGESTS cie-doc cie-robot graphviz lttng-tools)
   cie_package_units(desk cie-live)
   cie_package(babeltrace2 babeltrace2-plugin-cie devel "response times of callbacks in babeltrace2\n\
-The components sink.cie.report and filter.cie.instances of babeltrace2."
+The component sink.cie.report of babeltrace2."
     DEPENDS babeltrace2)
   list(APPEND needed_to_build libbabeltrace2-dev libfmt-dev libsqlite3-dev libsnappy-dev zlib1g-dev)
 endif()

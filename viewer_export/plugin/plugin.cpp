@@ -2,7 +2,6 @@
 // noexcept bridge that turns exceptions into babeltrace2's errors.
 #include <cie/viewer_export/version.hpp>
 
-#include "instance_filter.hpp"
 #include "report_sink.hpp"
 
 #include <exception>
@@ -15,10 +14,7 @@
 
 namespace {
 
-using cie::viewer_export::InstanceFilter;
 using cie::viewer_export::ReportSink;
-
-// --- sink.cie.report ---
 
 ReportSink& sink_of(bt_self_component_sink* self) noexcept {
   return *static_cast<ReportSink*>(
@@ -103,66 +99,6 @@ bt_component_class_sink_consume_method_status consume(bt_self_component_sink* se
   }
 }
 
-// --- filter.cie.instances ---
-
-bt_component_class_initialize_method_status initialize_filter(
-    bt_self_component_filter* self, bt_self_component_filter_configuration* /*configuration*/,
-    const bt_value* params, void* /*data*/) noexcept {
-  if (bt_value_map_is_empty(params) == 0) {
-    BT_CURRENT_THREAD_ERROR_APPEND_CAUSE_FROM_COMPONENT(
-        bt_self_component_filter_as_self_component(self), "filter.cie.instances has no parameters");
-    return BT_COMPONENT_CLASS_INITIALIZE_METHOD_STATUS_ERROR;
-  }
-  // What its iterators need to reach its port.
-  bt_self_component_set_data(bt_self_component_filter_as_self_component(self), self);
-  const bool has_ports = bt_self_component_filter_add_input_port(self, "in", nullptr, nullptr) ==
-                             BT_SELF_COMPONENT_ADD_PORT_STATUS_OK &&
-                         bt_self_component_filter_add_output_port(self, "out", nullptr, nullptr) ==
-                             BT_SELF_COMPONENT_ADD_PORT_STATUS_OK;
-  return has_ports ? BT_COMPONENT_CLASS_INITIALIZE_METHOD_STATUS_OK
-                   : BT_COMPONENT_CLASS_INITIALIZE_METHOD_STATUS_ERROR;
-}
-
-InstanceFilter& filter_of(bt_self_message_iterator* self) noexcept {
-  return *static_cast<InstanceFilter*>(bt_self_message_iterator_get_data(self));
-}
-
-bt_message_iterator_class_initialize_method_status initialize_iterator(
-    bt_self_message_iterator* self, bt_self_message_iterator_configuration* /*configuration*/,
-    bt_self_component_port_output* /*port*/) noexcept {
-  auto* filter = static_cast<bt_self_component_filter*>(
-      bt_self_component_get_data(bt_self_message_iterator_borrow_component(self)));
-  auto* port = bt_self_component_filter_borrow_input_port_by_index(filter, 0);
-  bt_message_iterator* upstream = nullptr;
-  if (bt_message_iterator_create_from_message_iterator(self, port, &upstream) !=
-      BT_MESSAGE_ITERATOR_CREATE_FROM_MESSAGE_ITERATOR_STATUS_OK) {
-    return BT_MESSAGE_ITERATOR_CLASS_INITIALIZE_METHOD_STATUS_ERROR;
-  }
-  try {
-    bt_self_message_iterator_set_data(self, new InstanceFilter(self, upstream));
-    return BT_MESSAGE_ITERATOR_CLASS_INITIALIZE_METHOD_STATUS_OK;
-  } catch (const std::exception&) {
-    bt_message_iterator_put_ref(upstream);
-    return BT_MESSAGE_ITERATOR_CLASS_INITIALIZE_METHOD_STATUS_MEMORY_ERROR;
-  }
-}
-
-void finalize_iterator(bt_self_message_iterator* self) noexcept { delete &filter_of(self); }
-
-bt_message_iterator_class_next_method_status next(bt_self_message_iterator* self,
-                                                  bt_message_array_const messages,
-                                                  std::uint64_t capacity,
-                                                  std::uint64_t* count) noexcept {
-  try {
-    return filter_of(self).next(messages, capacity, count);
-  } catch (const std::bad_alloc&) {
-    return BT_MESSAGE_ITERATOR_CLASS_NEXT_METHOD_STATUS_MEMORY_ERROR;
-  } catch (const std::exception& error) {
-    BT_CURRENT_THREAD_ERROR_APPEND_CAUSE_FROM_MESSAGE_ITERATOR(self, "%s", error.what());
-    return BT_MESSAGE_ITERATOR_CLASS_NEXT_METHOD_STATUS_ERROR;
-  }
-}
-
 // --- query objects: "version", "parameters" ---
 
 bool describe(bt_value* parameters, const char* name, const char* meaning) noexcept {
@@ -170,19 +106,21 @@ bool describe(bt_value* parameters, const char* name, const char* meaning) noexc
          BT_VALUE_MAP_INSERT_ENTRY_STATUS_OK;
 }
 
-bt_component_class_query_method_status answer(std::string_view object, bool is_sink,
-                                              const bt_value** result) noexcept {
+bt_component_class_query_method_status query(bt_self_component_class_sink* /*self*/,
+                                             bt_private_query_executor* /*executor*/,
+                                             const char* object, const bt_value* /*params*/,
+                                             void* /*data*/, const bt_value** result) noexcept {
   try {
-    if (object == "version") {
+    if (object == std::string_view("version")) {
       *result =
           bt_value_string_create_init(std::string(cie::viewer_export::tool_version()).c_str());
-    } else if (object == "parameters") {
+    } else if (object == std::string_view("parameters")) {
       auto* parameters = bt_value_map_create();
       if (parameters == nullptr) return BT_COMPONENT_CLASS_QUERY_METHOD_STATUS_MEMORY_ERROR;
       *result = parameters;
-      if (is_sink && !(describe(parameters, "format", "text, json or csv; default text") &&
-                       describe(parameters, "spec", "file with a scheduling spec") &&
-                       describe(parameters, "output", "file to write; default standard output"))) {
+      if (!(describe(parameters, "format", "text, json or csv; default text") &&
+            describe(parameters, "spec", "file with a scheduling spec") &&
+            describe(parameters, "output", "file to write; default standard output"))) {
         bt_value_put_ref(parameters);
         *result = nullptr;
       }
@@ -194,22 +132,6 @@ bt_component_class_query_method_status answer(std::string_view object, bool is_s
   } catch (const std::exception&) {
     return BT_COMPONENT_CLASS_QUERY_METHOD_STATUS_MEMORY_ERROR;
   }
-}
-
-bt_component_class_query_method_status query_sink(bt_self_component_class_sink* /*self*/,
-                                                  bt_private_query_executor* /*executor*/,
-                                                  const char* object, const bt_value* /*params*/,
-                                                  void* /*data*/,
-                                                  const bt_value** result) noexcept {
-  return answer(object, true, result);
-}
-
-bt_component_class_query_method_status query_filter(bt_self_component_class_filter* /*self*/,
-                                                    bt_private_query_executor* /*executor*/,
-                                                    const char* object, const bt_value* /*params*/,
-                                                    void* /*data*/,
-                                                    const bt_value** result) noexcept {
-  return answer(object, false, result);
 }
 
 }  // namespace
@@ -224,7 +146,7 @@ BT_PLUGIN_SINK_COMPONENT_CLASS_INITIALIZE_METHOD(report, initialize);
 BT_PLUGIN_SINK_COMPONENT_CLASS_FINALIZE_METHOD(report, finalize);
 BT_PLUGIN_SINK_COMPONENT_CLASS_INPUT_PORT_CONNECTED_METHOD(report, input_connected);
 BT_PLUGIN_SINK_COMPONENT_CLASS_GRAPH_IS_CONFIGURED_METHOD(report, graph_is_configured);
-BT_PLUGIN_SINK_COMPONENT_CLASS_QUERY_METHOD(report, query_sink);
+BT_PLUGIN_SINK_COMPONENT_CLASS_QUERY_METHOD(report, query);
 BT_PLUGIN_SINK_COMPONENT_CLASS_DESCRIPTION(report,
                                            "Prints response times, mapping and defects of a trace");
 BT_PLUGIN_SINK_COMPONENT_CLASS_HELP(
@@ -233,18 +155,3 @@ BT_PLUGIN_SINK_COMPONENT_CLASS_HELP(
     "Queries: version, parameters.\n"
     "Example: babeltrace2 TRACE -c sink.cie.report -p 'format=\"json\"'\n"
     "See babeltrace2-sink.cie.report(7).");
-
-BT_PLUGIN_FILTER_COMPONENT_CLASS(instances, next);
-BT_PLUGIN_FILTER_COMPONENT_CLASS_INITIALIZE_METHOD(instances, initialize_filter);
-BT_PLUGIN_FILTER_COMPONENT_CLASS_MESSAGE_ITERATOR_CLASS_INITIALIZE_METHOD(instances,
-                                                                          initialize_iterator);
-BT_PLUGIN_FILTER_COMPONENT_CLASS_MESSAGE_ITERATOR_CLASS_FINALIZE_METHOD(instances,
-                                                                        finalize_iterator);
-BT_PLUGIN_FILTER_COMPONENT_CLASS_QUERY_METHOD(instances, query_filter);
-BT_PLUGIN_FILTER_COMPONENT_CLASS_DESCRIPTION(
-    instances, "Replaces a trace's events by one for every instance of a callback");
-BT_PLUGIN_FILTER_COMPONENT_CLASS_HELP(
-    instances,
-    "Events cie:instance in order of the instances' ends. Queries: version, parameters.\n"
-    "Example: babeltrace2 TRACE -c filter.cie.instances\n"
-    "See babeltrace2-filter.cie.instances(7).");

@@ -16,7 +16,6 @@ TESTS = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
 from cie import Cie  # pylint: disable=wrong-import-position
 from on_terminal import on_terminal  # pylint: disable=wrong-import-position
-from other_host import on_host  # pylint: disable=wrong-import-position
 
 cie = Cie(sys.argv[1])
 PLUGINS, EXAMPLES, MAN, ROS2 = sys.argv[2:6]
@@ -40,15 +39,6 @@ def add_idle_cpu(trace):
     struct.pack_into("<QQQQ", packet, 36, 88 * 8, 88 * 8, last_flush, last_flush)
     struct.pack_into("<QQI", packet, 68, 0, 0, 2)  # packet_seq_num, events_discarded, cpu_id
     first.with_name("channel0_2").write_bytes(packet)
-
-
-def set_clock(trace, frequency, offset):
-    for metadata in pathlib.Path(trace).rglob("metadata"):
-        text = metadata.read_text(encoding="utf-8")
-        changed = re.sub(r"\boffset = \d+;", f"offset = {offset};",
-                         text.replace("freq = 1000000000;", f"freq = {frequency};"))
-        assert changed != text
-        metadata.write_text(changed, encoding="utf-8")
 
 
 def report_of(text):
@@ -142,84 +132,10 @@ class ReportSink(unittest.TestCase):
         self.assertIn('unknown parameter "colour"', told)
 
 
-class InstanceFilter(unittest.TestCase):
-    FIELD = re.compile(r'(\w+) = (?:"([^"]*)"|(-?\d+)|\{ *(-?\d+) *\})')
-
-    def events(self, trace):
-        lines = babeltrace2(trace, "-c", "filter.cie.instances").splitlines()
-        return [{name: text or number or inner
-                 for name, text, number, inner in self.FIELD.findall(line)} for line in lines]
-
-    def test_gives_the_instances_that_the_command_lists(self):
-        for trace in ISOLATED, MULTI, f"{ROS2}/client_in_group", f"{ROS2}/multi_threaded":
-            rows = csv.DictReader(io.StringIO(cie.text("instances", trace, "-f", "csv")))
-            wanted = sorted((r["logical_id"], r["pid"], r["tid"], r["seq"], r["start_ns"],
-                             r["end_ns"], r["release_ns"], r["release_source"], r["execution_ns"], r["host"])
-                            for r in rows)
-            given = sorted((e["logical_id"], e["pid"], e["tid"], e["seq"], e["start_ns"],
-                            e.get("end_ns", ""), e.get("release_ns", ""), e["release_source"],
-                            e.get("execution_ns", ""), e["host"]) for e in self.events(trace))
-            self.assertEqual(given, wanted)
-            self.assertTrue(given)
-
-    def test_in_order_of_time(self):
-        for trace in ISOLATED, f"{ROS2}/client_in_group", f"{ROS2}/multi_threaded":
-            events = self.events(trace)
-            ends = [int(e["end_ns"]) for e in events if "end_ns" in e]
-            self.assertEqual(ends, sorted(ends))
-            self.assertTrue(all("end_ns" in e for e in events[:len(ends)]), "open ones are last")
-
-    def test_an_idle_cpu_narrows_no_window(self):
-        with tempfile.TemporaryDirectory() as folder:
-            trace = shutil.copytree(ISOLATED, f"{folder}/trace")
-            add_idle_cpu(trace)
-            self.assertEqual([e["state"] for e in self.events(trace)], ["complete"] * 72)
-
-    TIME = re.compile(r"\[(\d+)\.(\d{9})\]")
-
-    def times(self, *traces):
-        """Of the events: nanoseconds since 1970, and what they tell."""
-        told = babeltrace2(*map(str, traces), "-c", "filter.cie.instances", "-c", "sink.text.pretty", "-p",
-                           "clock-seconds=true").splitlines()
-        return [(int("".join(self.TIME.match(line).groups())),
-                 {name: text or number or inner for name, text, number, inner in self.FIELD.findall(line)}) for line in told]
-
-    def test_of_a_clock_that_counts_half_nanoseconds(self):
-        with tempfile.TemporaryDirectory() as folder:
-            trace = shutil.copytree(ISOLATED, f"{folder}/trace")
-            set_clock(trace, 2_000_000_000, 1_500_000_001)
-            events = self.times(trace)
-            self.assertEqual(len(events), 72)
-            for time, event in events:
-                self.assertEqual(time, int(event["end_ns"]) + 1_700_000_000_000_000_000 + 750_000_000)
-
-    def test_hosts_have_clocks_of_their_own(self):
-        """Of two hosts the second one was booted 5 s later: its clock shows less at the same time."""
-        later = 5_000_000_000
-        with tempfile.TemporaryDirectory() as folder:
-            other = on_host(ISOLATED, "other", f"{folder}/other", later)
-            events = self.times(ISOLATED, other)
-        self.assertEqual(len(events), 2 * 72)
-        self.assertEqual([time for time, _ in events], sorted(time for time, _ in events))
-        offset = 1_700_000_000_123_456_789
-        for time, event in events:
-            self.assertEqual(time - int(event["end_ns"]), offset + (later if event["host"] == "other" else 0))
-
-    def test_becomes_a_trace_of_its_own(self):
-        if not re.search(r" 2\.0\.", babeltrace2("--version")):
-            self.skipTest("not possible here: sink.ctf.fs of babeltrace2 2.1 writes optional fields into CTF 1.8 without "
-                          "their tags, and CTF 2 only for components that know MIP 1")
-        with tempfile.TemporaryDirectory() as folder:
-            babeltrace2(ISOLATED, "-c", "filter.cie.instances", "-c", "sink.ctf.fs", "-p", f'path="{folder}/out"')
-            lines = babeltrace2(f"{folder}/out").splitlines()
-        self.assertEqual(len(lines), len(self.events(ISOLATED)))
-
-
 class Queries(unittest.TestCase):
     def test_version_is_the_programs(self):
-        for component in "sink.cie.report", "filter.cie.instances":
-            version = babeltrace2("query", component, "version").strip()
-            self.assertIn(version, cie.text("--version"))
+        version = babeltrace2("query", "sink.cie.report", "version").strip()
+        self.assertIn(version, cie.text("--version"))
 
     def test_every_parameter_is_documented(self):
         told = babeltrace2("query", "sink.cie.report", "parameters")
@@ -228,14 +144,6 @@ class Queries(unittest.TestCase):
         page = pathlib.Path(MAN, "babeltrace2-sink.cie.report.7").read_text(encoding="utf-8")
         for name in names:
             self.assertIn(rf"\fB{name}\fP=", page)
-
-    def test_every_field_is_documented(self):
-        event = babeltrace2(ISOLATED, "-c", "filter.cie.instances").splitlines()[0]
-        page = pathlib.Path(MAN, "babeltrace2-filter.cie.instances.7").read_text(encoding="utf-8")
-        names = re.findall(r"(\w+) = ", event)
-        self.assertGreater(len(names), 10)
-        for name in names:
-            self.assertIn(rf"\fB{name}\fP", page)
 
 
 if __name__ == "__main__":
