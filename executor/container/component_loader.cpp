@@ -2,7 +2,6 @@
 
 #include "base/file.hpp"
 #include "base/text.hpp"
-#include "mapped.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -11,7 +10,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
-#include <thread>
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -27,21 +25,17 @@ std::string linker_reason() {
   return reason == nullptr ? "the dynamic linker gives no reason" : reason;
 }
 
-// Runs `function` on a thread of its own. Returns the text of the exception that ended it, or
-// nothing.
-std::string run_elsewhere(const std::function<void()>& function) {
-  std::string failure;
-  std::thread{[&failure, &function] {
-    try {
-      function();
-    } catch (const std::exception& error) {
-      failure = error.what();
-      if (failure.empty()) failure = "an exception without a text";
-    } catch (...) {
-      failure = "an exception that is no std::exception";
-    }
-  }}.join();
-  return failure;
+// The text of the exception that ends `function`, or nothing.
+std::string failure_of(const std::function<void()>& function) {
+  try {
+    function();
+    return {};
+  } catch (const std::exception& error) {
+    const std::string_view text = error.what();
+    return std::string{text.empty() ? "an exception without a text" : text};
+  } catch (...) {
+    return "an exception that is no std::exception";
+  }
 }
 
 // So that all of a component's parameters can be asked for.
@@ -123,32 +117,14 @@ const ComponentClass& Library::find_class(const std::string& class_name) const {
 LoadedComponent::LoadedComponent(const std::string& library, const std::string& class_name,
                                  const ComponentOptions& options)
     : class_name_(class_name) {
-  std::string failure = run_elsewhere([&] {
+  const std::string failure = failure_of([&] {
     library_ = std::make_unique<Library>(library);
     class_ = &library_->find_class(class_name);
-    component_ = class_->create(options);
+    component_ = {class_->create(options), class_->destroy};
     declare_read_parameters(node(), options);
     check_use_of_options(node(), options);
   });
-  if (failure.empty()) return;
-  destroy();
-  library_.reset();
-  throw std::runtime_error{failure};
-}
-
-LoadedComponent::~LoadedComponent() { destroy(); }
-
-std::string LoadedComponent::unload() {
-  destroy();
-  const std::string name = library_->name();
-  library_.reset();
-  return why_still_mapped(name);
-}
-
-void LoadedComponent::destroy() noexcept {
-  if (component_ == nullptr) return;
-  run_elsewhere([this] { class_->destroy(component_); });
-  component_ = nullptr;
+  if (!failure.empty()) throw std::runtime_error{failure};
 }
 
 }  // namespace cie::container

@@ -27,32 +27,23 @@ class Library {
   void* handle_ = nullptr;
 };
 
-// Code of the component runs on threads that end before the library is closed: a thread_local with
-// a destructor would otherwise keep it mapped. Exceptions of the component leave here as
-// std::runtime_error of their text, because their own type may be the library's.
+// Exceptions of the component leave here as std::runtime_error of their text, because their own type
+// may be the library's.
 class LoadedComponent {
  public:
   // Throws std::runtime_error; nothing is left of the component then.
   LoadedComponent(const std::string& library, const std::string& class_name,
                   const ComponentOptions& options);
-  LoadedComponent(const LoadedComponent&) = delete;
-  LoadedComponent& operator=(const LoadedComponent&) = delete;
-  ~LoadedComponent();
 
-  // Destroys the component and closes its library. Empty if the library was unmapped, else why not.
-  std::string unload();
-
-  Node& node() const { return class_->node(component_); }
+  Node& node() const { return class_->node(component_.get()); }
   const std::string& library() const noexcept { return library_->name(); }
   const std::string& class_name() const noexcept { return class_name_; }
 
  private:
-  void destroy() noexcept;
-
   std::string class_name_;
   std::unique_ptr<Library> library_;
   const ComponentClass* class_ = nullptr;
-  void* component_ = nullptr;
+  std::unique_ptr<void, void (*)(void*) noexcept> component_{nullptr, nullptr};
 };
 
 }  // namespace cie::container

@@ -81,88 +81,27 @@ void Container::check_machine(const SchedulingSpec& spec) const {
 }
 
 std::size_t Container::load_all() {
-  const std::lock_guard lock{mutex_};
   for (const ComponentEntry& entry : app_.components) {
+    const std::string name = entry.qualified_name();
+    const std::string what =
+        "\"" + name + "\" (" + entry.class_name + " from " + entry.library + ")";
     try {
-      say_(load(entry, app_.file));
-    } catch (const std::runtime_error& error) {
-      say_(error.what());
+      const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters,
+                                     entry.remaps};
+      Member member{name,
+                    std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
+      executor_->add_node(member.component->node());
+      members_.push_back(std::move(member));
+      say_("loaded " + what);
+    } catch (const std::exception& error) {
+      say_(fmt::format("{}: component {} is not loaded: {}",
+                       place_of(entry, app_.file, error.what()), what, error.what()));
     }
   }
   return members_.size();
 }
 
-bool Container::is_loaded(const std::string& name) const {
-  return std::ranges::find(members_, name, &Member::name) != members_.end();
-}
-
-std::string Container::load(const ComponentEntry& entry, const std::string& file) {
-  const std::string name = entry.qualified_name();
-  const std::string what = "\"" + name + "\" (" + entry.class_name + " from " + entry.library + ")";
-  try {
-    if (is_loaded(name)) throw std::runtime_error{"a component of this name is loaded already"};
-    const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters,
-                                   entry.remaps};
-    Member member{name,
-                  std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
-    executor_->add_node(member.component->node());
-    members_.push_back(std::move(member));
-  } catch (const std::exception& error) {
-    throw std::runtime_error{fmt::format("{}: component {} is not loaded: {}",
-                                         place_of(entry, file, error.what()), what, error.what())};
-  }
-  return "loaded " + what;
-}
-
-std::string Container::load_more(const AppFile& app, const std::vector<std::string>& names) {
-  const std::lock_guard lock{mutex_};
-  for (const std::string& name : names) {
-    if (std::ranges::find(app.components, name, &ComponentEntry::qualified_name) ==
-        app.components.end()) {
-      throw std::runtime_error{app.file + ": no component \"" + name + "\""};
-    }
-  }
-  std::string told;
-  bool is_failed = false;
-  for (const ComponentEntry& entry : app.components) {
-    const std::string name = entry.qualified_name();
-    if (names.empty() ? is_loaded(name) : std::ranges::find(names, name) == names.end()) {
-      continue;
-    }
-    std::string line;
-    try {
-      line = load(entry, app.file);
-    } catch (const std::runtime_error& error) {
-      line = error.what();
-      is_failed = true;
-    }
-    say_(line);
-    told += line + "\n";
-  }
-  if (is_failed) throw std::runtime_error{told};
-  return told.empty() ? "nothing to load: all its components are loaded\n" : told;
-}
-
-std::string Container::unload(const std::string& name) {
-  const std::lock_guard lock{mutex_};
-  const auto found = std::ranges::find(members_, name, &Member::name);
-  if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
-  Member member = std::move(*found);
-  members_.erase(found);
-  executor_->remove_node(member.component->node());
-  const std::string library = member.component->library();
-  std::string reason = member.component->unload();
-  const auto user = std::ranges::find_if(
-      members_, [&library](const Member& other) { return other.component->library() == library; });
-  if (user != members_.end()) reason = "\"" + user->name + "\" is from it too";
-  const std::string line = "unloaded \"" + name + "\"; " + library +
-                           (reason.empty() ? " is unmapped" : " stays mapped: " + reason);
-  say_(line);
-  return line + "\n";
-}
-
-std::string Container::list() {
-  const std::lock_guard lock{mutex_};
+std::string Container::list() const {
   std::string text;
   for (const Member& member : members_) {
     text += member.name + " " + member.component->class_name() + " " + member.component->library() +
@@ -172,7 +111,6 @@ std::string Container::list() {
 }
 
 std::vector<std::string> Container::names() const {
-  const std::lock_guard lock{mutex_};
   std::vector<std::string> names;
   for (const Member& member : members_)
     names.push_back(member.name);
@@ -181,7 +119,6 @@ std::vector<std::string> Container::names() const {
 
 std::string Container::with_node(const std::string& name,
                                  const std::function<std::string(Node& node)>& function) const {
-  const std::lock_guard lock{mutex_};
   const auto found = std::ranges::find(members_, name, &Member::name);
   if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
   return function(found->component->node());

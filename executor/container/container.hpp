@@ -18,7 +18,7 @@
 
 namespace cie::container {
 
-// Thread-safe; callbacks must not call it.
+// Thread-safe once all is loaded; callbacks must not call it.
 class Container {
  public:
   // Told one line at a time, from any thread: what was loaded, what could not be, what went wrong.
@@ -33,16 +33,8 @@ class Container {
 
   // Loads what the file names and says of each whether it could be. Returns how many are there.
   std::size_t load_all();
-  // What an application file names, served at once while run() does. With names ("/ns/name"), only
-  // these; without, all that are not loaded yet. Of the file, nothing else counts. Returns what to
-  // tell the user. Throws std::runtime_error with that when one of them could not be loaded; the
-  // others are, then.
-  std::string load_more(const AppFile& app, const std::vector<std::string>& names);
-  // Waits for the component's running callbacks, destroys it and closes its library. Says what came
-  // of the library. Throws std::runtime_error if there is no such component.
-  std::string unload(const std::string& name);
   // A line for each component: name, class, library.
-  std::string list();
+  std::string list() const;
   // Their names.
   std::vector<std::string> names() const;
   // What `function` makes of the component's node, which stays meanwhile. Throws std::runtime_error
@@ -70,9 +62,6 @@ class Container {
 
   std::shared_ptr<const SchedulingSpec> load_spec() const;
   void check_machine(const SchedulingSpec& spec) const;
-  // With mutex_ held. Returns what to tell; throws std::runtime_error saying which and why not.
-  std::string load(const ComponentEntry& entry, const std::string& file);
-  bool is_loaded(const std::string& name) const;
   void count_failure(const CallbackFailure& failure);
 
   const AppFile app_;
@@ -81,7 +70,6 @@ class Container {
   mutable std::mutex failures_mutex_;
   std::map<std::string, std::uint64_t> failures_;  // by logical id
   std::unique_ptr<Executor> executor_;
-  mutable std::mutex mutex_;  // of the members
   std::vector<Member> members_;
 };
 

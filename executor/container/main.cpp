@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -36,8 +35,6 @@ constexpr const char* kDescription =
     "Runs the components that APP.yaml names, by default every callback on a thread of its own,\n"
     "until SIGINT or SIGTERM. With --control, gives an order to a container that runs:\n"
     "  list                   its components: name, class, library\n"
-    "  load APP.yaml [NAME…]  the components of that file that are not loaded, or those named\n"
-    "  unload NAME            a component, as list names it\n"
     "  param list [NODE]      parameters of one component or of all, with their values\n"
     "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME\n"
     "  reload                 the spec's file, as SIGHUP does";
@@ -45,7 +42,6 @@ constexpr const char* kFooter =
     R"(Example:
   cie run app.yaml --executor single
   cie record -o out -- cie run app.yaml
-  cie run --control unload /example/talker
   cie run --control param get /example/talker period_ms
 
 Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 nothing
@@ -77,16 +73,10 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
     const std::string order = words.empty() ? "" : words.front();
     if (order == "list" && words.size() == 1) return {.text = container.list()};
     if (order == "reload" && words.size() == 1) return {.text = container.reload_spec()};
-    if (order == "unload" && words.size() == 2) return {.text = container.unload(words[1])};
-    if (order == "load" && words.size() >= 2) {
-      const AppFile app = AppFile::load(words[1]);
-      return {.text = container.load_more(app, {words.begin() + 2, words.end()})};
-    }
     if (order == "param") {
       return {.text = follow_parameter_order(container, {words.begin() + 1, words.end()})};
     }
-    return unusable(
-        "no such order: list, load APP.yaml [NAME…], unload NAME, reload and param … are known");
+    return unusable("no such order: list, reload and param … are known");
   } catch (const SpecError& error) {
     return unusable(error.what());
   } catch (const std::invalid_argument& error) {
@@ -98,10 +88,8 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
   }
 }
 
-int give_order(int pid, std::vector<std::string> words) {
+int give_order(int pid, const std::vector<std::string>& words) {
   try {
-    // The container has a working directory of its own.
-    if (words.size() > 1 && words[0] == "load") words[1] = std::filesystem::absolute(words[1]);
     const Answer answer = send_order(pid, words);
     std::fputs(printable_lines(answer.text).c_str(), answer.exit_code == 0 ? stdout : stderr);
     return answer.exit_code;

@@ -1,4 +1,4 @@
-// A component that hears greetings, and says how many when it is unloaded.
+// A component that hears greetings, and says how many at its end.
 #include <cie/executor/component.hpp>
 
 #include <cstdint>

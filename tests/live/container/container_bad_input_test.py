@@ -177,12 +177,6 @@ class WhatMakesWait(unittest.TestCase):
         code, said = run_to_its_end(app_file(component("a"), head=f"spec: {self.fifo.name}\n"))
         self.assertEqual((code, NO_FILE in said), (UNUSABLE, True), said)
 
-    def test_an_order_to_load_it(self):
-        with Running(app_file(component("a"))) as running:
-            code, _, said = order("load", self.fifo)
-            self.assertEqual((code, NO_FILE in said), (UNUSABLE, True), said)
-            self.assert_ends(running)
-
     def test_a_shared_object(self):
         library = harness.scratch / f"{self.id()}.so"
         os.mkfifo(library)
@@ -209,9 +203,8 @@ class WhatMakesWait(unittest.TestCase):
                 self.assert_ends_by_force(running, number)
 
     def test_an_order_that_never_ends(self):
-        more = app_file(component("b", of="NeverLoads"))
-        with Running(app_file(component("a"))) as running:
-            words = [harness.options.programs / "cie-run", "--control", "load", more]
+        with Running(app_file(component("a", of="Tunable"))) as running:
+            words = [harness.options.programs / "cie-run", "--control", "param", "set", "/a", "rate", "6"]
             with subprocess.Popen(words, stderr=subprocess.PIPE) as ordering:
                 time.sleep(0.3)
                 self.assert_ends_by_force(running, signal.SIGINT)

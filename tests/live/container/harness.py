@@ -98,7 +98,6 @@ def main(description):
     parser.add_argument("--programs", type=Path, required=True)
     parser.add_argument("--libraries", type=Path, required=True)
     parser.add_argument("--record", action="store_true")
-    parser.add_argument("--compiler", default="GNU")
     options, rest = parser.parse_known_args()
     options.programs = options.programs.resolve()
     options.cie = Cie(options.programs / "cie")

@@ -18,6 +18,11 @@ class OddError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+[[noreturn]] void never_return() {
+  while (true)
+    std::this_thread::sleep_for(std::chrono::hours{1});
+}
+
 class Good {
  public:
   explicit Good(const cie::ComponentOptions& options) : node_(options) {
@@ -55,10 +60,7 @@ class ThrowsInCallback {
 
 class NeverLoads {
  public:
-  explicit NeverLoads(const cie::ComponentOptions& options) : node_(options) {
-    while (true)
-      std::this_thread::sleep_for(std::chrono::hours{1});
-  }
+  explicit NeverLoads(const cie::ComponentOptions& options) : node_(options) { never_return(); }
   cie::Node& node() { return node_; }
 
  private:
@@ -84,6 +86,7 @@ class Tunable {
     node_.declare_parameter("gain.x", 1.0);
     handle_ = node_.add_on_set_parameters_callback([](const std::vector<cie::Parameter>& all) {
       const bool is_five = all.front().value == cie::ParameterValue{std::int64_t{5}};
+      if (all.front().value == cie::ParameterValue{std::int64_t{6}}) never_return();
       return cie::SetParametersResult{.is_successful = !is_five,
                                       .reason = is_five ? "five is right out" : ""};
     });

@@ -211,7 +211,7 @@ class References(unittest.TestCase):
         app = read("executor", "examples", "components", "app.yaml")
         nodes = {f"{space}/{name}" for name, space in re.findall(r"name: (\w+)\n +namespace: (\S+)", app)}
         for text in (read("executor", "docs", "components.md"), PROGRAMS.run("cie-run", "--help").stdout):
-            named = re.findall(r"(?:--control unload|param get|-p) (/\w+/\w+)", text)
+            named = re.findall(r"(?:param get|-p) (/\w+/\w+)", text)
             self.assertTrue(named)
             self.assertEqual(set(named) - nodes, set())
 
