@@ -103,7 +103,7 @@ int diff_command(const Arguments& arguments) {
               "warn: exit 0 when undecided, if anything was compared; fail: exit 1");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
-  line.flag("--all", is_all, "Text: every change, not only what one screen has room for");
+  line.flag("--all", is_all, "Text: every change, not only those that matter most");
   line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
@@ -126,6 +126,8 @@ int diff_command(const Arguments& arguments) {
     context.isolation_after = viewer_export::isolation_count(side_after.callbacks);
     context.is_all = is_all;
     context.arguments = printable(input_arguments({before, after}, reader, spec_file));
+    if (std::filesystem::is_directory(after))
+      context.view_arguments = printable(input_arguments({after}, reader, spec_file));
     auto style = screen_style(output);
     style.ids = has_ids;
     viewer_export::write_diff_text(output.stream(), comparison, context, style);

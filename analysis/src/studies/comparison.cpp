@@ -96,28 +96,32 @@ Absence absence_of(const CallbackSample& before, const CallbackSample& after,
   return is_fewer ? Absence::gone_from_process : Absence::none;
 }
 
-Change change_of(const std::optional<std::uint64_t>& before, std::uint64_t runs_before,
-                 const std::optional<std::uint64_t>& after, std::uint64_t runs_after,
-                 double tolerance) {
-  if (!before || !after) return Change::undecided;
-  return compare(Rate{*before, runs_before}, Rate{*after, runs_after}, tolerance);
+CountChange change_of(const std::optional<std::uint64_t>& before, std::uint64_t trials_before,
+                      const std::optional<std::uint64_t>& after, std::uint64_t trials_after,
+                      double tolerance) {
+  CountChange found{.before = before, .after = after};
+  if (before && after)
+    found.change = compare(Rate{*before, trials_before}, Rate{*after, trials_after}, tolerance);
+  return found;
 }
 
 // Of what comes on top of the runs: the share of all.
-Change change_of(std::optional<std::uint64_t> CallbackSample::*count, const CallbackSample& before,
-                 const CallbackSample& after, double tolerance) {
+CountChange change_of(std::optional<std::uint64_t> CallbackSample::*count,
+                      const CallbackSample& before, const CallbackSample& after, double tolerance) {
   return change_of(before.*count, before.instances + (before.*count).value_or(0), after.*count,
                    after.instances + (after.*count).value_or(0), tolerance);
 }
 
 // Releases that one delay missed are no independent events: where that is known, it counts once.
-Change change_of_missed(const CallbackSample& before, const CallbackSample& after,
-                        double tolerance) {
-  if (!before.missed_releases || !after.missed_releases) return Change::undecided;
-  if (!before.missing_instances || !after.missing_instances)
-    return change_of(&CallbackSample::missed_releases, before, after, tolerance);
-  return change_of(before.missing_instances, before.instances, after.missing_instances,
-                   after.instances, tolerance);
+CountChange change_of_missed(const CallbackSample& before, const CallbackSample& after,
+                             double tolerance) {
+  auto found = change_of(&CallbackSample::missed_releases, before, after, tolerance);
+  if (before.missing_instances && after.missing_instances) {
+    found.change = change_of(before.missing_instances, before.instances, after.missing_instances,
+                             after.instances, tolerance)
+                       .change;
+  }
+  return found;
 }
 
 bool are_of_one_deadline(const std::optional<Lateness>& before,
@@ -126,13 +130,13 @@ bool are_of_one_deadline(const std::optional<Lateness>& before,
 }
 
 // Of one deadline. Where more may have been late than is known, that may be as many as one likes.
-Change change_of_late(const std::optional<Lateness>& before, const std::optional<Lateness>& after,
-                      double tolerance) {
-  if (!are_of_one_deadline(before, after)) return Change::undecided;
-  const auto change = compare(Rate{before->late, before->instances},
-                              Rate{after->late, after->instances}, tolerance);
-  const bool is_open = change == Change::worse ? before->is_late_bound : after->is_late_bound;
-  return is_open ? Change::undecided : change;
+CountChange change_of_late(const std::optional<Lateness>& before,
+                           const std::optional<Lateness>& after, double tolerance) {
+  if (!are_of_one_deadline(before, after)) return {};
+  auto found = change_of(before->late, before->instances, after->late, after->instances, tolerance);
+  const bool is_open = found.change == Change::worse ? before->is_late_bound : after->is_late_bound;
+  if (is_open) found.change = Change::undecided;
+  return found;
 }
 
 bool has_other_releases(const CallbackSample& before, const CallbackSample& after) {
@@ -177,25 +181,17 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
           .never_ends = before.never_ends == false && after.never_ends == true,
           .runs_less = after.has_run() && runs_less(before, after, records.ratio, kHalf),
           .quantities = std::move(compared),
-          .exceptions_before = before.exceptions,
-          .exceptions_after = after.exceptions,
-          .exceptions = change_of(before.exceptions, before.instances, after.exceptions,
-                                  after.instances, tolerance),
-          .missed_before = before.missed_releases,
-          .missed_after = after.missed_releases,
-          .missed = change_of_missed(before, after, tolerance),
+          .counts = {change_of_late(before.lateness, after.lateness, tolerance),
+                     change_of_missed(before, after, tolerance),
+                     change_of(before.exceptions, before.instances, after.exceptions,
+                               after.instances, tolerance),
+                     change_of(&CallbackSample::lost_samples, before, after, tolerance),
+                     change_of(&CallbackSample::overwritten_samples, before, after, tolerance)},
           .lost_isolation = before.is_isolation_claimed &&
                             before.isolation == Isolation::isolated &&
                             after.isolation == Isolation::not_isolated,
           .lateness_before = before.lateness,
           .lateness_after = after.lateness,
-          .late = change_of_late(before.lateness, after.lateness, tolerance),
-          .lost_before = before.lost_samples,
-          .lost_after = after.lost_samples,
-          .lost = change_of(&CallbackSample::lost_samples, before, after, tolerance),
-          .overwritten_before = before.overwritten_samples,
-          .overwritten_after = after.overwritten_samples,
-          .overwritten = change_of(&CallbackSample::overwritten_samples, before, after, tolerance),
           .has_other_releases = has_other_releases(before, after)};
 }
 
@@ -206,7 +202,8 @@ CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Rec
   (is_before ? change.processes_before : change.processes_after) = sample.processes;
   (is_before ? change.instances_before : change.instances_after) = sample.instances;
   (is_before ? change.incomplete_before : change.incomplete_after) = sample.incomplete;
-  (is_before ? change.exceptions_before : change.exceptions_after) = sample.exceptions;
+  auto& exceptions = change.of(Count::exceptions);
+  (is_before ? exceptions.before : exceptions.after) = sample.exceptions;
   if (is_before) {
     const bool is_unused = !sample.has_run() && sample.runs_not_seen == 0;
     change.absence = is_unused ? Absence::gone_unused : Absence::gone;
@@ -308,6 +305,12 @@ Change compare(const Rate& before, const Rate& after, double tolerance) {
   return Change::undecided;
 }
 
+std::string_view label(Count count) noexcept {
+  constexpr std::array<std::string_view, kCounts.size()> kLabels{
+      "late", "missed_releases", "exceptions", "lost_samples", "overwritten_samples"};
+  return kLabels.at(static_cast<std::size_t>(count));
+}
+
 std::string_view label(Absence absence) noexcept {
   constexpr std::array<std::string_view, 5> kLabels{"none", "gone", "gone_from_process",
                                                     "never_runs", "gone_unused"};
@@ -344,12 +347,14 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
   return record;
 }
 
+bool CallbackChange::has(Change change) const {
+  const auto is_so = [change](const auto& each) { return each.change == change; };
+  return std::ranges::any_of(quantities, is_so) || std::ranges::any_of(counts, is_so);
+}
+
 bool CallbackChange::is_regression() const {
-  const auto is_worse = [](const auto& each) { return each.change == Change::worse; };
   return (is_absence_proved && is_absent(*this)) || never_ends || lost_isolation ||
-         late == Change::worse || missed == Change::worse || exceptions == Change::worse ||
-         lost == Change::worse || overwritten == Change::worse ||
-         std::ranges::any_of(quantities, is_worse);
+         has(Change::worse);
 }
 
 bool CallbackChange::has_one_deadline() const {
@@ -387,10 +392,7 @@ bool Comparison::has_decided() const {
            const auto is_decided = [](const QuantityChange& each) {
              return each.change != Change::undecided;
            };
-           return std::ranges::any_of(change.quantities, is_decided) ||
-                  change.late == Change::better || change.missed == Change::better ||
-                  change.exceptions == Change::better || change.lost == Change::better ||
-                  change.overwritten == Change::better;
+           return std::ranges::any_of(change.quantities, is_decided) || change.has(Change::better);
          });
 }
 

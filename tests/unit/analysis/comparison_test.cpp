@@ -46,7 +46,7 @@ TEST(Compare, DecidesNothingWhereNoTimeIsDecided) {
   comparison.callbacks.front().quantities.front().change = Change::within;
   EXPECT_EQ(comparison.outcome(), Outcome::no_regression) << "one is enough";
   comparison.callbacks.front().quantities.front().change = Change::undecided;
-  comparison.callbacks.front().missed = Change::better;
+  comparison.callbacks.front().of(Count::missed_releases).change = Change::better;
   EXPECT_EQ(comparison.outcome(), Outcome::no_regression);
 }
 
@@ -189,12 +189,13 @@ TEST(Compare, CountsADelayOnceHoweverManyReleasesItMissed) {
   auto after = before;
   after.missed_releases = 20;
   after.missing_instances = 1;
-  EXPECT_EQ(change(before, after).missed, Change::undecided);
-  EXPECT_EQ(change(before, after).missed_after, 20U);
+  EXPECT_EQ(change(before, after).of(Count::missed_releases).change, Change::undecided);
+  EXPECT_EQ(change(before, after).of(Count::missed_releases).after, 20U);
   after.missing_instances = 20;
-  EXPECT_EQ(change(before, after).missed, Change::worse);
+  EXPECT_EQ(change(before, after).of(Count::missed_releases).change, Change::worse);
   after.missing_instances.reset();
-  EXPECT_EQ(change(before, after).missed, Change::worse) << "a report tells releases alone";
+  EXPECT_EQ(change(before, after).of(Count::missed_releases).change, Change::worse)
+      << "a report tells releases alone";
 }
 
 CallbackReport timer(ReleaseSource source) {
@@ -248,25 +249,25 @@ TEST(Compare, NoticesWhatNeverEndsAndExceptions) {
   ended.exceptions = 0;
   auto thrown = ended;
   thrown.exceptions = 60;
-  EXPECT_EQ(change(ended, thrown).exceptions, Change::worse);
-  EXPECT_EQ(change(thrown, ended).exceptions, Change::better);
+  EXPECT_EQ(change(ended, thrown).of(Count::exceptions).change, Change::worse);
+  EXPECT_EQ(change(thrown, ended).of(Count::exceptions).change, Change::better);
   EXPECT_FALSE(change(ended, ended).is_regression());
 }
 
 // As Q1 does, by their share of all samples.
 TEST(Compare, NoticesMoreLostAndOverwrittenSamples) {
   auto whole = sample(0, 1'000);
-  EXPECT_EQ(change(whole, whole).lost, Change::undecided) << "not told";
+  EXPECT_EQ(change(whole, whole).of(Count::lost_samples).change, Change::undecided) << "not told";
   whole.lost_samples = 0;
   whole.overwritten_samples = 2;
   auto losing = whole;
   losing.lost_samples = 60;
-  EXPECT_EQ(change(whole, losing).lost, Change::worse);
+  EXPECT_EQ(change(whole, losing).of(Count::lost_samples).change, Change::worse);
   EXPECT_TRUE(change(whole, losing).is_regression());
-  EXPECT_EQ(change(losing, whole).lost, Change::better);
+  EXPECT_EQ(change(losing, whole).of(Count::lost_samples).change, Change::better);
   auto overwriting = whole;
   overwriting.overwritten_samples = 90;
-  EXPECT_EQ(change(whole, overwriting).overwritten, Change::worse);
+  EXPECT_EQ(change(whole, overwriting).of(Count::overwritten_samples).change, Change::worse);
   EXPECT_TRUE(change(whole, overwriting).is_regression());
   EXPECT_FALSE(change(overwriting, overwriting).is_regression());
 }

@@ -44,7 +44,7 @@ CallbackSample late(std::uint64_t count, std::uint64_t of) {
 }
 
 Change change_of_late(const CallbackSample& before, const CallbackSample& after) {
-  return change(before, after).late;
+  return change(before, after).of(Count::late).change;
 }
 
 TEST(Lateness, IsKeptOfBothSides) {
@@ -53,13 +53,13 @@ TEST(Lateness, IsKeptOfBothSides) {
   const auto found = compared(late(3, 8), without).callbacks.at(0);
   EXPECT_EQ(found.lateness_before, late(3, 8).lateness);
   EXPECT_EQ(found.lateness_after, std::nullopt);
-  EXPECT_EQ(found.late, Change::undecided);
+  EXPECT_EQ(found.of(Count::late).change, Change::undecided);
 }
 
 // None of 20 000 before and 100 after, of equal rates, has the probability 0.5^100.
 TEST(Lateness, IsARegressionBeyondChance) {
   const auto worse = compared(late(0, 20'000), late(100, 20'000));
-  EXPECT_EQ(worse.callbacks.at(0).late, Change::worse);
+  EXPECT_EQ(worse.callbacks.at(0).of(Count::late).change, Change::worse);
   EXPECT_EQ(worse.outcome(), Outcome::regression);
   EXPECT_EQ(change_of_late(late(100, 20'000), late(0, 20'000)), Change::better);
   EXPECT_EQ(change_of_late(late(0, 20'000), late(9, 20'000)), Change::undecided);

@@ -22,7 +22,8 @@ inline std::string diff_text_of(const analysis::Comparison& comparison, const Te
                    .isolation_before = {.own_thread = 3, .ran = 3},
                    .isolation_after = {.own_thread = 2, .ran = 3},
                    .is_all = is_all,
-                   .arguments = "old new"},
+                   .arguments = "old new",
+                   .view_arguments = "new"},
                   style);
   return out.str();
 }
@@ -82,6 +83,7 @@ inline analysis::CallbackChange with_deadline(std::int64_t deadline_ns, std::uin
   };
   change.lateness_before = lateness(late_before, 4'000'000);
   change.lateness_after = lateness(late_after, 1'500'000);
+  change.of(analysis::Count::late) = {.before = late_before, .after = late_after};
   return change;
 }
 

@@ -37,38 +37,34 @@ Json json_of(const CallbackChange& change) {
   Json quantities = Json::array();
   for (const auto& quantity : change.quantities)
     quantities.push_back(json_of(quantity));
-  return {{"logical_id", change.logical_id},
-          {"before", change.is_before},
-          {"after", change.is_after},
-          {"processes_before", change.processes_before},
-          {"processes_after", change.processes_after},
-          {"instances_before", change.instances_before},
-          {"instances_after", change.instances_after},
-          {"incomplete_before", change.incomplete_before},
-          {"incomplete_after", change.incomplete_after},
-          {"absence", analysis::label(change.absence)},
-          {"absence_proved", change.is_absence_proved},
-          {"never_ends", change.never_ends},
-          {"runs_less", change.runs_less},
-          {"exceptions_before", optional_json(change.exceptions_before)},
-          {"exceptions_after", optional_json(change.exceptions_after)},
-          {"exceptions", analysis::label(change.exceptions)},
-          {"missed_releases_before", optional_json(change.missed_before)},
-          {"missed_releases_after", optional_json(change.missed_after)},
-          {"missed_releases", analysis::label(change.missed)},
-          {"lost_isolation", change.lost_isolation},
-          {"regression", change.is_regression()},
-          {"deadline_before", json_of(change.lateness_before)},
-          {"deadline_after", json_of(change.lateness_after)},
-          {"late", analysis::label(change.late)},
-          {"quantities", std::move(quantities)},
-          {"lost_samples_before", optional_json(change.lost_before)},
-          {"lost_samples_after", optional_json(change.lost_after)},
-          {"lost_samples", analysis::label(change.lost)},
-          {"overwritten_samples_before", optional_json(change.overwritten_before)},
-          {"overwritten_samples_after", optional_json(change.overwritten_after)},
-          {"overwritten_samples", analysis::label(change.overwritten)},
-          {"other_releases", change.has_other_releases}};
+  Json json{{"logical_id", change.logical_id},
+            {"before", change.is_before},
+            {"after", change.is_after},
+            {"processes_before", change.processes_before},
+            {"processes_after", change.processes_after},
+            {"instances_before", change.instances_before},
+            {"instances_after", change.instances_after},
+            {"incomplete_before", change.incomplete_before},
+            {"incomplete_after", change.incomplete_after},
+            {"absence", analysis::label(change.absence)},
+            {"absence_proved", change.is_absence_proved},
+            {"never_ends", change.never_ends},
+            {"runs_less", change.runs_less},
+            {"lost_isolation", change.lost_isolation},
+            {"regression", change.is_regression()},
+            {"deadline_before", json_of(change.lateness_before)},
+            {"deadline_after", json_of(change.lateness_after)},
+            {"quantities", std::move(quantities)},
+            {"other_releases", change.has_other_releases}};
+  for (const auto which : analysis::kCounts) {
+    const std::string name(analysis::label(which));
+    const auto& count = change.of(which);
+    json[name] = analysis::label(count.change);
+    if (which == analysis::Count::late) continue;  // deadline_before and deadline_after have it
+    json[name + "_before"] = optional_json(count.before);
+    json[name + "_after"] = optional_json(count.after);
+  }
+  return json;
 }
 
 Json json_of(const analysis::ComparedRecord& record) {

@@ -98,34 +98,6 @@ void add_absences(NameLists& lists, const TextStyle& style) {
   lists.say("may never run any more", Look::doubtful, has(Absence::never_runs, false), runs);
 }
 
-void add_worse_counts(NameLists& lists, const TextStyle& style) {
-  using Count = std::optional<std::uint64_t> CallbackChange::*;
-  const auto say = [&](std::string_view what, analysis::Change CallbackChange::*change,
-                       Count before, Count after) {
-    lists.say(
-        what, Look::bad, [change](const auto& c) { return c.*change == analysis::Change::worse; },
-        [&style, before, after](const CallbackChange& c) {
-          return fmt::format(
-              " ({})", before_to_after((c.*before).value_or(0), (c.*after).value_or(0), style));
-        });
-  };
-  lists.say(
-      "is late more often", Look::bad,
-      [](const auto& c) { return c.late == analysis::Change::worse; },
-      [&style](const CallbackChange& c) {
-        return fmt::format(" ({})",
-                           before_to_after(c.lateness_before->late, c.lateness_after->late, style));
-      });
-  say("misses more releases", &CallbackChange::missed, &CallbackChange::missed_before,
-      &CallbackChange::missed_after);
-  say("more instances end by an exception", &CallbackChange::exceptions,
-      &CallbackChange::exceptions_before, &CallbackChange::exceptions_after);
-  say("more samples are lost", &CallbackChange::lost, &CallbackChange::lost_before,
-      &CallbackChange::lost_after);
-  say("more samples are overwritten", &CallbackChange::overwritten,
-      &CallbackChange::overwritten_before, &CallbackChange::overwritten_after);
-}
-
 }  // namespace
 
 Lines record_lines(const analysis::Comparison& comparison, ListLength length,
@@ -162,6 +134,20 @@ Lines release_lines(const std::vector<CallbackChange>& changes, const TextStyle&
   return lines;
 }
 
+Lines other_deadlines(const std::vector<CallbackChange>& changes) {
+  const auto deadline = [](const std::optional<analysis::Lateness>& lateness) {
+    return lateness ? std::optional(lateness->deadline) : std::nullopt;
+  };
+  const auto others = std::ranges::count_if(changes, [&deadline](const CallbackChange& change) {
+    return change.is_before && change.is_after &&
+           deadline(change.lateness_before) != deadline(change.lateness_after);
+  });
+  if (others == 0) return {};
+  return {fmt::format("  {:<{}}{} another deadline than before: not compared", "deadlines",
+                      kDiffLabel,
+                      others == 1 ? "1 callback has" : fmt::format("{} callbacks have", others))};
+}
+
 Lines structural_changes(const std::vector<CallbackChange>& changes, const CallbackNames& names,
                          ListLength length, const TextStyle& style) {
   NameLists lists(changes, names, length, style);
@@ -171,7 +157,6 @@ Lines structural_changes(const std::vector<CallbackChange>& changes, const Callb
             [](const auto& c) { return c.lost_isolation; });
   lists.say("has an instance that never ends", Look::bad,
             [](const auto& c) { return c.never_ends; });
-  add_worse_counts(lists, style);
   lists.say(
       "runs less than half as often", Look::doubtful, [](const auto& c) { return c.runs_less; },
       [&style](const CallbackChange& c) {

@@ -22,6 +22,10 @@ enum class ListLength : bool { screen, whole };
 Lines record_lines(const analysis::Comparison& comparison, ListLength length,
                    const TextStyle& style);
 
+// "  deadlines  1 callback has another deadline than before: not compared"; none where each has the
+// one that it had.
+Lines other_deadlines(const std::vector<analysis::CallbackChange>& changes);
+
 // "  releases   2 timers skipped periods: …", where the recordings tell other expiries of these.
 Lines release_lines(const std::vector<analysis::CallbackChange>& changes, const TextStyle& style);
 

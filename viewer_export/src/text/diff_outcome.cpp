@@ -6,9 +6,9 @@
 #include "words/text_layout.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -20,71 +20,46 @@ namespace {
 using analysis::Absence;
 using analysis::CallbackChange;
 using analysis::Change;
+using analysis::Count;
 using analysis::QuantityChange;
 
-// How many comparisons came to what.
-struct Tally {
-  std::uint64_t within = 0;     // quantiles
-  std::uint64_t undecided = 0;  // quantiles
-  std::uint64_t too_close = 0;  // quantiles that no number of instances would decide
-  std::uint64_t bounded = 0;    // quantiles of which a bound is known only
-  std::uint64_t one_sided = 0;  // quantiles measured on one side only
-  std::uint64_t counts = 0;     // that differ by no more than chance explains
+// Why a quantile is undecided.
+enum Reason : std::size_t { too_few, bounded, too_close, one_sided, reasons };
+constexpr std::array<std::string_view, reasons> kReasons{
+    "too few instances", "releases not known", "values known within 1.6 %", "measured on one side"};
 
-  std::uint64_t open() const { return undecided + too_close + bounded + one_sided; }
+struct Tally {
+  std::size_t quantiles = 0;
+  std::array<std::size_t, reasons> undecided{};
+  std::size_t counts = 0;  // that differ by no more than chance explains
 };
 
-// Whether the interval is as narrow as histograms know values.
+// Whether the interval is as narrow as histograms know values: more instances do not help.
 bool is_a_bucket(const analysis::QuantileInterval& interval) {
   if (!interval.lower || !interval.upper) return false;
   const auto bucket = analysis::values_like(*interval.lower);
   return *interval.upper - *interval.lower <= bucket.greatest - bucket.least + 1;
 }
 
-void add_to(Tally& tally, const QuantityChange& change) {
-  if (change.before.has_value() != change.after.has_value()) {
-    ++tally.one_sided;
-  } else if (change.change == Change::within) {
-    ++tally.within;
-  } else if (change.change != Change::undecided) {
-    return;
-  } else if (change.before->estimate.is_bound || change.after->estimate.is_bound) {
-    ++tally.bounded;
-  } else {
-    const bool is_narrow = is_a_bucket(*change.before) && is_a_bucket(*change.after);
-    ++(is_narrow ? tally.too_close : tally.undecided);
-  }
+Reason reason_of(const QuantityChange& change) {
+  if (!change.before || !change.after) return one_sided;
+  if (change.before->estimate.is_bound || change.after->estimate.is_bound) return bounded;
+  return is_a_bucket(*change.before) && is_a_bucket(*change.after) ? too_close : too_few;
 }
 
 Tally tally_of(const std::vector<CallbackChange>& changes) {
   Tally tally;
   for (const auto& change : changes) {
+    tally.quantiles += change.quantities.size();
     for (const auto& each : change.quantities)
-      add_to(tally, each);
-    for (const bool is_undecided :
-         {is_late_open(change), is_open(change.missed_before, change.missed_after, change.missed),
-          is_open(change.exceptions_before, change.exceptions_after, change.exceptions),
-          is_open(change.lost_before, change.lost_after, change.lost),
-          is_open(change.overwritten_before, change.overwritten_after, change.overwritten)}) {
-      tally.counts += is_undecided ? 1U : 0U;
-    }
+      if (each.change == Change::undecided) ++tally.undecided.at(reason_of(each));
+    tally.counts += static_cast<std::size_t>(std::ranges::count_if(
+        analysis::kCounts, [&change](Count count) { return may_be_chance(change, count); }));
   }
   return tally;
 }
 
-std::string count_words(const Tally& tally) {
-  return tally.counts > 0
-             ? fmt::format("; {} that may differ by chance", counted(tally.counts, "count"))
-             : std::string();
-}
-
-std::size_t quantiles_of(const std::vector<CallbackChange>& changes) {
-  return std::accumulate(
-      changes.begin(), changes.end(), std::size_t{0},
-      [](auto sum, const CallbackChange& change) { return sum + change.quantities.size(); });
-}
-
-bool has(const CallbackChange& change, Change kind) {
+bool has_times(const CallbackChange& change, Change kind) {
   return std::ranges::find(change.quantities, kind, &QuantityChange::change) !=
          change.quantities.end();
 }
@@ -101,26 +76,24 @@ std::string kinds_of_regression(const std::vector<CallbackChange>& changes) {
       return change.is_absence_proved && change.absence == absence;
     };
   };
-  const auto is_worse = [](Change CallbackChange::*part) {
-    return [part](const CallbackChange& change) { return change.*part == Change::worse; };
-  };
-  add("slower", [](const CallbackChange& change) { return has(change, Change::worse); });
-  add("late more often", is_worse(&CallbackChange::late));
-  add("with more missed releases", is_worse(&CallbackChange::missed));
+  add("slower", [](const CallbackChange& change) { return has_times(change, Change::worse); });
   add("not isolated any more", [](const CallbackChange& change) { return change.lost_isolation; });
   add("gone", is_absent(Absence::gone));
   add("gone from processes", is_absent(Absence::gone_from_process));
   add("never running any more", is_absent(Absence::never_runs));
   add("with an instance that never ends",
       [](const CallbackChange& change) { return change.never_ends; });
-  add("with more exceptions", is_worse(&CallbackChange::exceptions));
-  add("with more lost samples", is_worse(&CallbackChange::lost));
-  add("with more overwritten samples", is_worse(&CallbackChange::overwritten));
+  for (const auto count : analysis::kCounts) {
+    auto what = "with more " + std::string(analysis::label(count));
+    std::ranges::replace(what, '_', ' ');
+    add(count == Count::late ? "late more often" : what,
+        [count](const CallbackChange& change) { return change.of(count).change == Change::worse; });
+  }
   return fmt::format(" ({})", fmt::join(kinds, ", "));
 }
 
 std::string undecided_times(const std::vector<CallbackChange>& changes) {
-  const auto quantiles = quantiles_of(changes);
+  const auto quantiles = tally_of(changes).quantiles;
   const auto why = quantiles == 0
                        ? std::string("none was measured on both sides")
                        : fmt::format("of {} none is certain", counted(quantiles, "quantile"));
@@ -129,17 +102,14 @@ std::string undecided_times(const std::vector<CallbackChange>& changes) {
 
 }  // namespace
 
-bool is_decided(const analysis::Comparison& comparison) {
-  const auto outcome = comparison.outcome();
-  return outcome == analysis::Outcome::regression || outcome == analysis::Outcome::no_regression;
-}
-
 std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
                           const TextStyle& style) {
   const auto& changes = comparison.callbacks;
   const auto regressions =
       std::ranges::count_if(changes, [](const auto& change) { return change.is_regression(); });
-  const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
+  const auto better = std::ranges::count_if(changes, [](const auto& change) {
+    return !change.is_regression() && change.has(Change::better);
+  });
   const auto all = counted(changes.size(), "callback");
   const bool is_whole = comparison.before.is_complete && comparison.after.is_complete;
   TextCell fact;
@@ -162,52 +132,58 @@ std::string outcome_words(const analysis::Comparison& comparison, double toleran
       fact = {is_whole ? "No regression" : "No regression in what was recorded", Look::good};
       break;
   }
-  std::string more;
-  if (better > 0) {
-    const auto of =
-        regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
-    more = "; better: " + of;
-  }
+  auto text = fact.text + (regressions > 0 ? kinds_of_regression(changes) : "");
+  if (better > 0)
+    text += fmt::format("; better: {}{}", better, regressions > 0 ? "" : " of " + all);
   // What else became worse has no tolerance.
-  const bool has_times = std::ranges::any_of(changes, [](const CallbackChange& change) {
-    return has(change, Change::worse) || has(change, Change::better);
+  const bool is_of_times = std::ranges::any_of(changes, [](const CallbackChange& change) {
+    return has_times(change, Change::worse) || has_times(change, Change::better);
   });
-  const auto limit = regressions > 0 && !has_times
-                         ? std::string()
-                         : fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
-  const auto kinds = regressions > 0 ? kinds_of_regression(changes) : std::string();
+  if (regressions == 0 || is_of_times)
+    text += fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
   constexpr std::size_t kIndent = 2;
-  const auto text = filled(fact.text + kinds + more + limit, style.columns, kIndent);
-  const auto rest = std::string_view(text).substr(fact.text.size());
-  const auto told = rest.starts_with(kinds + more) ? more.size() : 0;
-  const auto plain = told > 0 ? kinds.size() : 0;
-  return paint(fact.text, fact.look, style) + std::string(rest.substr(0, plain)) +
-         (told > 0 ? paint(rest.substr(plain, told), Look::good, style) : "") +
-         std::string(rest.substr(plain + told));
+  const auto lines = filled(text, style.columns, kIndent);
+  const auto first = std::min(fact.text.size(), lines.find('\n'));
+  return paint(lines.substr(0, first), fact.look, style) + lines.substr(first);
 }
 
-std::string tally_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
-  const auto tally = tally_of(changes);
-  if (tally.within + tally.open() + tally.counts == 0) return {};
-  auto text = counted(tally.within, "quantile") + " within the tolerance";
-  if (tally.undecided > 0) {
-    text +=
-        fmt::format("; {} undecided: too few instances to tell it from chance", tally.undecided);
+std::string lateness_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
+  analysis::Lateness before{};
+  analysis::Lateness after{};
+  std::size_t callbacks = 0;
+  for (const auto& change : changes) {
+    if (!change.has_one_deadline()) continue;
+    ++callbacks;
+    before.late += change.lateness_before->late;
+    before.instances += change.lateness_before->instances;
+    after.late += change.lateness_after->late;
+    after.instances += change.lateness_after->instances;
   }
-  if (tally.bounded > 0)
-    text += fmt::format("; {} undecided: releases are not known", tally.bounded);
-  if (tally.too_close > 0)
-    text += fmt::format("; {} too close to tell: values are known within 1.6 %", tally.too_close);
-  if (tally.one_sided > 0) text += fmt::format("; {} measured on one side only", tally.one_sided);
-  return filled(text + count_words(tally) + '.', style.columns);
+  if (callbacks == 0) return {};
+  constexpr std::size_t kIndent = 2;
+  return filled(fmt::format("Late: {} of {} instances before, {} of {} after; {} {} a deadline",
+                            before.late, before.instances, after.late, after.instances,
+                            counted(callbacks, "callback"), callbacks == 1 ? "has" : "have"),
+                style.columns, kIndent);
 }
 
 std::string undecided_words(const std::vector<CallbackChange>& changes, const TextStyle& style) {
   const auto tally = tally_of(changes);
-  if (tally.open() + tally.counts == 0) return {};
-  return filled(fmt::format("{} of {} undecided{}.", tally.open(),
-                            counted(quantiles_of(changes), "quantile"), count_words(tally)),
-                style.columns);
+  std::vector<std::string> why;
+  std::size_t undecided = 0;
+  for (std::size_t i = 0; i < kReasons.size(); ++i) {
+    if (tally.undecided.at(i) == 0) continue;
+    undecided += tally.undecided.at(i);
+    why.push_back(fmt::format("{} ({})", kReasons.at(i), tally.undecided.at(i)));
+  }
+  std::vector<std::string> parts;
+  if (undecided > 0) {
+    parts.push_back(fmt::format("{} of {} undecided: {}", undecided,
+                                counted(tally.quantiles, "quantile"), fmt::join(why, ", ")));
+  }
+  if (tally.counts > 0)
+    parts.push_back(fmt::format("{} may be chance", counted(tally.counts, "count")));
+  return parts.empty() ? "" : filled(fmt::format("{}.", fmt::join(parts, "; ")), style.columns);
 }
 
 }  // namespace cie::viewer_export

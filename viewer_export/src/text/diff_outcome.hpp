@@ -9,18 +9,16 @@
 
 namespace cie::viewer_export {
 
-// There is a regression, or certainly none.
-bool is_decided(const analysis::Comparison& comparison);
-
 // "Worse: 1 of 3 callbacks (1 slower); better: 1, beyond a tolerance of 5 %".
 std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
                           const TextStyle& style);
 
-// "12 quantiles within the tolerance; 3 undecided: …"; empty where nothing was compared.
-std::string tally_words(const std::vector<analysis::CallbackChange>& changes,
-                        const TextStyle& style);
+// "Late: 96 of 970 instances before, 0 of 968 after; 19 callbacks have a deadline"; empty where none
+// has the same on both sides.
+std::string lateness_words(const std::vector<analysis::CallbackChange>& changes,
+                           const TextStyle& style);
 
-// "3 of 18 quantiles undecided."; empty where all is decided.
+// "3 of 18 quantiles undecided: too few instances (3)."; empty where all is decided.
 std::string undecided_words(const std::vector<analysis::CallbackChange>& changes,
                             const TextStyle& style);
 

@@ -1,7 +1,6 @@
 #include <cie/viewer_export/diff_writers.hpp>
 
 #include "diff_changes.hpp"
-#include "diff_deadlines.hpp"
 #include "diff_lists.hpp"
 #include "diff_outcome.hpp"
 #include "screen.hpp"
@@ -9,6 +8,7 @@
 #include "words/text_layout.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,7 +21,6 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::CallbackChange;
-using analysis::Change;
 
 // "26 of 26 callbacks had a thread of their own before, 0 to 11 of 26 after": of 11 it is not known.
 std::string isolation_words(const DiffContext& context) {
@@ -49,16 +48,16 @@ std::string host_words(const analysis::Comparison& comparison) {
   return names + ": runs of one id on any of them count together";
 }
 
-std::size_t line_count(std::string_view text) {
-  return static_cast<std::size_t>(std::ranges::count(text, '\n'));
-}
-
 std::string text_of(const Lines& lines) {
   std::string text;
   for (const auto& line : lines)
     text += line + '\n';
   return text;
 }
+
+// Of what is too much for a screen it has the first.
+constexpr std::size_t kMostChanges = 7;
+constexpr std::size_t kMostLists = 5;
 
 class DiffText {
  public:
@@ -68,42 +67,32 @@ class DiffText {
         context_(context),
         style_(style),
         names_(ids_of(comparison.callbacks), style),
-        by_rank_(comparison.callbacks),
-        urgent_(with_deadline(comparison.callbacks)) {
-    std::ranges::stable_sort(by_rank_, {}, change_rank);
-    for (const auto& change : by_rank_)
-      add_changes(changes_, change, names_);
-  }
+        changes_(change_rows(comparison.callbacks, names_)) {}
 
   std::string whole() const {
-    auto text = facts(ListLength::whole, true) + fmt::format("  {:<{}}{}\n  {:<{}}{}\n\n", "before",
-                                                             kDiffLabel, printable(context_.before),
-                                                             "after", kDiffLabel,
-                                                             printable(context_.after));
-    if (const auto lines = structure(ListLength::whole); !lines.empty())
-      text += text_of(lines) + '\n';
-    if (!urgent_.empty())
-      text += deadline_table(urgent_, context_, names_, urgent_.size(), style_) + '\n';
-    if (!changes_.empty()) text += change_table(changes_, style_) + '\n';
-    return text + statistics();
+    return facts(ListLength::whole) +
+           rows(structure(ListLength::whole), changes_.size(), ListLength::whole) + undecided() +
+           commands({});
   }
 
-  // At most as many lines as a screen has: what is left out, the command at its end prints.
+  // At most as many lines as a screen has: what is left out, a command at its end prints.
   std::string screen() const {
-    auto text = facts(ListLength::screen, urgent_.empty());
-    const auto lists = first_of_structure();
-    if (!lists.empty()) text += '\n' + text_of(lists);
-    auto end = urgent_.empty() ? statistics() : undecided_words(comparison_.callbacks, style_);
-    if (!lists.empty() || !changes_.empty() || !urgent_.empty()) {
-      end += text_of(commands_to_paste(
-          {{"every change", "cie diff " + context_.arguments + " --all"}}, style_));
+    const auto begin = facts(ListLength::screen);
+    const auto end = undecided();
+    const auto all = whole();
+    const auto lists = structure(ListLength::screen);
+    auto shown = std::min(kMostChanges, changes_.size());
+    for (auto most = kMostLists;;) {
+      const auto text = begin + rows(first_of(lists, most), shown, ListLength::screen) + end;
+      const auto left = changes_.size() - shown;
+      auto screen = text + commands({});
+      if (screen != all)
+        screen = text + commands(left > 0 ? counted(left, "more change") : "whole names");
+      const bool is_least = shown <= 1 && most <= 1;
+      if (is_least || std::cmp_less_equal(std::ranges::count(screen, '\n'), style_.lines))
+        return screen;
+      --(shown > 1 ? shown : most);
     }
-    const auto taken = line_count(text) + line_count(end) + 1;  // and a blank line
-    const auto room = style_.lines - std::min(style_.lines, taken);
-    if (!urgent_.empty()) return text + '\n' + deadlines_in(room) + end;
-    if (!changes_.empty())
-      text += '\n' + change_table(changes_, room - std::min<std::size_t>(room, 1), style_);
-    return text + (end.empty() ? "" : "\n") + end;
   }
 
  private:
@@ -115,25 +104,41 @@ class DiffText {
     return ids;
   }
 
-  // Up to the worst and, where wanted, the best change.
-  std::string facts(ListLength length, bool has_best) const {
-    const auto outcome = outcome_words(comparison_, context_.tolerance, style_);
-    const auto lateness = urgent_.empty() ? std::string() : lateness_words(urgent_, style_);
-    auto text = (is_decided(comparison_) ? lateness + outcome : outcome + lateness) +
+  // What is gone, new or runs otherwise, and what changed.
+  std::string rows(const Lines& lists, std::size_t shown, ListLength length) const {
+    std::string text;
+    if (!lists.empty()) text += '\n' + text_of(lists);
+    if (shown > 0) {
+      const bool are_names_whole = length == ListLength::whole;
+      text += '\n' + change_table(changes_, shown, are_names_whole, style_);
+    }
+    return text;
+  }
+
+  // `left_out`: what only a longer text has.
+  std::string commands(const std::string& left_out) const {
+    std::vector<std::pair<std::string_view, std::string>> all;
+    if (!left_out.empty()) all.emplace_back(left_out, "cie diff " + context_.arguments + " --all");
+    if (comparison_.outcome() == analysis::Outcome::regression && !context_.view_arguments.empty())
+      all.emplace_back("look", "cie view " + context_.view_arguments);
+    return text_of(commands_to_paste(all, style_));
+  }
+
+  std::string undecided() const { return undecided_words(comparison_.callbacks, style_); }
+
+  std::string facts(ListLength length) const {
+    auto text = outcome_words(comparison_, context_.tolerance, style_) +
+                lateness_words(comparison_.callbacks, style_) +
                 text_of(record_lines(comparison_, length, style_)) +
-                text_of(release_lines(comparison_.callbacks, style_));
-    if (const auto hosts = host_words(comparison_); !hosts.empty()) {
+                text_of(release_lines(comparison_.callbacks, style_)) +
+                text_of(other_deadlines(comparison_.callbacks));
+    const auto add = [&text, this](std::string_view label, const std::string& words) {
       text +=
-          filled(fmt::format("  {:<{}}{}", "hosts", kDiffLabel, hosts), style_.columns, kDiffLabel);
-    }
-    if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0) {
-      text += filled(fmt::format("  {:<{}}{}", "isolation", kDiffLabel, isolation_words(context_)),
-                     style_.columns, kDiffLabel);
-    }
-    text += other_deadlines(comparison_.callbacks);
-    if (by_rank_.empty()) return text;
-    text += extreme_line("worst", by_rank_.front(), Change::worse, names_, style_);
-    if (has_best) text += extreme_line("best", by_rank_.back(), Change::better, names_, style_);
+          filled(fmt::format("  {:<{}}{}", label, kDiffLabel, words), style_.columns, kDiffLabel);
+    };
+    if (const auto hosts = host_words(comparison_); !hosts.empty()) add("hosts", hosts);
+    if (context_.isolation_before.ran != 0 && context_.isolation_after.ran != 0)
+      add("isolation", isolation_words(context_));
     return text;
   }
 
@@ -142,44 +147,19 @@ class DiffText {
   }
 
   // What is worse comes first.
-  Lines first_of_structure() const {
-    constexpr std::size_t kMost = 5;
-    constexpr std::size_t kFewest = 2;
-    const auto lacking = kScreenLines - std::min(kScreenLines, style_.lines);
-    const auto most = kMost - std::min(kMost - kFewest, lacking);
-    auto lines = structure(ListLength::screen);
-    if (lines.size() <= most) return lines;
-    const auto left = lines.size() - most + 1;
-    lines.resize(most - 1);
-    lines.push_back(fmt::format("  {} {} more kinds of change", gap(style_), left));
-    return lines;
-  }
-
-  std::string deadlines_in(std::size_t lines) const {
-    constexpr std::size_t kAround = 3;  // two of titles, one of what is left out
-    constexpr std::size_t kMost = 5;
-    const auto room = lines - std::min(lines, kAround);
-    return deadline_table(urgent_, context_, names_, std::clamp<std::size_t>(room, 1, kMost),
-                          style_);
-  }
-
-  // How sure the comparison is; empty where there was nothing to compare.
-  std::string statistics() const {
-    const auto tally = tally_words(comparison_.callbacks, style_);
-    if (tally.empty() && changes_.empty()) return {};
-    return tally + filled(fmt::format("Each statement is certain to {:g} % if instances are "
-                                      "independent of each other.",
-                                      100 * (1 - analysis::kComparisonError)),
-                          style_.columns);
+  Lines first_of(Lines lists, std::size_t most) const {
+    if (lists.size() <= most) return lists;
+    const auto left = lists.size() - most + 1;
+    lists.resize(most - 1);
+    lists.push_back(fmt::format("  {} {} more kinds of change", gap(style_), left));
+    return lists;
   }
 
   const analysis::Comparison& comparison_;
   const DiffContext& context_;
   const TextStyle& style_;
   CallbackNames names_;
-  std::vector<CallbackChange> by_rank_;
-  std::vector<const CallbackChange*> urgent_;
-  std::vector<ChangeRow> changes_;  // those that are certain
+  std::vector<ChangeRow> changes_;
 };
 
 }  // namespace

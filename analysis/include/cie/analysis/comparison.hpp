@@ -237,6 +237,24 @@ enum class Absence : std::uint8_t {
 };
 std::string_view label(Absence absence) noexcept;  // "none", "gone", "gone_from_process", …
 
+// What is counted of a callback, and compared by rate.
+enum class Count : std::uint8_t {
+  late,
+  missed_releases,
+  exceptions,
+  lost_samples,
+  overwritten_samples
+};
+inline constexpr std::array kCounts{Count::late, Count::missed_releases, Count::exceptions,
+                                    Count::lost_samples, Count::overwritten_samples};
+std::string_view label(Count count) noexcept;  // "late", "missed_releases", …
+
+struct CountChange {
+  std::optional<std::uint64_t> before;  // empty: not known; of late instances: not of one deadline
+  std::optional<std::uint64_t> after;
+  Change change = Change::undecided;
+};
+
 struct CallbackChange {
   std::string logical_id;
   bool is_before = false;
@@ -252,28 +270,19 @@ struct CallbackChange {
   bool never_ends = false;                 // proved of a run after, and that there was none before
   bool runs_less = false;                  // less than half as often as before, beyond chance
   std::vector<QuantityChange> quantities;  // empty unless it is on both sides
-  std::optional<std::uint64_t> exceptions_before;
-  std::optional<std::uint64_t> exceptions_after;
-  Change exceptions = Change::undecided;
-  std::optional<std::uint64_t> missed_before;
-  std::optional<std::uint64_t> missed_after;
-  Change missed = Change::undecided;
+  std::array<CountChange, kCounts.size()> counts{};  // in the order of kCounts
   bool lost_isolation = false;
   std::optional<Lateness> lateness_before{};
   std::optional<Lateness> lateness_after{};
-  Change late = Change::undecided;  // how often, of one deadline
-  std::optional<std::uint64_t> lost_before{};
-  std::optional<std::uint64_t> lost_after{};
-  Change lost = Change::undecided;
-  std::optional<std::uint64_t> overwritten_before{};
-  std::optional<std::uint64_t> overwritten_after{};
-  Change overwritten = Change::undecided;
   // A timer skipped periods: its releases are then different expiries before and after.
   bool has_other_releases = false;
 
-  // Of what is certain: gone although it ran, never running or never ending, slower, late more often, missing more
-  // releases, losing or overwriting more samples, ending by exceptions more often, or no longer
-  // isolated.
+  CountChange& of(Count count) { return counts.at(static_cast<std::size_t>(count)); }
+  const CountChange& of(Count count) const { return counts.at(static_cast<std::size_t>(count)); }
+  // Some quantile or count is certain to have changed so.
+  bool has(Change change) const;
+  // Of what is certain: gone although it ran, never running or never ending, no longer isolated, or
+  // some quantile or count is worse.
   bool is_regression() const;
   bool has_one_deadline() const;  // before and after
 };

@@ -26,15 +26,15 @@ struct DiffContext {
   double tolerance = 0;
   IsolationCount isolation_before{};
   IsolationCount isolation_after{};
-  bool is_all = false;      // every change, not only those that one screen has room for
-  std::string arguments{};  // of this command, for pasting
+  bool is_all = false;           // every change, not only those that one screen has room for
+  std::string arguments{};       // of this command, for pasting
+  std::string view_arguments{};  // of `cie view` of what is after; empty of a report
 };
 
-// For people: first how many callbacks became worse and better, how isolation and the number of late
-// instances changed, what runs the records lack, and the worst and the best change; what is gone, new
-// or runs otherwise; where callbacks have deadlines, their slowest instances side by side; then what
-// is certain to have changed, in that order, and how many comparisons were undecided, and why. At most
-// 23 lines, unless all is wanted; where there are deadlines, they have the room of the changes.
+// For people: first how many callbacks became worse and better, how the number of late instances and
+// isolation changed, and what runs the records lack; what is gone, new or runs otherwise; then what
+// changed, the worst first, and how many comparisons were undecided, and why. At most 23 lines, unless
+// all is wanted.
 void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context, const TextStyle& style);
 
