@@ -101,22 +101,12 @@ class IsolationClaims {
 };
 
 analysis::CallbackSample sample_of(const CallbackReport& callback, bool is_complete) {
-  analysis::CallbackSample sample{
-      .logical_id = callback.logical_id,
-      .are_lives_told = false,
-      .instances = callback.instances,
-      .incomplete = callback.incomplete,
-      .runs_not_seen = callback.runs_not_seen,
-      .never_ends = never_ends(callback, is_complete),
-      .exceptions = callback.exceptions,
-      .missed_releases = callback.missed_releases,
-      .isolation = callback.isolation,
-      .response_time = analysis::OrderStatistics::of_response_time(callback),
-      .start_latency = analysis::OrderStatistics::of_start_latency(callback),
-      .duration = analysis::OrderStatistics::of(callback.duration),
-      .lateness = analysis::Lateness::of(callback),
-      .timer_releases = analysis::TimerReleases::of(callback)};
-  sample.set_queue_losses(callback);
+  auto sample = analysis::CallbackSample::of(callback);
+  sample.are_lives_told = false;
+  sample.never_ends = never_ends(callback, is_complete);
+  sample.response_time = analysis::OrderStatistics::of_response_time(callback);
+  sample.start_latency = analysis::OrderStatistics::of_start_latency(callback);
+  sample.duration = analysis::OrderStatistics::of(callback.duration);
   return sample;
 }
 

@@ -120,14 +120,25 @@ OrderStatistics statistics_of(const auto& bounded) {
 
 }  // namespace
 
-void CallbackSample::set_queue_losses(const CallbackReport& callback) {
+CallbackSample CallbackSample::of(const CallbackReport& callback) {
   const auto since = [](std::optional<std::uint64_t> total,
                         const std::optional<std::uint64_t>& before) {
     if (total) *total -= std::min(*total, before.value_or(0));
     return total;
   };
-  lost_samples = since(callback.lost_samples, callback.lost_before);
-  overwritten_samples = since(callback.overwritten_samples, callback.overwritten_before);
+  CallbackSample sample;
+  sample.logical_id = callback.logical_id;
+  sample.instances = callback.instances;
+  sample.incomplete = callback.incomplete;
+  sample.runs_not_seen = callback.runs_not_seen;
+  sample.exceptions = callback.exceptions;
+  sample.missed_releases = callback.missed_releases;
+  sample.isolation = callback.isolation;
+  sample.lateness = Lateness::of(callback);
+  sample.lost_samples = since(callback.lost_samples, callback.lost_before);
+  sample.overwritten_samples = since(callback.overwritten_samples, callback.overwritten_before);
+  sample.timer_releases = TimerReleases::of(callback);
+  return sample;
 }
 
 void SamplesById::add(CallbackSample sample) {
@@ -239,22 +250,10 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
   }
   SamplesById samples;
   for (const auto& callback : report.callbacks) {
-    CallbackSample sample{.logical_id = callback.logical_id,
-                          .processes_at_once = lives.at(callback.logical_id).most_at_once(),
-                          .instances = callback.instances,
-                          .incomplete = callback.incomplete,
-                          .runs_not_seen = callback.runs_not_seen,
-                          .never_ends = never_ends(callback),
-                          .exceptions = callback.exceptions,
-                          .missed_releases = callback.missed_releases,
-                          .isolation = callback.isolation,
-                          .is_isolation_claimed = claims.of(callback),
-                          .response_time = {},
-                          .start_latency = {},
-                          .duration = {},
-                          .lateness = Lateness::of(callback),
-                          .timer_releases = TimerReleases::of(callback)};
-    sample.set_queue_losses(callback);
+    auto sample = CallbackSample::of(callback);
+    sample.processes_at_once = lives.at(callback.logical_id).most_at_once();
+    sample.never_ends = never_ends(callback);
+    sample.is_isolation_claimed = claims.of(callback);
     if (callback.missed_releases) sample.missing_instances = 0;
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {

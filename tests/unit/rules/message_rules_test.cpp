@@ -81,8 +81,7 @@ TEST(NoQueueOverflow, CountsWhatWasBeforeTheAttachAndTellsItApart) {
   EXPECT_EQ(report.overwritten_before, 500U);
   EXPECT_EQ(report.lost_samples, 3U);
   EXPECT_EQ(report.lost_before, std::nullopt);
-  CallbackSample sample;
-  sample.set_queue_losses(report);
+  const auto sample = CallbackSample::of(report);
   EXPECT_EQ(sample.overwritten_samples, 2U);
   EXPECT_EQ(sample.lost_samples, 3U);
 }

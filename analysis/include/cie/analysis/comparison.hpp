@@ -144,7 +144,8 @@ struct CallbackSample {
   std::optional<std::uint64_t> overwritten_samples{};
   TimerReleases timer_releases{};
 
-  void set_queue_losses(const CallbackReport& callback);
+  // What a report counts of it; its times are another matter.
+  static CallbackSample of(const CallbackReport& callback);
   bool has_run() const noexcept { return instances + incomplete > 0; }
 };
 
