@@ -44,7 +44,8 @@ def _fetch(package: str, sha256: str, files: dict | None, target: pathlib.Path) 
                     continue
                 place = unpacked / name
                 place.parent.mkdir(parents=True, exist_ok=True)
-                place.write_bytes(tar.extractfile(member).read())
+                with open(place, "wb") as file:
+                    shutil.copyfileobj(tar.extractfile(member), file)
         unpacked.rename(target)
     except OSError:  # another test was first
         if not target.is_dir():

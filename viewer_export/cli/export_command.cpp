@@ -27,16 +27,15 @@ release to start, arrows from each publish to the callbacks it caused, and what 
 scheduler did, when that was recorded. The callback graph shows who takes whose messages,
 with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every
 number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by
-one (csv, jsonl, parquet); those of many machines' recordings go into one ClickHouse database
-(clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,
-speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.)";
+one (csv, jsonl, parquet); those of many machines' recordings go into Parquet files by day, host
+and process (--partition). Chrome JSON, speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP
+serve other people's tools.)";
 
 // Behind an example of each format.
 constexpr const char* kExportFooter =
     R"(  cie export run1 --to perfetto --gzip -o run1.pftrace.gz  a fifth of the size
   cie export run1 --to parquet --table edges -o edges.parquet
-  cie export run1 --to parquet --partition -o fleet        beside other ones
-  cie export run1 --to clickhouse --label sw=1.2 -o run1.ch; run1.ch/load.sh
+  cie export run1 --to parquet --partition --label software=1.2 -o fleet
 
 Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.
 Exit codes: 0 done, 2 wrong usage or spec, 4 trace unreadable or result not writable.
@@ -65,8 +64,6 @@ struct Wishes {
   bool is_compressed = false;
   bool is_partitioned = false;
   std::vector<std::string> labels{};
-
-  ExportKind kind() const { return is_partitioned ? ExportKind::fleet : format.kind; }
 };
 
 void declare(CommandLine& line, Wishes& wishes) {
@@ -105,8 +102,8 @@ void check(Wishes& wishes) {
   if (wishes.is_partitioned && wishes.viewer != "parquet") {
     throw UsageError("--partition is for --to parquet");
   }
-  if (!wishes.labels.empty() && wishes.kind() != ExportKind::fleet) {
-    throw UsageError("--label is for --to clickhouse, and for --to parquet with --partition");
+  if (!wishes.labels.empty() && !wishes.is_partitioned) {
+    throw UsageError("--label is for --to parquet with --partition");
   }
   if (!wishes.table.empty() && wishes.format.kind != ExportKind::table) {
     throw UsageError("--table is for --to " + names_of([](const ExportFormat& format) {
@@ -139,7 +136,10 @@ int export_command(const Arguments& arguments) {
   const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
                                           .metadata_from = reader.metadata()};
   ProgressBar bar(reader.is_progress_wanted());
-  switch (wishes.kind()) {
+  if (wishes.is_partitioned) {
+    return export_fleet(wishes.traces, options, bar, wishes.labels, wishes.target);
+  }
+  switch (wishes.format.kind) {
     case ExportKind::viewer:
       return export_to_viewer(wishes.traces, options, bar,
                               {.format = wishes.format,
@@ -147,10 +147,6 @@ int export_command(const Arguments& arguments) {
                                .is_compressed = wishes.is_compressed});
     case ExportKind::graph:
       return export_graph(wishes.traces, options, bar, wishes.format, wishes.target);
-    case ExportKind::fleet:
-      return export_fleet(wishes.traces, options, bar,
-                          {.labels = wishes.labels, .is_partitioned = wishes.is_partitioned},
-                          wishes.target);
     case ExportKind::database:
     case ExportKind::table:
       break;

@@ -10,13 +10,11 @@
 #include "inputs.hpp"
 #include "output.hpp"
 
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 namespace cie::cli {
 namespace {
@@ -63,8 +61,9 @@ void require_directory(const std::string& name) {
 }  // namespace
 
 int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions options,
-                 ProgressBar& bar, const FleetRequest& request, const std::string& directory) {
-  auto labels = labels_of(request.labels);
+                 ProgressBar& bar, const std::vector<std::string>& labels,
+                 const std::string& directory) {
+  auto known_labels = labels_of(labels);
   require_directory(directory);
   options.keep_buckets = true;
   // Nothing appears in the directory before the recording was read.
@@ -73,21 +72,16 @@ int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions 
                                           viewer_export::InstanceOrder::by_process);
   const auto& result = analyze_until_exit(traces, options, bar, &instances);
   tell_of_damage(result.report);
-  const auto recording = viewer_export::identify(result.report, std::move(labels));
+  const auto recording = viewer_export::identify(result.report, std::move(known_labels));
   instances.show_progress(bar.begin("writing", ProgressUnit::instances));
-  const viewer_export::OpenFile open = [](const fs::path& path) { return open_output(path); };
-  const auto write =
-      request.is_partitioned ? viewer_export::write_partitions : viewer_export::write_clickhouse;
-  if (request.is_partitioned) allow_many_files();
-  write(directory, recording, result, instances, open);
+  allow_many_files();
+  viewer_export::write_partitions(directory, recording, result, instances,
+                                  [](const fs::path& path) { return open_output(path); });
   bar.end();
   if (!recording.day) {
     tell(
         "the recording does not say when it was made: its day is 1970-01-01 unless --label "
         "day=YYYY-MM-DD tells it");
-  }
-  if (::isatty(STDERR_FILENO) == 1 && !request.is_partitioned) {
-    fmt::print(stderr, "Load it with {}/load.sh\n", directory);
   }
   return ok;
 }

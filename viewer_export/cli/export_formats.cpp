@@ -10,7 +10,7 @@
 namespace cie::cli {
 namespace {
 
-constexpr std::array<ExportFormat, 12> kFormats{{
+constexpr std::array<ExportFormat, 11> kFormats{{
     {.name = "perfetto",
      .kind = ExportKind::viewer,
      .suffix = ".pftrace",
@@ -63,10 +63,6 @@ constexpr std::array<ExportFormat, 12> kFormats{{
      .suffix = ".parquet",
      .purpose = "one, for data frames",
      .is_binary = true},
-    {.name = "clickhouse",
-     .kind = ExportKind::fleet,
-     .suffix = ".ch",
-     .purpose = "of many recordings"},
 }};
 
 }  // namespace

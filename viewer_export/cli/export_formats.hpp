@@ -14,8 +14,7 @@ enum class ExportKind : std::uint8_t {
   viewer,    // a recording for somebody's viewer
   graph,     // of the callbacks
   database,  // of all tables
-  table,     // one of them
-  fleet      // a recording among those of many machines
+  table      // one of them
 };
 
 struct ExportFormat {

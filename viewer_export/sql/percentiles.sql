@@ -1,6 +1,5 @@
 -- Response time of every callback: exact percentiles by nearest rank, the value at place ceil(p * n).
 -- 100 * (place - 1) < 99 * n holds up to that place, without rounding.
--- SQLite, DuckDB, PostgreSQL and what else has window functions; for ClickHouse: percentiles_arrays.sql.
 SELECT logical_id, pid, max(n) AS instances, min(response_ns) AS min_ns,
   max(CASE WHEN 100 * (place - 1) < 50 * n THEN response_ns END) AS p50_ns,
   max(CASE WHEN 100 * (place - 1) < 90 * n THEN response_ns END) AS p90_ns,

@@ -66,7 +66,7 @@ class Usage(Folder):
             self.assertIn(f"cie: {option} needs a value: {option} ".encode(), result.stderr)
 
     def test_a_directory_without_a_name(self):
-        self.assert_usage_error(("export", TRACE, "--to", "clickhouse", "-o", ""),
+        self.assert_usage_error(("export", TRACE, "--to", "parquet", "--partition", "-o", ""),
                                 "--output needs a value: --output FILE")
 
     def test_a_recording_that_is_elsewhere(self):
@@ -295,7 +295,7 @@ class Usage(Folder):
 
     def test_viewers(self):
         self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
-                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet, clickhouse")
+                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet")
         self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
         self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
         for viewer in ("chrome", "speedscope", "otlp"):

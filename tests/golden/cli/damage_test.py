@@ -12,7 +12,7 @@ WITHOUT_A_PLACE = (
     ("instances",), ("instances", "-f", "jsonl"), ("report", "-f", "csv"), ("spec", "template"),
     ("analyze", "schedulability", "-f", "json"), ("export", "--to", "dot"), ("export", "--to", "chrome"),
     ("export", "--to", "perfetto"), ("export", "--to", "csv", "--table", "callbacks"), ("export", "--to", "sqlite"),
-    ("export", "--to", "clickhouse"))
+    ("export", "--to", "parquet", "--partition"))
 
 
 class Damage(Folder):

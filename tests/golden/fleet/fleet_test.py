@@ -1,39 +1,52 @@
 #!/usr/bin/env python3
-"""`cie export --to clickhouse` and `--to parquet --partition`: two shards and one of them missing, one big
-run, DuckDB, the report and the truth give one answer to the questions of viewer_export/sql/fleet.
+"""`cie export --to parquet --partition` of a hundred recordings: DuckDB and ClickHouse, reports and the truth give one
+answer to the questions of viewer_export/sql.
 
 Arguments: CIE QUESTIONS
 """
 import collections
+import contextlib
+import itertools
 import json
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sql"))
 import engines  # noqa: E402
 from cie import Cie  # noqa: E402  of tests/support, where engines looks
-from recordings import fleet  # noqa: E402
+from recordings import HOSTS, fleet  # noqa: E402
 
 cie = Cie(sys.argv[1])
-QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
-ASKED = ("percentiles_arrays", "regressions_arrays", "mapping_violations", "isolation", "worst")  # of ClickHouse
+QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("fleet/*.sql"))}
+OF_ONE = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
+TABLES = ("instances", "callbacks", "callback_threads", "threads", "processes", "edges", "chains", "chain_hops", "verdicts",
+          "losses")
 TOLERANCE = 1.05
+ENGINES = {engines.DuckDb: "views.sql", engines.ClickHouse: "views_clickhouse.sql"}
 
 
 def nearest_rank(values, per_mille):
     return sorted(values)[max(1, -(-per_mille * len(values) // 1000)) - 1]
 
 
-def load(export, server, *options):
-    return subprocess.run([export / "load.sh", "--host", "127.0.0.1", "--port", str(server.tcp), *options],
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=300,
-                          check=False, text=True)
+def export(recording, tree, **labels):
+    labels = {"software": recording.software, **labels}
+    options = [option for name, value in labels.items() for option in ("--label", f"{name}={value}")]
+    cie.text("export", recording.trace, "--to", "parquet", "--partition", *options, "-o", tree)
+
+
+def files(tree):
+    return sorted(path.relative_to(tree) for path in tree.rglob("*.parquet"))
+
+
+def of_recording(question, identity):
+    """A question about one recording, asked of the tables of all."""
+    return "WITH " + ", ".join(f"{table} AS (SELECT * FROM {table} WHERE recording = '{identity}')"
+                               for table in TABLES) + "\n" + question
 
 
 class Fleet(unittest.TestCase):
@@ -45,62 +58,40 @@ class Fleet(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = Path(folder.name)
         cls.recordings = fleet(cls.folder / "recordings")
-        cls.exports = []
-        for number, recording in enumerate(cls.recordings):
-            cls.exports.append(cls.folder / f"export {number}")
-            cie.text("export", recording.trace, "--to", "clickhouse", "--label", f"software={recording.software}",
-                "-o", cls.exports[-1])
-            cie.text("export", "--to", "parquet", "--partition", "--label", f"software={recording.software}",
-                recording.trace, "-o", cls.folder / "parquet")
         cls.by_software = collections.defaultdict(list)
         for recording in cls.recordings:
             cls.by_software[recording.software].append(recording)
+        cls.tree = cls.folder / "tree"
+        late, *others, again = cls.recordings
+        export(again, cls.tree, software="unknown")
+        cls.of_again = files(cls.tree)
+        for recording in (*others, again):
+            export(recording, cls.tree)
+        export(late, cls.tree)
         # One analysis of everything of the first version.
         cls.joint = cls.folder / "joint"
-        cie.text("export", *(r.trace for r in cls.by_software["1.0"]), "--to", "clickhouse", "--label", "software=1.0",
-            "-o", cls.joint)
+        cie.text("export", *(r.trace for r in cls.by_software["1.0"]), "--to", "parquet", "--partition", "--label",
+                 "software=1.0", "-o", cls.joint)
 
-    @classmethod
-    def servers(cls, count):
-        if shutil.which("clickhouse-client") is None:
-            raise unittest.SkipTest(engines.lacking("clickhouse-client"))
+    @contextlib.contextmanager
+    def engine(self, kind, tree):
         try:
-            return engines.clickhouse_cluster(cls.folder / f"servers-{time.monotonic_ns()}", count)
-        except engines.Unavailable as reason:
-            raise unittest.SkipTest(str(reason)) from reason
-
-    def loaded(self, export, server, *options):
-        done = load(export, server, *options)
-        self.assertEqual(done.returncode, 0, done)
-        return done.stdout
-
-    def ask(self, server, question):
-        return server.ask(QUESTIONS.get(question, question), database="cie")
-
-    def duckdb(self):
-        try:
-            engine = engines.DuckDb(self.folder, {})
+            engine = kind(tree)
         except engines.Unavailable as reason:
             self.skipTest(f"not possible here: {reason}")
-        self.addCleanup(engine.close)
-        engine.ask(f"SET file_search_path = '{self.folder}/parquet'")
-        for statement in (self.folder / "parquet" / "views.sql").read_text().split(";\n"):
-            if statement.strip():
-                engine.ask(statement)
-        return engine
+        try:
+            engine.tell((tree / ENGINES[kind]).read_text())
+            yield engine
+        finally:
+            engine.close()
 
     # What there is to compare with.
 
-    def true_percentiles(self):
-        """{(software, logical id): all response times}, by the simulator."""
-        responses = collections.defaultdict(list)
+    def check_percentiles(self, answer):
+        truth = collections.defaultdict(list)
         for recording in self.recordings:
             for logical_id, values in recording.responses.items():
-                responses[recording.software, logical_id] += values
-        return responses
-
-    def check_percentiles(self, answer):
-        truth = self.true_percentiles()
+                truth[recording.software, logical_id] += values
         exact = {tuple(row[:2]): row[3:] for row in answer if row[2] == "response_time_ns"}
         self.assertEqual(set(exact), set(truth))
         for key, (instances, low, p50, p90, p99, p99_9, high) in exact.items():
@@ -110,43 +101,48 @@ class Fleet(unittest.TestCase):
                 wanted = nearest_rank(values, per_mille)
                 self.assertLessEqual(abs(found - wanted), 0.008 * wanted, (key, per_mille))
 
-        # Of the second version there is one recording, and a report has the very same numbers.
-        report = cie.json("report", self.by_software["1.1"][0].trace)
+        # Of the oldest version there is one recording, and a report has the very same numbers.
+        report = cie.json("report", self.by_software["0.9"][0].trace)
         told = {c["logical_id"]: c["response_time_ns"] for c in report["callbacks"] if c["response_time_ns"]}
-        self.assertEqual({key[1]: row for key, row in exact.items() if key[0] == "1.1"}, {
+        self.assertEqual({key[1]: row for key, row in exact.items() if key[0] == "0.9"}, {
             name: tuple(s[part] for part in ("count", "min", "p50", "p90", "p99", "p99_9", "max")) for name, s in told.items()})
 
     def check_regressions(self, answer):
         """Every callback that the simulator slowed down, with the numbers of the truth and those of `cie diff`."""
-        sides = []
-        for software, group in self.by_software.items():
-            sides.append(self.folder / f"version {software}")
-            for number, recording in enumerate(group):
-                shutil.copytree(recording.trace, sides[-1] / str(number))
-        told = cie.json("diff", *sides)
-        worse = {(c["logical_id"], q["quantity"] + "_ns", round(1000 * q["quantile"])):
-                 (c["instances_before"], c["instances_after"], q["before_ns"]["estimate"], q["after_ns"]["estimate"])
-                 for c in told["callbacks"] for q in c["quantities"] if q["change"] == "worse"}
-        self.assertEqual({row[:3]: row[5:9] for row in answer}, worse)
-        self.assertEqual({row[3:5] for row in answer}, {("1.0", "1.1")})
-        found = {row[:3] for row in answer}
+        wanted = {}
+        for pair in itertools.pairwise(self.by_software):
+            sides = []
+            for software in pair:
+                sides.append(self.folder / f"version {software}")
+                sides[-1].mkdir(exist_ok=True)
+                for recording in self.by_software[software]:
+                    link = sides[-1] / recording.trace.parent.name
+                    if not link.is_symlink():
+                        link.symlink_to(recording.trace)
+            for callback in cie.json("diff", *sides)["callbacks"]:
+                for q in callback["quantities"]:
+                    if q["change"] == "worse":
+                        wanted[callback["logical_id"], q["quantity"] + "_ns", round(1000 * q["quantile"]), *pair] = (
+                            callback["instances_before"], callback["instances_after"], q["before_ns"]["estimate"],
+                            q["after_ns"]["estimate"])
+        self.assertEqual({row[:5]: row[5:9] for row in answer}, wanted)
+        found = {row[:5] for row in answer}
         for logical_id in self.recordings[0].durations:
-            self.assertIn((logical_id, "duration_ns", 500), found)
-        for logical_id, quantity, per_mille, _, _, n_before, n_after, *numbers in answer:
+            self.assertIn((logical_id, "duration_ns", 500, "1.0", "1.1"), found)
+        for logical_id, quantity, per_mille, *pair, n_before, n_after, before, after, at_most, at_least in answer:
+            self.assertGreaterEqual(at_most, before)
+            self.assertLessEqual(at_least, after)
+            self.assertGreater(at_least, TOLERANCE * at_most)
             field = {"response_time_ns": "responses", "duration_ns": "durations"}.get(quantity)
             if field is None:
                 continue
-            sides = [[v for r in self.by_software[s] for v in getattr(r, field)[logical_id]] for s in ("1.0", "1.1")]
+            sides = [[v for r in self.by_software[s] for v in getattr(r, field)[logical_id]] for s in pair]
             self.assertEqual([n_before, n_after], list(map(len, sides)))
-            for estimate, values in zip(numbers[:2], sides):
-                wanted = nearest_rank(values, per_mille)
-                self.assertLessEqual(abs(estimate - wanted), 0.008 * wanted)
-            at_most, at_least = numbers[2:]
-            self.assertGreaterEqual(at_most, numbers[0])
-            self.assertLessEqual(at_least, numbers[1])
-            self.assertGreater(at_least, TOLERANCE * at_most)
+            for estimate, values in zip((before, after), sides):
+                exact = nearest_rank(values, per_mille)
+                self.assertLessEqual(abs(estimate - exact), 0.008 * exact)
 
-    def check_violations(self, answer):
+    def check_mapping_violations(self, answer):
         wanted = collections.defaultdict(lambda: [0, 0, 0, 0])
         for recording in self.recordings:
             for rule in cie.json("verify", recording.trace)["rules"]:
@@ -161,8 +157,8 @@ class Fleet(unittest.TestCase):
         self.assertGreater(wanted["1.1", "M2", "one-callback-per-thread"][3], 0)
 
     def check_isolation(self, answer):
-        """The first version isolates every callback, the second none; the simulator has all of them run."""
-        wanted = {(software, logical_id): (len(group), *((len(group), 0, 0) if software == "1.0" else (0, len(group), 0)))
+        """Version 1.1 isolates no callback, the others every one; the simulator has all of them run."""
+        wanted = {(software, logical_id): (len(group), *((0, len(group), 0) if software == "1.1" else (len(group), 0, 0)))
                   for software, group in self.by_software.items() for logical_id in group[0].durations}
         self.assertEqual({tuple(row[:2]): tuple(row[2:6]) for row in answer}, wanted)
 
@@ -174,168 +170,119 @@ class Fleet(unittest.TestCase):
 
     # The tests.
 
-    def test_two_shards_answer_as_one_big_run_and_a_missing_one_is_an_error(self):
-        shards = self.servers(2)
-        for shard in shards:
-            self.addCleanup(shard.close)
-        homes = set()
-        for export in self.exports[:2]:
-            homes.add(self.loaded(export, shards[0], "--cluster", "fleet").split()[-1])
-        self.interrupt_a_loader(shards, self.exports[2])
-        homes.add(self.loaded(self.exports[2], shards[1], "--cluster", "fleet").split()[-1])
-        self.assertEqual(len(homes), 2, "each shard has a part; other recordings spread if these do not")
-        answers = {question: self.ask(shards[0], question) for question in ASKED}
-        self.assertEqual(answers, {question: self.ask(shards[1], question) for question in ASKED})
-        self.check_percentiles(answers["percentiles_arrays"])
-        self.check_regressions(answers["regressions_arrays"])
-        self.check_violations(answers["mapping_violations"])
-        self.check_isolation(answers["isolation"])
-        self.check_worst(answers["worst"])
-        self.compare_with_one_big_run(answers)
-        self.compare_with_duckdb(answers)
-        self.load_again(shards, answers)
-        self.lose_a_shard(shards, answers)
+    def test_every_question_has_one_answer_and_it_is_true(self):
+        answers = []
+        for kind in ENGINES:
+            with self.engine(kind, self.tree) as engine:
+                answers.append({name: engine.ask(question) for name, question in QUESTIONS.items()})
+        self.assertEqual(*answers)
+        for name, answer in answers[0].items():
+            with self.subTest(name):
+                getattr(self, f"check_{name}")(answer)
+        for kind in ENGINES:
+            with self.engine(kind, self.joint) as engine, self.subTest("one analysis of all", engine=kind):
+                self.assertEqual(engine.ask(QUESTIONS["percentiles"]),
+                                 [row for row in answers[0]["percentiles"] if row[0] == "1.0"])
 
-    def compare_with_one_big_run(self, answers):
-        (single,) = self.servers(1)
-        try:
-            self.loaded(self.joint, single)
-            self.assertEqual(self.ask(single, "percentiles_arrays"),
-                             [row for row in answers["percentiles_arrays"] if row[0] == "1.0"])
-            self.every_table_arrives_as_it_is(single)
-        finally:
-            single.close()
+    def test_questions_about_one_recording_are_answered_as_of_it_alone(self):
+        asked = [self.by_software[software][-1] for software in ("0.9", "1.0", "1.1")]
+        for recording in asked:
+            cie.text("export", recording.trace, "--to", "sqlite", "-o", recording.trace.parent / "run.db")
+        for kind in ENGINES:
+            with self.engine(kind, self.tree) as engine:
+                for recording in asked:
+                    alone = engines.Sqlite(recording.trace.parent / "run.db")
+                    self.addCleanup(alone.close)
+                    (identity,), = engine.ask(f"SELECT recording FROM processes WHERE pid = {recording.pid}")
+                    for name, question in OF_ONE.items():
+                        self.assertEqual(engine.ask(of_recording(question, identity)), alone.ask(question),
+                                         (name, kind, recording.software))
 
-    def compare_with_duckdb(self, answers):
-        try:
-            engine = self.duckdb()
-        except unittest.SkipTest as reason:
-            print(reason)
-            return
-        for question, answer in answers.items():
-            self.assertEqual(engine.ask(QUESTIONS[question.removesuffix("_arrays")]), answer, question)
-
-    def load_again(self, shards, answers):
-        said = self.loaded(self.exports[1], shards[1], "--cluster", "fleet")
-        self.assertIn("is loaded already", said)
-        # Whether it is loaded cannot be told: then nothing is touched.
-        shards[0].tell("RENAME TABLE cie.contents TO cie.contents_elsewhere")
-        shards[0].tell("CREATE VIEW cie.contents AS SELECT 1 AS nothing")
-        failed = load(self.exports[1], shards[1], "--cluster", "fleet")
-        self.assertEqual(failed.returncode, 1, failed)
-        shards[0].tell("DROP TABLE cie.contents")
-        shards[0].tell("RENAME TABLE cie.contents_elsewhere TO cie.contents")
-        for question, answer in answers.items():
-            self.assertEqual(self.ask(shards[0], question), answer, "nothing is doubled")
-
-    def interrupt_a_loader(self, shards, export):
-        """It fails half-way, and nobody notices; it ends between rows and contents, and questions fail."""
-        before = self.ask(shards[0], "worst")
-        hidden = export / "hidden"
-        (export / "data" / "verdicts.rowbinary").rename(hidden)
-        failed = load(export, shards[0], "--cluster", "fleet")
-        self.assertEqual(failed.returncode, 1, failed)
-        hidden.rename(export / "data" / "verdicts.rowbinary")
-        self.assertEqual(self.ask(shards[0], "worst"), before)
-        (home, staged), = [(shard, name) for shard in shards for (name,) in shard.ask(
-            "SELECT name FROM system.tables WHERE database = 'cie' AND name LIKE 'load%instances'")]
-        home.tell(f"ALTER TABLE cie.instances_shard ATTACH PARTITION '2025-11-10' FROM cie.{staged}")
-        recording = staged.split("_")[1]
-        for shard in shards:
-            with self.assertRaisesRegex(engines.Refused, recording):
-                self.ask(shard, "worst")
-
-    def lose_a_shard(self, shards, answers):
-        gone = shards[1]
-        gone.kill()
-        for question in ASKED:
-            with self.assertRaises(engines.Refused):
-                self.ask(shards[0], question)
-            # Not even where the server was told to do without shards that it cannot reach.
-            with self.assertRaisesRegex(engines.Refused, "recordings are not complete"):
-                self.ask(shards[0], QUESTIONS[question] + "\nSETTINGS skip_unavailable_shards = 1")
-        failed = load(self.exports[0], shards[0], "--cluster", "fleet")
-        self.assertEqual(failed.returncode, 1, failed)
-        gone.start()
-        self.assertEqual({question: self.ask(shards[0], question) for question in ASKED}, answers)
-        # Up again, but its disk is not what it was.
-        gone.kill()
-        shutil.rmtree(gone.folder / "data")
-        gone.start()
-        with self.assertRaises(engines.Refused):
-            self.ask(shards[0], "worst")
-        subprocess.run(["clickhouse-client", "--host", "127.0.0.1", "--port", str(gone.tcp), "--multiquery",
-                        "--allow_experimental_low_cardinality_type=1", "--query",
-                        "CREATE DATABASE cie; USE cie; " + (self.exports[0] / "schema.sql").read_text()],
-                       check=True, timeout=60, stdin=subprocess.DEVNULL)
-        for question in ASKED:
-            with self.assertRaisesRegex(engines.Refused, "recordings are not complete"):
-                self.ask(shards[0], question)
-
-    def every_table_arrives_as_it_is(self, server):
+    def test_every_table_arrives_as_it_is(self):
         traces = [recording.trace for recording in self.by_software["1.0"]]
-        for table in ("instances", "callbacks", "callback_threads", "threads", "edges", "chains", "chain_hops", "verdicts",
-                      "losses"):
-            rows = [json.loads(line) for line in cie.text("export", *traces, "--to", "jsonl", "--table", table).splitlines()]
-            if table == "callbacks":  # whose statistics are a table of their own
-                rows = [{k: v for k, v in row.items() if k in
-                         ("logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group", "tids", "isolated",
-                          "instances", "incomplete", "missed_releases", "release_source", "deadline_ns",
-                          "exceptions", "longest_queue", "response_deadline_ns", "late", "isolation", "host", "callback_index",
-                          "process_index")}
-                        for row in rows]
-            columns = list(rows[0]) if rows else []
-            names = ", ".join(f"`{column}`" for column in columns) or "count()"
-            found = server.ask(f"SELECT {names} FROM cie.{table} WHERE (SELECT missing FROM cie.check_{table}) = 0")
-            wanted = [tuple(int(v) if isinstance(v, bool) else v for v in row.values()) for row in rows] or [(0,)]
-            self.assertEqual(collections.Counter(found), collections.Counter(wanted), table)
+        rows_of = {table: [json.loads(line) for line in cie.text("export", *traces, "--to", "jsonl", "--table", table).splitlines()]
+                   for table in TABLES}
         report = cie.json("report", *traces)
+        kept = ("logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group", "tids", "isolated", "instances",
+                "incomplete", "missed_releases", "release_source", "deadline_ns", "exceptions", "longest_queue",
+                "response_deadline_ns", "late", "isolation", "host", "callback_index", "process_index")
+        # The statistics of callbacks are a table of their own.
+        rows_of["callbacks"] = [{k: v for k, v in row.items() if k in kept} for row in rows_of["callbacks"]]
         statistics = [(c["logical_id"], quantity, *s.values()) for c in report["callbacks"] for quantity, s in c.items()
                       if isinstance(s, dict)]
-        self.assertEqual(collections.Counter(server.ask(
-            "SELECT logical_id, quantity, count, min, max, sum, mean, p50, p90, p99, p99_9 FROM cie.summaries "
-            "WHERE (SELECT missing FROM cie.check_summaries) = 0")), collections.Counter(statistics))
-        hosts = [recording.host for recording in self.by_software["1.0"]]
-        self.assertEqual(server.ask("SELECT toString(day), software, host, process, hosts FROM cie.recordings"),
-                         [("2025-11-08", "1.0", "", "", " ".join(sorted(hosts)))])
-        self.assertEqual(server.ask("SELECT DISTINCT host, process FROM cie.instances ORDER BY process"),
-                         [(hosts[0], "pid-4001"), (hosts[1], "pid-4002")])
-        self.assertEqual(server.ask("SELECT name, value FROM cie.labels"), [("software", "1.0")])
+        hosts = " ".join(sorted(HOSTS))
+        for kind in ENGINES:
+            with self.engine(kind, self.joint) as engine:
+                for table, rows in rows_of.items():
+                    names = ", ".join(f'"{name}"' for name in rows[0]) if rows else "count(*)"
+                    found = engine.ask(f"SELECT {names} FROM {table} WHERE (SELECT missing FROM check_{table}) = 0")
+                    wanted = [tuple(int(v) if isinstance(v, bool) else v for v in row.values()) for row in rows] or [(0,)]
+                    self.assertEqual(collections.Counter(found), collections.Counter(wanted), table)
+                self.assertEqual(collections.Counter(engine.ask(
+                    "SELECT logical_id, quantity, count, min, max, sum, mean, p50, p90, p99, p99_9 FROM summaries "
+                    "WHERE (SELECT missing FROM check_summaries) = 0")), collections.Counter(statistics))
+                self.assertEqual(engine.ask("SELECT CAST(day AS VARCHAR), software, host, process, hosts FROM recordings"),
+                                 [("2025-11-08", "1.0", None, None, hosts)])
 
-    def test_parquet_files_lie_by_day_host_and_process(self):
-        folders = sorted(str(p.relative_to(self.folder / "parquet" / "instances")) for p in
-                         (self.folder / "parquet" / "instances").glob("*/*/*"))
-        self.assertEqual(folders, [f"day={day}/host={host}/process={process}" for day, host, process in (
-            ("2025-11-08", "car-1", "pid-4001"), ("2025-11-09", "car%202%2F%3D%25%27%22%5C%C3%A9", "pid-4002"),
-            ("2025-11-10", "car-3", "pid-4003"))])
-        before = sorted((self.folder / "parquet").rglob("*.parquet"))
-        cie.text("export", self.recordings[1].trace, "--to", "parquet", "--partition", "--label", "software=1.0", "-o",
-            self.folder / "parquet")
-        self.assertEqual(sorted((self.folder / "parquet").rglob("*.parquet")), before, "the same files again")
-        engine = self.duckdb()
-        self.assertEqual(engine.ask("SELECT DISTINCT CAST(day AS VARCHAR), host FROM instances WHERE software = '1.0' ORDER BY 1"),
-                         [("2025-11-08", "car-1"), ("2025-11-09", self.recordings[1].host)])
-        lost = next((self.folder / "parquet" / "histograms").rglob("*.parquet"))
-        hidden = self.folder / "hidden"
-        lost.rename(hidden)
-        try:
-            with self.assertRaisesRegex(engines.Refused, "recordings are not complete"):
-                engine.ask(QUESTIONS["percentiles"])
-        finally:
-            hidden.rename(lost)
+    def test_a_recording_has_its_place_and_takes_it_again(self):
+        encoded = {"car 2/=%'\"\\é": "car%202%2F%3D%25%27%22%5C%C3%A9"}
+        self.assertEqual({path.parent.as_posix() for path in files(self.tree / "instances")},
+                         {f"day=2025-11-{r.day - 20_392:02}/host={encoded.get(r.host, r.host)}/process=pid-{r.pid}"
+                          for r in self.recordings})
+        again = self.recordings[-1]
+        self.assertEqual([path for path in files(self.tree) if path.name.startswith(self.of_again[0].name[:32])], self.of_again)
+        for kind in ENGINES:
+            with self.engine(kind, self.tree) as engine:
+                self.assertEqual(engine.ask(f"SELECT DISTINCT software, host, process FROM instances WHERE pid = {again.pid}"),
+                                 [(again.software, again.host, f"pid-{again.pid}")])
+                self.assertEqual(engine.ask("SELECT software, count(*) FROM recordings GROUP BY software ORDER BY software"),
+                                 [(software, len(group)) for software, group in self.by_software.items()])
+                self.assertEqual(
+                    engine.ask("SELECT DISTINCT CAST(day AS VARCHAR), host FROM instances WHERE day = '2025-11-09' ORDER BY host"),
+                    [("2025-11-09", host) for host in sorted(HOSTS)])
+
+    def test_what_is_missing_is_an_error_and_never_a_smaller_number(self):
+        tree = self.folder / "damaged"
+        for recording in self.recordings[:2]:
+            export(recording, tree)
+        whole = {kind: None for kind in ENGINES}
+        for kind in ENGINES:
+            with self.engine(kind, tree) as engine:
+                whole[kind] = {name: engine.ask(question) for name, question in QUESTIONS.items()}
+        asked_of = {"instances": "worst", "histograms": "percentiles", "callbacks": "isolation", "verdicts": "mapping_violations",
+                    "recordings": "regressions"}
+        for kind in ENGINES:
+            with self.engine(kind, tree) as engine:
+                for table, question in asked_of.items():
+                    # Rows are missing, or nobody announced them.
+                    for place, said in ((table, f"{table} of 1 recordings"), ("contents", "of 1 recordings")):
+                        lost = next((tree / place).rglob("*.parquet"))
+                        lost.rename(self.folder / "hidden")
+                        with self.assertRaisesRegex(engines.Refused, f"{said} are not complete: {lost.name[:32]}"):
+                            engine.ask(QUESTIONS[question])
+                        (self.folder / "hidden").rename(lost)
+                    self.assertEqual(engine.ask(QUESTIONS[question]), whole[kind][question])
+        export(self.recordings[0], tree, day="2025-11-20")  # beside the day that it says itself
+        for kind in ENGINES:
+            with self.engine(kind, tree) as engine:
+                for question in QUESTIONS.values():
+                    with self.assertRaisesRegex(engines.Refused, "recordings are not complete"):
+                        engine.ask(question)
+        shutil.rmtree(tree)
 
     def test_wrong_usage_is_told(self):
         trace = self.recordings[0].trace
+        partition = ("--to", "parquet", "--partition")
         for arguments, reason in (
-                (("--to", "clickhouse"), "-o DIRECTORY"), (("--to", "csv", "--partition"), "--partition is for --to parquet"),
-                (("--to", "parquet", "--label", "a=b"), "--label is for"), (("--to", "clickhouse", "--label", "a"), "is no label"),
-                (("--to", "clickhouse", "-o", self.folder / "x", "--label", "day=2026-02-30"), "is no day"),
-                (("--to", "clickhouse", "--table", "edges", "-o", self.folder / "x"), "--table"),
-                (("--to", "clickhouse", "-o", __file__), "no directory")):
+                (partition, "-o DIRECTORY"), (("--to", "csv", "--partition"), "--partition is for --to parquet"),
+                (("--to", "parquet", "--label", "a=b"), "--label is for"), ((*partition, "--label", "a"), "is no label"),
+                ((*partition, "-o", self.folder / "x", "--label", "day=2026-02-30"), "is no day"),
+                ((*partition, "--table", "edges", "-o", self.folder / "x"), "--table"),
+                ((*partition, "-o", __file__), "no directory")):
             self.assertIn(reason, cie.refusal("export", trace, *arguments, code=2))
         self.assertFalse((self.folder / "x").exists())
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that servers and folders go
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that folders go
     unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -141,10 +141,11 @@ class FleetFiles : public testing::Test {
   }
 
   void write(
-      decltype(write_clickhouse)& write_files, const std::string& software = "2",
+      const std::string& software = "2",
       const OpenFile& open = [](const std::filesystem::path& file) { return OutputFile(file); }) {
-    write_files(directory_.path(), identify(result_.report, {label_of("software=" + software)}),
-                result_, instances_, open);
+    write_partitions(directory_.path(),
+                     identify(result_.report, {label_of("software=" + software)}), result_,
+                     instances_, open);
   }
 
   std::map<std::string, std::string> contents() const {
@@ -162,76 +163,8 @@ class FleetFiles : public testing::Test {
   InstanceWriter instances_{{}, 10, InstanceOrder::by_process};
 };
 
-TEST_F(FleetFiles, ClickHouseReadsRowsAsBytesInTheOrderOfTheSchema) {
-  write(write_clickhouse);
-  const std::string head = std::string("\0\0", 2) + "\x01" + "2" + "\x03" + "a/b";  // 1970-01-01
-  const std::string whole = head + std::string("\0", 1) + "\x20" + id();
-  const std::string of_process = head + "\x03\xef\xbf\xbd" + "\x20" + id();  // U+FFFD
-  const auto data = directory_.path() / "data";
-  EXPECT_EQ(content_of(data / "labels.rowbinary"), whole + "\x08" + "software" + "\x01" + "2");
-  const auto number = [](char low) { return low + std::string(7, '\0'); };
-  EXPECT_EQ(content_of(data / "histograms.rowbinary"), of_process + "\x02" + "cb" + number(7) +
-                                                           "\x0b" + "duration_ns" + number(5) +
-                                                           number(1) + number(5) + number(5));
-  const auto some = [&number](char low) { return std::string(1, '\0') + number(low); };
-  const std::string null = "\x01";
-  EXPECT_EQ(content_of(data / "instances.rowbinary"),
-            of_process + "\x02" + "cb" + number(7) + some(8) + number(3) + some(1) + null +
-                number(1) + some(6) + null + null + null + null + null + "\x05" + "start" + null +
-                null + some(0) + null + number(0) + "\x01");
-}
-
-TEST_F(FleetFiles, ClickHouseHasNullForPeriodsAndThreadsThatAreNotKnown) {
-  analysis::Instance instance;
-  instance.tid = -1;  // no context vtid
-  instance.start = analysis::Timestamp{2};
-  instance.missed.reset();
-  instances_.on_instance(instance);
-  write(write_clickhouse);
-  const auto schema = content_of(directory_.path() / "schema.sql");
-  EXPECT_NE(schema.find("`missed` Nullable(Int64)"), std::string::npos);
-  EXPECT_NE(schema.find("`tid` Nullable(Int64)"), std::string::npos);
-  const auto number = [](char low) { return low + std::string(7, '\0'); };
-  const std::string null = "\x01";
-  const auto rows = content_of(directory_.path() / "data" / "instances.rowbinary");
-  EXPECT_TRUE(rows.ends_with(number(7) + null + number(0) + std::string(1, '\0') + number(2) +
-                             null + number(2) + null + null + null + null + null + null + "\x05" +
-                             "start" + null + null + null + null + number(0) + "\x01"));
-}
-
-TEST_F(FleetFiles, TheLoaderKnowsWhatToLoad) {
-  write(write_clickhouse);
-  const auto script = content_of(directory_.path() / "load.sh");
-  EXPECT_NE(script.find("recording='" + id() + "'"), std::string::npos);
-  EXPECT_NE(script.find("day='1970-01-01'"), std::string::npos);
-  EXPECT_NE(script.find("\ninstances 1\nsummaries 1\nhistograms 1\ncallbacks 1\n"),
-            std::string::npos);
-  EXPECT_EQ(script.find("{{"), std::string::npos);
-  const auto mode = std::filesystem::status(directory_.path() / "load.sh").permissions();
-  EXPECT_NE(mode & std::filesystem::perms::owner_exec, std::filesystem::perms::none);
-}
-
-TEST_F(FleetFiles, NothingIsLeftOfAnExportThatFails) {
-  const auto fails = [this](const std::filesystem::path& directory) {
-    const auto open = [](const std::filesystem::path& file) {
-      if (file.filename() == "single.sql") throw WriteError("no space left");  // one of the last
-      return OutputFile(file);
-    };
-    EXPECT_THROW(
-        write_clickhouse(directory, identify(result_.report, {}), result_, instances_, open),
-        WriteError);
-  };
-  fails(directory_.path() / "new" / "run.ch");
-  EXPECT_TRUE(std::filesystem::is_empty(directory_.path()));
-  const auto earlier = directory_.path() / "earlier";
-  std::ofstream(earlier) << "somebody's";
-  fails(directory_.path());
-  EXPECT_TRUE(std::filesystem::exists(earlier)) << "in a directory that was there";
-  EXPECT_FALSE(std::filesystem::exists(directory_.path() / "data"));
-}
-
 TEST_F(FleetFiles, PartitionsAreFilesOfTheirOwn) {
-  write(write_partitions);
+  write();
   const auto& root = directory_.path();
   const auto place = std::filesystem::path("day=1970-01-01") / "host=a%2Fb" / "process=%FF";
   for (const char* table : {"instances", "histograms", "summaries", "callbacks", "processes"}) {
@@ -252,12 +185,12 @@ TEST_F(FleetFiles, PartitionsAppearAllOrNoneOfThem) {
     if (file.filename() == "views.sql") throw WriteError("cannot write: No space left on device");
     return OutputFile(file);
   };
-  EXPECT_THROW(write(write_partitions, "3", open), WriteError);
+  EXPECT_THROW(write("3", open), WriteError);
   EXPECT_TRUE(contents().empty());
-  write(write_partitions);
+  write();
   const auto before = contents();
   EXPECT_GT(before.size(), 8U) << "of as many tables, and the views";
-  EXPECT_THROW(write(write_partitions, "3", open), WriteError);
+  EXPECT_THROW(write("3", open), WriteError);
   EXPECT_EQ(contents(), before);
 }
 

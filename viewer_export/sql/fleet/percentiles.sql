@@ -1,7 +1,7 @@
 -- Response time by software version and callback, over all recordings: the histograms' counts add up,
 -- and the percentiles (nearest rank) are those that one analysis of everything would print, within 0.8 %.
 -- quantity: response_time_ns where the release is exact, response_time_lower_ns and _upper_ns where
--- it has bounds. Window functions (DuckDB); for ClickHouse: percentiles_arrays.sql.
+-- it has bounds.
 SELECT software, logical_id, quantity, max(n) AS instances, min(low_ns) AS min_ns,
   greatest(min(low_ns), least(max(high_ns), min(CASE WHEN 100 * upto >= 50 * n THEN value_ns END))) AS p50_ns,
   greatest(min(low_ns), least(max(high_ns), min(CASE WHEN 100 * upto >= 90 * n THEN value_ns END))) AS p90_ns,

@@ -20,6 +20,14 @@ namespace {
 
 using analysis::Report;
 
+// Rows begin with what the path does not say of the recording.
+FleetTable table_of(std::string name, const std::vector<Column>& columns) {
+  FleetTable table{.name = std::move(name),
+                   .columns = {{"software", ColumnType::text}, {"recording", ColumnType::text}}};
+  table.columns.insert(table.columns.end(), columns.begin(), columns.end());
+  return table;
+}
+
 // Of the result tables' columns: not those that every row has anyway, nor the statistics of
 // callbacks, which are a table of their own (a hundred columns are many files for few rows).
 bool is_kept(std::string_view table, const Column& column) {
@@ -30,22 +38,8 @@ bool is_kept(std::string_view table, const Column& column) {
          !(table == "callbacks" && std::ranges::any_of(callback_quantities(), is_statistic_of));
 }
 
-// By what rows of a table are looked for, beside the software.
-std::vector<std::string_view> order_of(std::string_view table) {
-  if (table == "callbacks" || table == "callback_threads") return {"logical_id", "pid"};
-  if (table == "threads" || table == "processes") return {"pid"};
-  if (table == "edges") return {"to_logical_id", "to_pid"};
-  if (table == "chains") return {"name"};
-  if (table == "chain_hops") return {"chain", "position"};
-  if (table == "verdicts") return {"rule", "subject"};
-  return {"kind"};  // losses
-}
-
 FleetTable instances_table() {
-  FleetTable table{.name = "instances",
-                   .columns = {},
-                   .order = {"logical_id", "pid", "start_ns"},
-                   .required = {"seq", "release_source", "callback_index", "counted"}};
+  auto table = table_of("instances", {});
   std::ranges::copy_if(InstanceRows::columns(), std::back_inserter(table.columns),
                        [](const Column& column) { return is_kept("instances", column); });
   table.columns.push_back({"counted", ColumnType::boolean});
@@ -53,50 +47,41 @@ FleetTable instances_table() {
 }
 
 FleetTable summaries_table() {
-  return {.name = "summaries",
-          .columns = {{"logical_id", ColumnType::text},
-                      {"pid"},
-                      {"quantity", ColumnType::text},
-                      {"count"},
-                      {"min"},
-                      {"max"},
-                      {"sum"},
-                      {"mean", ColumnType::real},
-                      {"p50"},
-                      {"p90"},
-                      {"p99"},
-                      {"p99_9"}},
-          .order = {"logical_id", "quantity"},
-          .required = {"pid", "count", "min", "max", "sum", "mean", "p50", "p90", "p99", "p99_9"}};
+  return table_of("summaries", {{"logical_id", ColumnType::text},
+                                {"pid"},
+                                {"quantity", ColumnType::text},
+                                {"count"},
+                                {"min"},
+                                {"max"},
+                                {"sum"},
+                                {"mean", ColumnType::real},
+                                {"p50"},
+                                {"p90"},
+                                {"p99"},
+                                {"p99_9"}});
 }
 
 FleetTable histograms_table() {
-  return {.name = "histograms",
-          .columns = {{"logical_id", ColumnType::text},
-                      {"pid"},
-                      {"quantity", ColumnType::text},
-                      {"value_ns"},
-                      {"count"},
-                      {"min_ns"},
-                      {"max_ns"}},
-          .order = {"logical_id", "quantity", "value_ns"},
-          .required = {"pid", "count", "min_ns", "max_ns"}};
+  return table_of("histograms", {{"logical_id", ColumnType::text},
+                                 {"pid"},
+                                 {"quantity", ColumnType::text},
+                                 {"value_ns"},
+                                 {"count"},
+                                 {"min_ns"},
+                                 {"max_ns"}});
 }
 
 FleetTable recordings_table() {
-  return {.name = "recordings",
-          .columns = {{"begin_ns"},
-                      {"end_ns"},
-                      {"begin_realtime_ns"},
-                      {"clock_offset_ns"},
-                      {"events"},
-                      {"streams"},
-                      {"lost_events"},
-                      {"complete", ColumnType::boolean},
-                      {"hosts", ColumnType::text},
-                      {"tool_version", ColumnType::text}},
-          .order = {},
-          .required = {"events", "streams", "complete", "hosts", "tool_version"}};
+  return table_of("recordings", {{"begin_ns"},
+                                 {"end_ns"},
+                                 {"begin_realtime_ns"},
+                                 {"clock_offset_ns"},
+                                 {"events"},
+                                 {"streams"},
+                                 {"lost_events"},
+                                 {"complete", ColumnType::boolean},
+                                 {"hosts", ColumnType::text},
+                                 {"tool_version", ColumnType::text}});
 }
 
 // Whose the rows are, by the numbers that the report gives.
@@ -125,25 +110,25 @@ class Places {
 // Counts what it passes on.
 class Tables {
  public:
-  Tables(FleetSink& sink, const Report& report) : sink_(sink), places_(report) {}
+  Tables(PartitionFiles& files, const Report& report) : files_(files), places_(report) {}
 
   // Calls write(row) with row(process or nothing, cells).
   template <typename Write>
   void table(const FleetTable& described, Write write) {
-    sink_.begin(described);
+    files_.begin(described);
     std::uint64_t rows = 0;
     write([&](std::optional<analysis::ProcessIndex> process, std::span<const Cell> cells) {
-      sink_.row(places_.of(process), cells);
+      files_.row(places_.of(process), cells);
       ++rows;
     });
-    sink_.end();
+    files_.end();
     counts_.emplace_back(described.name, rows);
   }
 
   const std::vector<std::pair<std::string, std::uint64_t>>& counts() const { return counts_; }
 
  private:
-  FleetSink& sink_;
+  PartitionFiles& files_;
   Places places_;
   std::vector<std::pair<std::string, std::uint64_t>> counts_;
 };
@@ -237,27 +222,22 @@ const std::vector<FleetTable>& fleet_tables() {
   static const std::vector<FleetTable> tables = [] {
     std::vector<FleetTable> all{instances_table(), summaries_table(), histograms_table()};
     for (const ResultTable& source : result_tables()) {
-      FleetTable table{.name = source.name, .columns = {}, .order = order_of(source.name)};
+      auto table = table_of(source.name, {});
       std::ranges::copy_if(source.columns, std::back_inserter(table.columns),
                            [&](const Column& column) { return is_kept(source.name, column); });
       all.push_back(std::move(table));
     }
     all.push_back(recordings_table());
-    all.push_back({.name = "labels",
-                   .columns = {{"name", ColumnType::text}, {"value", ColumnType::text}},
-                   .order = {"name", "value"}});
-    all.push_back({.name = "contents",
-                   .columns = {{"table_name", ColumnType::text}, {"row_count"}},
-                   .order = {"table_name"},
-                   .required = {"row_count"}});
+    all.push_back(table_of("labels", {{"name", ColumnType::text}, {"value", ColumnType::text}}));
+    all.push_back(table_of("contents", {{"table_name", ColumnType::text}, {"row_count"}}));
     return all;
   }();
   return tables;
 }
 
-void write_fleet_tables(FleetSink& sink, const RecordingIdentity& recording,
+void write_fleet_tables(PartitionFiles& files, const RecordingIdentity& recording,
                         const analysis::AnalysisResult& result, InstanceWriter& instances) {
-  Tables tables(sink, result.report);
+  Tables tables(files, result.report);
   write_instances(tables, table_called("instances"), instances, result.report);
   write_summaries(tables, table_called("summaries"), result.report);
   write_histograms(tables, table_called("histograms"), result.report);

@@ -1,4 +1,4 @@
-// Recordings of many machines for one database: ClickHouse, or Parquet files in directories.
+// Recordings of many machines as one tree of Parquet files.
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>
@@ -41,16 +41,11 @@ std::string day_text(const RecordingIdentity& recording);
 // How files are made, one after the other.
 using OpenFile = std::function<OutputFile(const std::filesystem::path&)>;
 
-// For both: the result was analysed with keep_buckets; `instances` saw it, in the order by_process,
-// and is empty afterwards. Files that are there already are replaced. Throws WriteError.
-
-// A directory with schema, data and a loader, load.sh, which is written last.
-void write_clickhouse(const std::filesystem::path& directory, const RecordingIdentity& recording,
-                      const analysis::AnalysisResult& result, InstanceWriter& instances,
-                      const OpenFile& open);
 // TABLE/day=DAY/host=HOST/process=PROCESS/RECORDING[-PID].parquet below a directory that many
-// recordings share, and views.sql, which makes tables of them in DuckDB. They appear when all are
-// written; until then they are open.
+// recordings share, and views.sql and views_clickhouse.sql, which make tables of them in DuckDB and
+// ClickHouse. They appear when all are written, in place of those that are there; until then they are
+// open. The result was analysed with keep_buckets; `instances` saw it, in the order by_process, and is
+// empty afterwards. Throws WriteError.
 void write_partitions(const std::filesystem::path& directory, const RecordingIdentity& recording,
                       const analysis::AnalysisResult& result, InstanceWriter& instances,
                       const OpenFile& open);
