@@ -243,15 +243,6 @@ bool Directory::has(const std::string& name) const {
   return ::fstatat(get(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0;
 }
 
-void Directory::make_executable(const std::string& name) const noexcept {
-  const FileDescriptor file(
-      ::openat(get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-  struct stat status {};
-  if (!file.is_open() || ::fstat(file.get(), &status) != 0) return;
-  const mode_t readable = status.st_mode & (S_IRUSR | S_IRGRP | S_IROTH);
-  ::fchmod(file.get(), (status.st_mode & 07777U) | readable >> 2U);
-}
-
 void Directory::fail(const char* operation, const std::string& name, int error) const {
   fail_for(operation, path_ / name, error);
 }

@@ -59,8 +59,6 @@ class Directory {
   // False: it is not there.
   bool remove(const std::string& name) const;
   bool has(const std::string& name) const;
-  // For whoever may read it. Best effort.
-  void make_executable(const std::string& name) const noexcept;
 
  private:
   friend struct Place;

@@ -241,6 +241,24 @@ class Fleet(unittest.TestCase):
                     engine.ask("SELECT DISTINCT CAST(day AS VARCHAR), host FROM instances WHERE day = '2025-11-09' ORDER BY host"),
                     [("2025-11-09", host) for host in sorted(HOSTS)])
 
+    def test_views_of_some_days_of_a_tree_elsewhere(self):
+        """With the words that viewer_export/docs/fleet.md replaces."""
+        for kind, views in ENGINES.items():
+            text = (self.tree / views).read_text()
+            reader = "read_parquet('" if kind is engines.DuckDb else "file('"
+            self.assertEqual(text.count(reader), 15, "a view of each table")
+            try:
+                engine = kind(self.folder)
+            except engines.Unavailable as reason:
+                self.skipTest(f"not possible here: {reason}")
+            self.addCleanup(engine.close)
+            engine.tell(text.replace(reader, f"{reader}{self.tree}/").replace("/**/", "/day=2025-11-1*/**/"))
+            late = [recording for recording in self.recordings if recording.day >= 20_402]
+            self.assertEqual(engine.ask("SELECT software, count(*) FROM recordings GROUP BY software ORDER BY software"),
+                             sorted(collections.Counter(recording.software for recording in late).items()))
+            self.assertEqual({(row[0], row[2]) for row in engine.ask(QUESTIONS["isolation"])},
+                             set(collections.Counter(recording.software for recording in late).items()))
+
     def test_what_is_missing_is_an_error_and_never_a_smaller_number(self):
         tree = self.folder / "damaged"
         for recording in self.recordings[:2]:

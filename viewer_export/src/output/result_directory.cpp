@@ -2,6 +2,7 @@
 
 #include <cie/viewer_export/output_file.hpp>
 
+#include "base/directory.hpp"
 #include "base/text.hpp"
 
 #include <exception>
@@ -17,13 +18,12 @@ namespace {
 
 }  // namespace
 
-Directory make_result_directory(const std::filesystem::path& directory) {
+void make_result_directory(const std::filesystem::path& directory) {
   try {
-    Directory made = Directory::make(directory);
+    const Directory made = Directory::make(directory);
     if (const auto why = made.distrust(); !why.empty()) {
       refuse(directory, "it is there and " + why + ", who could put links in the way of its files");
     }
-    return made;
   } catch (const UntrustedLink& link) {
     refuse(directory, link.what());
   } catch (const std::system_error& error) {

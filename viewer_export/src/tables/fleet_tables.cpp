@@ -8,8 +8,14 @@
 #include "result_tables.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <iterator>
 #include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,6 +25,10 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Report;
+
+// Of every table: see viewer_export/docs/fleet.md.
+constexpr std::array<std::string_view, 5> kFleetColumns{"day", "software", "host", "process",
+                                                        "recording"};
 
 // Rows begin with what the path does not say of the recording.
 FleetTable table_of(std::string name, const std::vector<Column>& columns) {
@@ -34,7 +44,7 @@ bool is_kept(std::string_view table, const Column& column) {
   const auto is_statistic_of = [&](std::string_view quantity) {
     return column.name.starts_with(std::string(quantity) + "_");
   };
-  return std::ranges::find(kFleetColumns, column.name, &Column::name) == kFleetColumns.end() &&
+  return std::ranges::find(kFleetColumns, column.name) == kFleetColumns.end() &&
          !(table == "callbacks" && std::ranges::any_of(callback_quantities(), is_statistic_of));
 }
 

@@ -8,21 +8,9 @@
 
 #include "partition_files.hpp"
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 namespace cie::viewer_export {
-
-// What every row begins with: see viewer_export/docs/fleet.md.
-inline constexpr std::array<Column, 5> kFleetColumns{{{"day", ColumnType::text},
-                                                      {"software", ColumnType::text},
-                                                      {"host", ColumnType::text},
-                                                      {"process", ColumnType::text},
-                                                      {"recording", ColumnType::text}}};
 
 // The one called "contents" is the last: how many rows the others have.
 const std::vector<FleetTable>& fleet_tables();

@@ -109,8 +109,8 @@ void write_partitions(const std::filesystem::path& directory, const RecordingIde
                         duckdb_table));
   whole.push_back(views(open(directory / "views_clickhouse.sql"),
                         "-- Recordings as `cie export --to parquet --partition` leaves them, for "
-                        "ClickHouse, read where\n-- clickhouse-local runs; elsewhere: replace "
-                        "file('. See viewer_export/docs/fleet.md.\n",
+                        "ClickHouse, read where\n-- it runs: cd DIRECTORY && clickhouse-local. "
+                        "Elsewhere: see viewer_export/docs/fleet.md\n",
                         clickhouse_table));
   files.commit(std::move(whole));
 }
