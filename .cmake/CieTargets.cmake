@@ -244,14 +244,40 @@ function(cie_install_headers)
     FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 
-# The manual pages of this folder's man/.
-function(cie_install_manual)
-  foreach(section 1 7)
-    file(GLOB pages CONFIGURE_DEPENDS man/*.${section})
-    if(pages)
-      install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section})
-    endif()
+# cie_manual_pages(PROGRAM PAGE...): manual pages of a program and of its commands (cie-report is of `cie report`), from
+# what it prints of itself and from this folder's man/PAGE.h2m. The build runs the program for that.
+function(cie_manual_pages program)
+  if(CIE_SANITIZE)
+    return()
+  endif()
+  find_program(CIE_HELP2MAN help2man)
+  if(CMAKE_CROSSCOMPILING)
+    message(STATUS "manual pages of ${program}: not built: it does not run on this machine")
+    return()
+  elseif(NOT CIE_HELP2MAN)
+    message(STATUS "manual pages of ${program}: not built: there is no help2man")
+    return()
+  endif()
+  set(pages "")
+  foreach(name IN LISTS ARGN)
+    string(REGEX REPLACE "^${program}-?" "" command "${name}")
+    set(page "${PROJECT_BINARY_DIR}/man/${name}.1")
+    set(more "${CMAKE_CURRENT_SOURCE_DIR}/man/${name}.h2m")
+    add_custom_command(OUTPUT "${page}"
+      COMMAND "${CMAKE_COMMAND}" -E make_directory "${PROJECT_BINARY_DIR}/man"
+      COMMAND "${PROJECT_SOURCE_DIR}/.cmake/manual_page" "${page}" "${more}" ${PROJECT_VERSION}
+        "$<TARGET_FILE:${program}>" ${command}
+      DEPENDS ${program} "${more}" "${PROJECT_SOURCE_DIR}/.cmake/manual_page" VERBATIM)
+    list(APPEND pages "${page}")
   endforeach()
+  add_custom_target(${program}-manual ALL DEPENDS ${pages})
+  install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+endfunction()
+
+# The manual pages that are written by hand, of this folder's man/.
+function(cie_install_manual)
+  file(GLOB pages CONFIGURE_DEPENDS man/*.7)
+  install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man7)
 endfunction()
 
 function(cie_install_package)

@@ -174,7 +174,7 @@ class References(unittest.TestCase):
         self.assertEqual(read("viewer_export", "docs", "rules.md"), rules_page())
 
     def test_keys_of_a_spec_are_in_its_manual(self):
-        manual = set(re.findall(r"\\fB([a-z_]+)\\fP", read("viewer_export", "man", "cie-spec.1")))
+        manual = set(re.findall(r"\\fB([a-z_]+)\\fR", read("viewer_export", "man", "cie-spec.h2m")))
         arrays = re.findall(r"k(?:Parameter|Bound|ThreadBound|Chain)Keys\{(.*?)\}|kSections\{(.*?)\}",
                             read("tracepoints", "schema", "spec_reader.cpp"), re.S)
         keys_read = {key for array in arrays for text in array for key in re.findall(r'"(\w+)"', text)}

@@ -12,6 +12,7 @@ from programs import NOT_THERE, OTHERS, Programs
 
 PROGRAMS = Programs(sys.argv[1])
 SOURCES = os.path.abspath(sys.argv[2])
+BUILT = os.path.join(os.path.dirname(os.path.abspath(sys.argv[1])), "man")
 
 
 class Page:
@@ -19,10 +20,10 @@ class Page:
         self.path = path
         self.name = os.path.basename(path).rsplit(".", 1)[0]
         with open(path, encoding="utf-8") as file:
-            self.text = file.read().replace("\\-", "-")
+            self.text = file.read().replace("\\-", "-").replace("\\fR", "\\fP")
 
     def section(self, title):
-        found = re.search(rf"^\.SH {title}\n(.*?)(?=^\.SH |\Z)", self.text, re.M | re.S)
+        found = re.search(rf"^\.SH \"?{title}\"?\n(.*?)(?=^\.SH |\Z)", self.text, re.M | re.S)
         return found.group(1) if found else ""
 
     def tags(self, title):
@@ -41,7 +42,7 @@ class Page:
         return ""
 
 
-PAGES = {page.name: page for page in map(Page, glob.glob(os.path.join(SOURCES, "*", "man", "*.1")))}
+PAGES = {page.name: page for page in map(Page, glob.glob(os.path.join(BUILT, "*.1")))}
 
 
 def subjects():
@@ -55,7 +56,7 @@ class ManualPages(unittest.TestCase):
         self.assertEqual(set(PAGES), {"cie"} | {name for name, _ in subjects()})
 
     def test_the_overview_lists_the_commands(self):
-        listed = {name for tag in PAGES["cie"].tags("COMMANDS") for name in re.findall(r"\\fB(\w+)\\fP", tag)}
+        listed = {tag.split()[0] for tag in PAGES["cie"].tags("COMMANDS")}
         self.assertEqual(listed, set(PROGRAMS.commands()) | {"help"})
         for command in PROGRAMS.commands():
             self.assertIn(rf"\fBcie-{command}\fP(1)", PAGES["cie"].text)
@@ -119,7 +120,7 @@ class ManualPages(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    for tool in ("mandoc", "groff"):
+    for tool in ("mandoc", "groff", "help2man"):
         if shutil.which(tool) is None:
             print(f"SKIPPED: {tool} is not installed")
             sys.exit(77)
