@@ -33,7 +33,7 @@ class Context {
     bool loopback = false;
     // Participants with different tags do not see each other, even in one domain. Loopback only.
     std::string tag{};
-    // Messages published by pointer reach subscriptions of this process by pointer (README.md,
+    // Messages published by pointer reach subscriptions of this process by pointer (docs/design.md,
     // "Pointers"). False: all are serialised.
     bool pass_pointers = true;
     // Messages between processes of this machine go through shared memory (docs/nodes.md, "Shared
