@@ -29,8 +29,8 @@ inline constexpr std::string_view kDdsQueues = "dq.*";
 // What stands behind the node in the entry of all of its callbacks.
 inline constexpr std::string_view kWildcard = "/*";
 
-// Throws SpecError at the first value that is not as tracepoints/README.md ("Scheduling spec")
-// says. With a domain, entries of others are checked and left out.
+// Throws SpecError at the first value that is not as tracepoints/docs/scheduling_spec.md says. With a
+// domain, entries of others are checked and left out.
 SpecSections read_spec(const yaml::Value& document, std::optional<std::uint32_t> domain);
 
 }  // namespace cie
