@@ -319,7 +319,8 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
     std::set<std::string> subjects;
     std::set<SubjectKind> kinds;
   };
-  std::map<std::string, Gathered> by_reason;  // by what tells why, whatever it is about
+  std::map<std::string, std::size_t> place_of;  // by what shows why, whatever it is about
+  std::vector<Gathered> reasons;
   for (const auto& rule : judged.verdicts.rules) {
     for (const auto& subject : rule.subjects) {
       if (!counts(subject, Verdict::inconclusive)) continue;
@@ -327,8 +328,10 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
       const auto says = first == nullptr      ? std::string("no evidence")
                         : first->note.empty() ? printable(first->event)
                                               : sentence(first->note, judged.names);
-      auto& gathered =
-          by_reason[first == nullptr || first->note.empty() ? says : codes_of(first->note)];
+      const auto [place, is_new] = place_of.try_emplace(
+          first == nullptr || first->note.empty() ? says : codes_of(first->note), reasons.size());
+      if (is_new) reasons.emplace_back();
+      auto& gathered = reasons[place->second];
       gathered.notes.insert(says);
       if (gathered.rules.empty() || gathered.rules.back() != rule.id)
         gathered.rules.push_back(rule.id);
@@ -337,7 +340,7 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
     }
   }
   std::vector<Doubt> doubts;
-  for (const auto& [alike, gathered] : by_reason) {
+  for (const auto& gathered : reasons) {
     const auto kind =
         gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
     const auto& example = *gathered.notes.begin();
