@@ -8,6 +8,13 @@ namespace {
 
 thread_local std::uint64_t looking_of_thread = 0;
 
+// An entry that an exception left; its handler ends it before the thread enters again.
+struct Postponed {
+  Admission::Share* share = nullptr;
+  bool has_begun = false;
+};
+thread_local Postponed postponed;
+
 }  // namespace
 
 void Admission::open(const std::function<bool()>& is_cancelled) {
@@ -63,6 +70,15 @@ void Admission::leave(Share& share, bool has_begun) noexcept {
   }
   if (!has_begun) --looking_of_thread;
   change(has_begun ? -kRunning : -kLooking);
+}
+
+void Admission::postpone(Share& share, bool has_begun) noexcept {
+  postponed = {.share = &share, .has_begun = has_begun};
+}
+
+void Admission::leave_after_failure() noexcept {
+  const auto [share, has_begun] = std::exchange(postponed, {});
+  if (share != nullptr) leave(*share, has_begun);
 }
 
 // --- rounds ---------------------------------------------------------------------------------------

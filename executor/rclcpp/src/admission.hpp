@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -48,7 +49,8 @@ class Admission {
   // The queue goes, and leaves its share.
   void drop(Share& share) noexcept;
 
-  // An attempt to run an instance.
+  // An attempt to run an instance. One that an exception leaves is over when that was handed over, or whoever waits
+  // for idleness would not see it: see leave_after_failure().
   class Entry {
    public:
     Entry(Admission& admission, Share& share) noexcept
@@ -56,7 +58,12 @@ class Admission {
     Entry(const Entry&) = delete;
     Entry& operator=(const Entry&) = delete;
     ~Entry() {
-      if (is_let_in_) admission_.leave(share_, has_begun_);
+      if (!is_let_in_) return;
+      if (std::uncaught_exceptions() > exceptions_) {
+        admission_.postpone(share_, has_begun_);
+      } else {
+        admission_.leave(share_, has_begun_);
+      }
     }
     explicit operator bool() const noexcept { return is_let_in_; }
     // The instance begins now.
@@ -68,9 +75,12 @@ class Admission {
    private:
     Admission& admission_;
     Share& share_;
+    const int exceptions_ = std::uncaught_exceptions();
     const bool is_let_in_;
     bool has_begun_ = false;
   };
+  // Ends the calling thread's entry that an exception left.
+  void leave_after_failure() noexcept;
 
  private:
   enum class Mode : std::uint8_t { closed, round, open };
@@ -81,6 +91,7 @@ class Admission {
   bool enter(Share& share) noexcept;
   void begin() noexcept;
   void leave(Share& share, bool has_begun) noexcept;
+  void postpone(Share& share, bool has_begun) noexcept;
   void change(std::uint64_t by) noexcept;
   bool try_claim(Share& share) noexcept;
   void settle(std::uint64_t instances) noexcept;  // with mutex_ held
@@ -113,6 +124,7 @@ class Admitted {
   void let_in(std::uint64_t instances) noexcept { admission_->let_in(share_, instances); }
 
  protected:
+  void leave_after_failure() noexcept { admission_->leave_after_failure(); }
   Admission::Entry enter() noexcept { return {*admission_, share_}; }
   bool is_admitted() const noexcept { return admission_->admits(share_); }
   void leave_share() noexcept { admission_->drop(share_); }

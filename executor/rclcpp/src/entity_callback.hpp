@@ -36,6 +36,7 @@ class EntityCallback final : public cie::scheduling::Callback, public Admitted {
 
  private:
   bool run_one() override;
+  void on_failure_handled() noexcept override { leave_after_failure(); }
   void dispose() noexcept override;
   cie::trace::Callback::Release release_by(const Inbox::Taken& taken,
                                            std::int64_t source_timestamp_ns) noexcept;

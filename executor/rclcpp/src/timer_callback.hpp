@@ -42,6 +42,7 @@ class TimerCallback final : public cie::scheduling::Callback, public Admitted {
   static constexpr std::int64_t kNever = cie::scheduling::kNever;
 
   bool run_one() override;
+  void on_failure_handled() noexcept override { leave_after_failure(); }
   void dispose() noexcept override;
   // kNever: it was cancelled, or has gone.
   std::int64_t time_until_next_call() const noexcept;

@@ -251,6 +251,28 @@ TEST_F(SpinTest, WhatACallbackThrowsComesOut) {
   EXPECT_EQ(other->executed, 1) << "and the next call serves";
 }
 
+// Else what it threw came out of the next call, or of none.
+TEST_F(SpinTest, ReturnsWhenWhatACallbackThrewWasHandedOver) {
+  std::atomic<bool> was_handled{false};
+  CallbackIsolatedExecutor executor{cie::ExecutorOptions{.on_exception =
+                                                             [&](const cie::CallbackFailure&) {
+                                                               std::this_thread::sleep_for(50ms);
+                                                               was_handled = true;
+                                                             }},
+                                    in_context()};
+  const auto other_node = node("failing");
+  executor.add_node(other_node);
+  const auto group = other_node->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  const auto failing = std::make_shared<Work>([] { throw std::runtime_error{"no more fuel"}; });
+  other_node->get_node_waitables_interface()->add_waitable(failing, group);
+  failing->trigger();
+  executor.spin_some();
+  EXPECT_TRUE(was_handled);
+  failing->trigger();
+  executor.spin_some();
+  EXPECT_EQ(failing->executed, 2) << "and the next call serves";
+}
+
 TEST_F(SpinTest, ParametersAreServed) {
   using rcl_interfaces::srv::SetParameters;
   const auto client = node_->create_client<SetParameters>("/test/node/set_parameters");

@@ -108,6 +108,9 @@ class Callback {
     bool is_in_vain_;
   };
 
+  // What its instance on this thread threw was handed over, for whoever waits for the instance to be done with.
+  virtual void on_failure_handled() noexcept {}
+
   // Whether there may be more to run after an instance without a further on_ready().
   virtual bool has_queue() const noexcept { return true; }
   // How many instances wait in the queue, about: whether it is worth another thread to look.

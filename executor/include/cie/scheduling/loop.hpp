@@ -53,6 +53,7 @@ inline bool execute(Callback& callback, const LoopParts& parts) noexcept {
   parts.failures.on_failure({.callback = callback.id(),
                              .logical_id = callback.logical_id(),
                              .exception = std::move(failure)});
+  callback.on_failure_handled();
   return true;
 }
 
