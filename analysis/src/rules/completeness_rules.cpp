@@ -61,11 +61,9 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
   const auto& process = model.processes[at(index)];
   const auto last = process.last_seen.value_or(EventRef{});
   if (process.executed && process.executed->time >= last.time) {
-    auto end = evidence("sched_process_exec", *process.executed,
-                        note(process.is_from_ros2 ? "executed-another-program"
-                                                  : "no-run-end-executed-another-program"));
-    end.is_without_run_end = !process.is_from_ros2;
-    return end;
+    return evidence("sched_process_exec", *process.executed,
+                    note(process.is_from_ros2 ? "executed-another-program"
+                                              : "no-run-end-executed-another-program"));
   }
   if (process.is_from_ros2) {
     // A crash lets the kernel tell of an exit, too.
@@ -75,9 +73,7 @@ Evidence unseen_end(const RuleContext& context, ProcessIndex index) {
   if (model.events.cie_without_pid > 0) {
     return without_event(last, note("run-end-perhaps-without-vpid"));
   }
-  auto end = without_event(last, note("no-run-end"));
-  end.is_without_run_end = true;
-  return end;
+  return without_event(last, note("no-run-end"));
 }
 
 // The recorder failed, which is no crash of the process.

@@ -180,10 +180,8 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index,
                       {"change", since_change(*applied)},
                       {"failure", failure_of(*applied)}});
   if (differs_later) unlike.arguments.emplace_back("later", describe(*last));
-  auto failed = evidence("thread_sched", applied->at, std::move(unlike));
-  failed.error = applied->error;
   judgement.violation_unless(listed({change, doubt_of_spec(context, thread, own.fini)}),
-                             {std::move(failed)}, others);
+                             {evidence("thread_sched", applied->at, std::move(unlike))}, others);
 }
 
 // Threads whose announcement was lost may have been anybody's.

@@ -81,13 +81,11 @@ std::vector<Conjunction> excuses_of(const RuleContext& context, ThreadIndex inde
 }
 
 Evidence what_ran(const RuleContext& context, const SpecEntry& entry, const ReadBack& read) {
-  auto item = evidence("thread_sched", read.at,
-                       note("ran-unlike-asked", {{"asked", asks(context, entry)},
-                                                 {"parameters", describe(read)},
-                                                 {"change", since_change(read)},
-                                                 {"failure", failure_of(read)}}));
-  item.error = read.error;
-  return item;
+  return evidence("thread_sched", read.at,
+                  note("ran-unlike-asked", {{"asked", asks(context, entry)},
+                                            {"parameters", describe(read)},
+                                            {"change", since_change(read)},
+                                            {"failure", failure_of(read)}}));
 }
 
 Evidence what_started(const Model& model, const InForce& in_force) {
@@ -108,7 +106,7 @@ Note since_change(const ReadBack& applied) {
 
 Note failure_of(const ReadBack& applied) {
   if (applied.error == 0) return {};
-  return note("request-failed", {{"error", error_words(applied.error)}});
+  return note("request-failed", {{"error", error_words(applied.error)}, {"errno", applied.error}});
 }
 
 void judge_started_otherwise(const RuleContext& context, ThreadIndex index,

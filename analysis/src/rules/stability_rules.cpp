@@ -59,20 +59,13 @@ const ReadBack& first_reference(const ThreadFacts& thread) {
   return thread.applied.empty() ? *thread.first_audit : thread.applied.front();
 }
 
-// A raised priority that is no witness, because it may be inherited.
-Evidence by_read_back(const EventRef& at, Note what) {
-  auto remark = evidence("by read-back", at, std::move(what));
-  remark.is_perhaps_inherited = true;
-  return remark;
-}
-
 // What the thread ran with last shows nothing of what was applied.
 void judge_perhaps_inherited(const ThreadFacts& thread, Judgement& judgement) {
   if (!thread.perhaps_inherited) return;
   const auto& [at, prio] = *thread.perhaps_inherited;
   const auto inherited = note("perhaps-inherited-from-here", {{"priority", priority_text(prio)}});
   if (thread.audits_checked == 0) judgement.unseen(evidence("sched_switch", at, inherited));
-  judgement.remark(by_read_back(at, inherited));
+  judgement.remark(evidence("by read-back", at, inherited));
 }
 
 // What differs from what was applied: unless other parameters may have been applied meanwhile; or before, where the
@@ -115,9 +108,10 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
                                                        priority.at.time);
       }
       if (gap) {
-        judgement.remark(by_read_back(
-            priority.at, note("kernel-schedules-perhaps-inherited",
-                              {{"priority", priority_text(priority.prio)}, {"why", gap->note}})));
+        judgement.remark(
+            evidence("by read-back", priority.at,
+                     note("kernel-schedules-perhaps-inherited",
+                          {{"priority", priority_text(priority.prio)}, {"why", gap->note}})));
       }
     }
     if (gap) {

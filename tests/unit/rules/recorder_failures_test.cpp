@@ -87,7 +87,8 @@ TEST(RecorderFailures, AreNoCrashOfTheApplication) {
   EXPECT_THAT(told.evidence("T4", "process 100"),
               AllOf(HasSubstr("though the command exited with status 0"), HasSubstr(kDaemonDied),
                     Not(HasSubstr("by a crash"))));
-  EXPECT_FALSE(told.on("T4", "process 100").evidence.front().is_without_run_end)
+  EXPECT_EQ(told.on("T4", "process 100").evidence.front().note.code,
+            "end-not-recorded-though-exited")
       << "no option lifts it";
 }
 

@@ -75,7 +75,8 @@ TEST(VerifyScreen, OfARefusedRequestAdvisesByItsErrno) {
     for (const int error : errors) {
       rule.subjects.push_back(
           {.subject = "thread 4008", .verdict = Verdict::fail, .checked = 1, .evidence = {}});
-      rule.subjects.back().evidence.emplace_back().error = error;
+      rule.subjects.back().evidence.emplace_back().note =
+          analysis::note("request-failed", {{"error", "an error"}, {"errno", error}});
     }
     analysis::VerdictReport verdicts;
     verdicts.verdict = Verdict::fail;
@@ -99,8 +100,7 @@ TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
   EXPECT_THAT(screen_of(verdicts, test::sample_report(), wide),
               HasSubstr("  -> where these rules may stay undecided: --inconclusive=warn"));
   // T4, of an application that was still running.
-  evidence.note = analysis::free_text("no run_end: this is its last event");
-  evidence.is_without_run_end = true;
+  evidence.note = analysis::note("no-run-end");
   EXPECT_THAT(
       screen_of(verdicts, test::sample_report(), wide),
       HasSubstr("  -> of processes that did not end in the recording --allow-crash judges "

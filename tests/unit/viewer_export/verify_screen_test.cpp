@@ -29,13 +29,13 @@ TEST(VerifyScreen, SaysThatRaisedPrioritiesWerePerhapsInherited) {
                      .verdict = Verdict::pass,
                      .subjects = {subject}}};
   EXPECT_THAT(screen_of(verdicts, test::sample_report()), Not(HasSubstr("by read-back")));
-  analysis::Evidence seen{.event = "by read-back",
-                          .time = std::nullopt,
-                          .cpu = std::nullopt,
-                          .pid = 4001,
-                          .tid = 4008,
-                          .note = analysis::free_text("FIFO 60")};
-  seen.is_perhaps_inherited = true;
+  const analysis::Evidence seen{.event = "by read-back",
+                                .time = std::nullopt,
+                                .cpu = std::nullopt,
+                                .pid = 4001,
+                                .tid = 4008,
+                                .note = analysis::note("perhaps-inherited-from-here",
+                                                       {{"priority", "real-time priority 60"}})};
   subject.evidence = {seen};
   verdicts.rules[0].subjects = {subject, subject};
   EXPECT_THAT(

@@ -72,13 +72,14 @@ cie )" + std::string{tool_version()} +
 analysis::VerdictReport verdicts_by_read_back(bool is_raised) {
   analysis::VerdictReport verdicts;
   verdicts.verdict = analysis::Verdict::pass;
-  analysis::Evidence seen{.event = "by read-back",
-                          .time = analysis::Timestamp{983'005'016'596},
-                          .cpu = std::nullopt,
-                          .pid = 4001,
-                          .tid = 4008,
-                          .note = analysis::free_text("FIFO 60, which may be inherited")};
-  seen.is_perhaps_inherited = is_raised;
+  const analysis::Evidence seen{
+      .event = "by read-back",
+      .time = analysis::Timestamp{983'005'016'596},
+      .cpu = std::nullopt,
+      .pid = 4001,
+      .tid = 4008,
+      .note = is_raised ? analysis::note("perhaps-inherited-from-here", {{"priority", "FIFO 60"}})
+                        : analysis::note("switch-record-has-holes")};
   verdicts.rules = {{.id = "S3",
                      .name = "parameters-unchanged",
                      .verdict = analysis::Verdict::pass,
@@ -96,7 +97,7 @@ TEST(VerifyText, SaysOnWhatAPassRests) {
                            Not(HasSubstr("thread 4008"))));
   EXPECT_THAT(verify_text_of(verdicts_by_read_back(true), report),
               AllOf(HasSubstr("PASS  S3 parameters-unchanged: thread 4008 (3 checked)\n"),
-                    HasSubstr("by read-back  pid 4001  tid 4008  FIFO 60, which")));
+                    HasSubstr("by read-back  pid 4001  tid 4008  FIFO 60 from")));
 }
 
 TEST(VerifyText, SaysThatThereWasNoSpec) {

@@ -434,7 +434,10 @@ std::string grounds_of_passes(const analysis::VerdictReport& verdicts) {
 
 bool is_perhaps_inherited(const analysis::SubjectVerdict& subject) {
   return subject.verdict == Verdict::pass &&
-         std::ranges::any_of(subject.evidence, &analysis::Evidence::is_perhaps_inherited);
+         std::ranges::any_of(subject.evidence, [](const analysis::Evidence& evidence) {
+           return evidence.note.code == "perhaps-inherited-from-here" ||
+                  evidence.note.code == "kernel-schedules-perhaps-inherited";
+         });
 }
 
 std::string raised_priorities(const analysis::VerdictReport& verdicts) {

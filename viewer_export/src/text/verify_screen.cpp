@@ -264,8 +264,9 @@ class VerifyScreen {
         std::ranges::find(rules, analysis::kRunCompleteRule, &analysis::RuleVerdict::id);
     if (rule == rules.end()) return false;
     return std::ranges::any_of(rule->subjects, [](const analysis::SubjectVerdict& subject) {
-      return subject.verdict == Verdict::inconclusive && !subject.evidence.empty() &&
-             subject.evidence.front().is_without_run_end;
+      if (subject.verdict != Verdict::inconclusive || subject.evidence.empty()) return false;
+      const auto code = subject.evidence.front().note.code;
+      return code == "no-run-end" || code == "no-run-end-executed-another-program";
     });
   }
 

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -157,13 +159,28 @@ std::string_view remedy_of_rule(std::string_view rule, bool is_of_rclcpp) {
   return is_of_rclcpp && !page->remedy_rclcpp.empty() ? page->remedy_rclcpp : page->remedy;
 }
 
+namespace {
+
+// That a request failed with; 0: none did.
+std::int64_t errno_of(const analysis::SubjectVerdict& subject) {
+  for (const auto& evidence : subject.evidence) {
+    const auto* failed = analysis::find_note(evidence.note, "request-failed");
+    if (failed == nullptr) continue;
+    for (const auto& argument : failed->arguments) {
+      const auto* number = std::get_if<std::int64_t>(&argument.value);
+      if (number != nullptr && argument.name == "errno") return *number;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
 std::string_view remedy_of_refusal(const analysis::RuleVerdict& rule) {
-  int only = 0;
+  std::int64_t only = 0;
   for (const auto& subject : rule.subjects) {
     if (subject.verdict != analysis::Verdict::fail) continue;
-    const auto refused = std::ranges::find_if(
-        subject.evidence, [](const auto& evidence) { return evidence.error != 0; });
-    const auto error = refused == subject.evidence.end() ? 0 : refused->error;
+    const auto error = errno_of(subject);
     if (error == 0 || (only != 0 && only != error)) return {};
     only = error;
   }

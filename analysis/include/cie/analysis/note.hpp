@@ -83,6 +83,17 @@ inline Note note(std::string_view code, std::initializer_list<Argument> argument
 // A sentence as it is.
 inline Note free_text(std::string text) { return note("text", {{"text", std::move(text)}}); }
 
+// Itself, or the first note in it, of that code; null: there is none.
+inline const Note* find_note(const Note& note, std::string_view code) noexcept {
+  if (note.code == code) return &note;
+  for (const auto& argument : note.arguments) {
+    const auto* inner = std::get_if<Note>(&argument.value);
+    const auto* found = inner != nullptr ? find_note(*inner, code) : nullptr;
+    if (found != nullptr) return found;
+  }
+  return nullptr;
+}
+
 // Calls visit() with each argument, those of notes in it among them.
 template <typename Visit>
 void for_each_argument(Note& note, const Visit& visit) {

@@ -31,14 +31,8 @@ struct Evidence {
   std::optional<std::uint32_t> stream{};
   std::string file{};
   std::optional<std::uint64_t> packet{};
-  // That the process did not end in the recording, for all that its events tell; not part of the JSON.
-  bool is_without_run_end = false;
-  // Of a PASS: a raised priority that was seen, and that may be an inherited one; not part of the JSON.
-  bool is_perhaps_inherited = false;
   // Events of applications that the tracer lost, or that cannot be read; not part of the JSON.
   bool is_user_loss = false;
-  // Of a FAIL: the errno that the request failed with; 0: it did not. Not part of the JSON.
-  std::int32_t error = 0;
 };
 
 // What a verdict is about, as the report's rows are known.
