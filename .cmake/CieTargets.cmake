@@ -190,8 +190,10 @@ endfunction()
 # needs shared libraries after all: modules of NSS (users and hosts) and plugins of SQLite, none of which cie asks for.
 function(cie_link_static target)
   set(CMAKE_REQUIRED_LINK_OPTIONS -static-pie)
-  check_linker_flag(CXX LINKER:--no-warnings CIE_LINKER_IS_QUIET)
-  if(CIE_LINKER_IS_QUIET)
+  # Of each linker by itself: a build tree may get another one.
+  string(MAKE_C_IDENTIFIER "CIE_IS_QUIET_LINKER ${CMAKE_EXE_LINKER_FLAGS}" is_quiet)
+  check_linker_flag(CXX LINKER:--no-warnings ${is_quiet})
+  if(${is_quiet})
     list(APPEND CMAKE_REQUIRED_LINK_OPTIONS LINKER:--no-warnings)
   endif()
   check_cxx_source_compiles("
