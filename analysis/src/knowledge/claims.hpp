@@ -39,13 +39,7 @@ class Claims {
     if (is_proven_ && witnesses_.size() == kMostShown) {
       return;
     }
-    const Gap* possible = nullptr;
-    for (const auto& excuse : excuses) {
-      possible = knowledge_->gap(excuse);
-      if (possible != nullptr) {
-        break;
-      }
-    }
+    const auto* possible = knowledge_->any_gap(excuses);
     if (possible == nullptr && !is_proven_) {
       is_proven_ = true;
       witnesses_.clear();

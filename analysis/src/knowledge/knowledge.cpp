@@ -103,6 +103,15 @@ void Knowledge::settle() {
   }
 }
 
+const Gap* Knowledge::any_gap(std::span<const Conjunction> each) const {
+  for (const auto& all : each) {
+    if (const auto* possible = gap(all)) {
+      return possible;
+    }
+  }
+  return nullptr;
+}
+
 const Gap* Knowledge::gap(std::span<const Hidden> all) const {
   const Gap* first = nullptr;
   std::vector<std::vector<Choice>> limited;  // of events that find room in few places

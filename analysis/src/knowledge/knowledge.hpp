@@ -48,6 +48,8 @@ class Knowledge {
   // not, it may still name a gap. Valid until the next add().
   const Gap* gap(std::span<const Hidden> all) const;
   const Gap* gap(const Hidden& one) const { return gap({&one, 1}); }
+  // That of the first of these that is possible; null: none is.
+  const Gap* any_gap(std::span<const Conjunction> each) const;
 
   // The CPUs of the gaps that may hide it; an empty one: of a gap that may be any CPU's.
   std::vector<std::optional<std::int32_t>> cpus(const Hidden& hidden) const;

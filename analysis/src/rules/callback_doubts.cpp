@@ -4,7 +4,6 @@
 #include "model/callback_questions.hpp"
 #include "rule_context.hpp"
 
-#include <string>
 #include <utility>
 
 namespace cie::analysis {

@@ -5,7 +5,6 @@
 #include <cie/analysis/time.hpp>
 #include <cie/analysis/verdict.hpp>
 
-#include "base/text.hpp"
 #include "knowledge/claims.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"

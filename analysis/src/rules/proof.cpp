@@ -5,7 +5,6 @@
 #include "numbered_events.hpp"
 
 #include <algorithm>
-#include <string>
 
 namespace cie::analysis {
 namespace {

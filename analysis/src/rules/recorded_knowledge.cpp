@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <string>
 #include <utility>
 
 namespace cie::analysis {
@@ -338,16 +337,10 @@ std::vector<Conjunction> RecordedKnowledge::replaced(ThreadIndex index, Timestam
   return {{exit, hidden(EventKind::announcement, scope_of(index), last, next)}};
 }
 
-bool RecordedKnowledge::may_be_hidden(std::span<const Conjunction> conjunctions) const {
-  return std::ranges::any_of(conjunctions,
-                             [this](const auto& all) { return knowledge_.gap(all) != nullptr; });
-}
-
 std::optional<Evidence> RecordedKnowledge::why_hidden(
     std::span<const Conjunction> conjunctions) const {
-  for (const auto& all : conjunctions)
-    if (const auto* gap = knowledge_.gap(all)) return evidence_of(gap->reason);
-  return std::nullopt;
+  const auto* gap = knowledge_.any_gap(conjunctions);
+  return gap != nullptr ? std::optional(evidence_of(gap->reason)) : std::nullopt;
 }
 
 // A subject of no process, or of several, may be any process's.

@@ -28,7 +28,9 @@ class RecordedKnowledge {
   // All of them at once.
   bool may_be_hidden(const Conjunction& events) const { return knowledge_.gap(events) != nullptr; }
   // Any of these.
-  bool may_be_hidden(std::span<const Conjunction> conjunctions) const;
+  bool may_be_hidden(std::span<const Conjunction> conjunctions) const {
+    return knowledge_.any_gap(conjunctions) != nullptr;
+  }
   // Why any of them may be, in words; empty: none may.
   std::optional<Evidence> why_hidden(std::span<const Conjunction> conjunctions) const;
   // Why, in words.

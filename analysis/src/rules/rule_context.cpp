@@ -4,7 +4,6 @@
 #include "thread_questions.hpp"
 
 #include <cstdint>
-#include <string>
 
 namespace cie::analysis {
 namespace {

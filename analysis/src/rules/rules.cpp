@@ -61,12 +61,12 @@ void presuppose(const Rule& rule, const RuleContext& context, SubjectVerdict& su
   }
 }
 
-RuleVerdict judge(const Rule& rule, const RuleContext& context) {
+RuleVerdict judge(const Rule& rule, const RuleContext& context, const UnseenSubjects& unseen) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
   for (auto& subject : verdict.subjects)
     presuppose(rule, context, subject);
-  add_unseen_subjects(rule, context, verdict.subjects);
+  unseen.add(rule, verdict.subjects);
   if (context.options.is_judged) sort_rows(verdict.subjects, comes_before);
   for (const auto& subject : verdict.subjects)
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
@@ -183,10 +183,11 @@ void doubt_losses(VerdictReport& report, Judgement&& losses) {
 
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
+  const UnseenSubjects unseen(context);
   Judgement losses(NamedSubject::trace(), context.known);
   for (const auto& rule : rules()) {
     if (!context.options.is_judged && !rule.needs.is_of_report) continue;
-    report.rules.push_back(judge(rule, context));
+    report.rules.push_back(judge(rule, context, unseen));
     if (!rule.needs.is_about_trace) note_losses(report.rules.back(), losses);
   }
   doubt_losses(report, std::move(losses));

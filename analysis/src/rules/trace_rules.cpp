@@ -351,7 +351,7 @@ const Rule kRequiredEvents{
     .needs = {.is_about_trace = true}};
 
 const Rule kTimeSane{
-    .id = kTimeSaneRule,
+    .id = "T6",
     .name = "time-sane",
     .meaning =
         "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer "

@@ -12,7 +12,8 @@
 namespace cie::analysis {
 namespace {
 
-void add(const RuleContext& context, Evidence unseen, std::vector<SubjectVerdict>& subjects) {
+void add_of_trace(const RuleContext& context, Evidence unseen,
+                  std::vector<SubjectVerdict>& subjects) {
   Judgement judgement(NamedSubject::trace(), context.known);
   judgement.unseen(std::move(unseen));
   conclude(std::move(judgement), subjects);
@@ -30,7 +31,8 @@ void add_absent_starts(const RuleContext& context, std::vector<SubjectVerdict>& 
   if (!has_run) return;
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
-  add(context,
+  add_of_trace(
+      context,
       without_event(moment(model.begin), note(has_outside ? "no-start-in-window" : "no-starts")),
       subjects);
 }
@@ -39,40 +41,20 @@ void add_absent_starts(const RuleContext& context, std::vector<SubjectVerdict>& 
 void add_events_without_pid(const RuleContext& context, std::vector<SubjectVerdict>& subjects) {
   const auto without = context.model.events.cie_without_pid;
   if (without == 0) return;
-  add(context,
-      without_event(moment(context.model.begin),
-                    note("events-without-vpid", {{"events", without}})),
-      subjects);
+  add_of_trace(context,
+               without_event(moment(context.model.begin),
+                             note("events-without-vpid", {{"events", without}})),
+               subjects);
 }
 
-// What manifests say was recorded and is not here, and what recorders say they did not write. That is no fault of the
-// traces that are here.
-std::optional<Note> missing_part(const Rule& rule, const RuleContext& context) {
-  const auto not_here = [](const std::string& what) {
-    return note("part-missing", {{"text", what}});
-  };
-  if (const auto missing = missing_user_part(context.model)) return not_here(*missing);
-  const auto& failures = context.proof.recorder_losses();
-  if (!failures.empty() && !rule.needs.is_about_trace) {
-    return note("not-all-recorded",
-                {{"text", in_words(failures.front(), failures.front().problems.front())}});
-  }
-  if (!rule.needs.kernel) return std::nullopt;
-  const auto missing = missing_kernel_part(context.model);
-  return missing ? std::optional(not_here(*missing)) : std::nullopt;
+std::optional<Note> not_here(const std::optional<std::string>& what) {
+  return what ? std::optional(note("part-missing", {{"text", *what}})) : std::nullopt;
 }
 
-// L7: what is left does not pass in its place. A subject is judged as ever: its numbers and totals show what it lost.
-void add_missing_part(const Rule& rule, const RuleContext& context,
-                      std::vector<SubjectVerdict>& subjects) {
-  const bool is_undecided = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
-    return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
-  });
-  if (is_undecided) return;
-  if (auto missing = missing_part(rule, context)) {
-    add(context, evidence("missing_part", moment(context.model.begin), *std::move(missing)),
-        subjects);
-  }
+std::optional<Note> not_recorded(const std::vector<RecorderFailure>& failures) {
+  if (failures.empty()) return std::nullopt;
+  const auto& first = failures.front();
+  return note("not-all-recorded", {{"text", in_words(first, first.problems.front())}});
 }
 
 // A subject has one verdict: the worst of those of the trace, with what any of them rests on.
@@ -96,13 +78,36 @@ void join_those_of_trace(std::vector<SubjectVerdict>& subjects) {
 
 }  // namespace
 
-void add_unseen_subjects(const Rule& rule, const RuleContext& context,
-                         std::vector<SubjectVerdict>& subjects) {
-  const bool is_judged = context.options.spec != nullptr || !rule.needs.spec;
-  if (rule.needs.instances) add_absent_starts(context, subjects);
-  if (rule.needs.instances && is_judged) add_events_without_pid(context, subjects);
-  if (is_judged) add_missing_part(rule, context, subjects);
+UnseenSubjects::UnseenSubjects(const RuleContext& context)
+    : context_(context),
+      missing_of_user_(not_here(missing_user_part(context.model))),
+      missing_of_kernel_(not_here(missing_kernel_part(context.model))),
+      missing_of_recorder_(not_recorded(context.proof.recorder_losses())) {}
+
+void UnseenSubjects::add(const Rule& rule, std::vector<SubjectVerdict>& subjects) const {
+  const bool is_judged = context_.options.spec != nullptr || !rule.needs.spec;
+  if (rule.needs.instances) add_absent_starts(context_, subjects);
+  if (rule.needs.instances && is_judged) add_events_without_pid(context_, subjects);
+  if (is_judged) add_missing_part(rule, subjects);
   join_those_of_trace(subjects);
+}
+
+const std::optional<Note>& UnseenSubjects::missing_part(const Rule& rule) const {
+  if (missing_of_user_) return missing_of_user_;
+  if (missing_of_recorder_ && !rule.needs.is_about_trace) return missing_of_recorder_;
+  return rule.needs.kernel ? missing_of_kernel_ : missing_of_user_;
+}
+
+// L7: what is left does not pass in its place. A subject is judged as ever: its numbers and totals show what it lost.
+void UnseenSubjects::add_missing_part(const Rule& rule,
+                                      std::vector<SubjectVerdict>& subjects) const {
+  const bool is_undecided = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
+    return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
+  });
+  if (is_undecided) return;
+  if (const auto& missing = missing_part(rule))
+    add_of_trace(context_, evidence("missing_part", moment(context_.model.begin), *missing),
+                 subjects);
 }
 
 }  // namespace cie::analysis

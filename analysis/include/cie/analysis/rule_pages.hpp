@@ -12,7 +12,6 @@ namespace cie::analysis {
 inline constexpr std::string_view kReadableRule = "T1";  // what cannot be read may hold anything
 inline constexpr std::string_view kNoLossRule = "T2";
 inline constexpr std::string_view kRunCompleteRule = "T4";  // which --allow-crash relaxes
-inline constexpr std::string_view kTimeSaneRule = "T6";  // what it tells of are times, no durations
 inline constexpr std::string_view kSpecifiedCallbackSeenRule = "M1";
 inline constexpr std::string_view kOneCallbackPerThreadRule = "M2";
 inline constexpr std::string_view kOneThreadPerCallbackRule = "M3";
