@@ -67,11 +67,6 @@ std::optional<std::uint64_t> count_of(const Argument& argument) {
   return std::nullopt;
 }
 
-const Argument* find(const Note& note, std::string_view name) {
-  const auto found = std::ranges::find(note.arguments, name, &Argument::name);
-  return found == note.arguments.end() ? nullptr : &*found;
-}
-
 class Writer {
  public:
   explicit Writer(bool has_units, const CallbackNames* names = nullptr)
@@ -83,7 +78,7 @@ class Writer {
     for_each_part(
         sentence_of_code(note.code), [this](std::string_view text) { text_ += text; },
         [&](const Place& place) {
-          if (const auto* argument = find(note, place.name)) {
+          if (const auto* argument = find_argument(note, place.name)) {
             write(*argument, place);
           }
         });
@@ -170,7 +165,9 @@ bool is_worded(const Note& note) {
   bool is_whole = note.empty() || !sentence_of_code(note.code).empty();
   for_each_part(
       sentence_of_code(note.code), [](std::string_view /*text*/) {},
-      [&](const Place& place) { is_whole = is_whole && find(note, place.name) != nullptr; });
+      [&](const Place& place) {
+        is_whole = is_whole && find_argument(note, place.name) != nullptr;
+      });
   return is_whole && std::ranges::all_of(note.arguments, [](const Argument& argument) {
            const auto* inner = std::get_if<Note>(&argument.value);
            return inner == nullptr || is_worded(*inner);

@@ -165,11 +165,8 @@ namespace {
 std::int64_t errno_of(const analysis::SubjectVerdict& subject) {
   for (const auto& evidence : subject.evidence) {
     const auto* failed = analysis::find_note(evidence.note, "request-failed");
-    if (failed == nullptr) continue;
-    for (const auto& argument : failed->arguments) {
-      const auto* number = std::get_if<std::int64_t>(&argument.value);
-      if (number != nullptr && argument.name == "errno") return *number;
-    }
+    const auto* error = failed != nullptr ? find_argument(*failed, "errno") : nullptr;
+    if (error != nullptr) return std::get<std::int64_t>(error->value);
   }
   return 0;
 }

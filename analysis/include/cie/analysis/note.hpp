@@ -3,6 +3,7 @@
 
 #include <cie/analysis/time.hpp>
 
+#include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <initializer_list>
@@ -82,6 +83,12 @@ inline Note note(std::string_view code, std::initializer_list<Argument> argument
 }
 // A sentence as it is.
 inline Note free_text(std::string text) { return note("text", {{"text", std::move(text)}}); }
+
+// Of the note itself; null: it has none of that name.
+inline const Argument* find_argument(const Note& note, std::string_view name) noexcept {
+  const auto found = std::ranges::find(note.arguments, name, &Argument::name);
+  return found == note.arguments.end() ? nullptr : &*found;
+}
 
 // Itself, or the first note in it, of that code; null: there is none.
 inline const Note* find_note(const Note& note, std::string_view code) noexcept {
